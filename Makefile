@@ -1,0 +1,42 @@
+# The commands of this project; `make` alone lists them.
+
+# Where rustup puts cargo: a shell opened before rustup ran does not have it in PATH yet.
+export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
+
+CARGO  ?= cargo
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+
+# The feature sets that `make test` runs. For one more: a name here, and its flags below.
+FEATURE_SETS  := default none
+FLAGS_default := --workspace
+FLAGS_none    := -p embrasure --no-default-features
+
+# One step at a time, also under `make -j`: cargo itself uses all the cores.
+.NOTPARALLEL:
+.DEFAULT_GOAL := help
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) where it is missing
+	@scripts/setup
+
+demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr and .png
+	$(CARGO) build --release --locked
+	mkdir -p out
+	$(TARGET)/release/embrasure render scenes/cornell-box.toml -o out/cornell-box.exr -o out/cornell-box.png
+
+lint: setup ## check formatting, clippy and rustdoc; any warning is an error
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
+	$(CARGO) clippy -p embrasure --no-default-features --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked
+
+test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each feature set
+
+$(FEATURE_SETS:%=test-%): test-%: setup
+	$(CARGO) test --locked $(FLAGS_$*)
+
+clean: ## remove what builds and renders made (.deps stays)
+	rm -rf $(TARGET) out

@@ -1,0 +1,180 @@
+use embree4_sys::*;
+use std::ffi::{CString, c_void};
+use std::ptr;
+use std::sync::atomic::{AtomicI64, Ordering};
+use thiserror::Error;
+
+/// Why Embree could not do something.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum EmbreeError {
+    /// A call reported an error.
+    #[error("Embree: {doing}: {reason}")]
+    Call {
+        /// What was being done.
+        doing: &'static str,
+        /// Embree's error code in words.
+        reason: &'static str,
+    },
+    /// The library that was loaded does not fit the headers this program was built with.
+    #[error(
+        "Embree {found} was loaded, but this program was built for {wanted} or a later {}.x\n  \
+         help: install that version, or rebuild against the one that is installed",
+        RTC_VERSION_MAJOR
+    )]
+    Version {
+        /// Version of the library.
+        found: String,
+        /// Version of the headers.
+        wanted: String,
+    },
+}
+
+/// An Embree device: its threads, and the count of bytes that scenes on it take.
+#[derive(Debug)]
+pub struct Device {
+    handle: RTCDevice,
+    /// Bytes allocated; boxed, because Embree keeps its address.
+    bytes: Box<AtomicI64>,
+}
+
+// SAFETY: Embree's API reference ("Embree API": "the Embree API is thread-safe" for distinct objects, with reference
+// counts and the error state of a device handled atomically and per thread) lets handles be used from any thread.
+unsafe impl Send for Device {}
+// SAFETY: as above; `&Device` gives access to queries of properties and errors only, which may run concurrently.
+unsafe impl Sync for Device {}
+
+impl Device {
+    /// A device that builds with `threads` threads.
+    pub fn new(threads: usize) -> Result<Self, EmbreeError> {
+        let config = CString::new(format!("threads={threads}")).unwrap_or_default();
+        // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and returns null on failure.
+        let handle = unsafe { rtcNewDevice(config.as_ptr()) };
+        if handle.is_null() {
+            // SAFETY: a null device is allowed here: it asks for the error of this thread's failed rtcNewDevice.
+            let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
+            return Err(EmbreeError::Call {
+                doing: "creating a device",
+                reason: reason(code),
+            });
+        }
+        let device = Self {
+            handle,
+            bytes: Box::new(AtomicI64::new(0)),
+        };
+        device.check_version()?;
+        let user = ptr::from_ref::<AtomicI64>(&device.bytes).cast_mut().cast::<c_void>();
+        // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the callback, because the
+        // box lives as long as the device does.
+        unsafe { rtcSetDeviceMemoryMonitorFunction(device.handle, Some(count_bytes), user) };
+        device.check("watching memory")?;
+        Ok(device)
+    }
+
+    /// The library must be of the headers' major version and not older: structures and constants are then the same.
+    fn check_version(&self) -> Result<(), EmbreeError> {
+        let found = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION) as u32;
+        let major = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR) as u32;
+        if major == RTC_VERSION_MAJOR && found >= RTC_VERSION {
+            return Ok(());
+        }
+        Err(EmbreeError::Version {
+            found: self.version(),
+            wanted: format!("{RTC_VERSION_MAJOR}.{RTC_VERSION_MINOR}.{RTC_VERSION_PATCH}"),
+        })
+    }
+
+    fn property(&self, property: RTCDeviceProperty) -> isize {
+        // SAFETY: the handle is a live device; a property that this library does not know sets an error and returns 0.
+        unsafe { rtcGetDeviceProperty(self.handle, property) }
+    }
+
+    /// Version of the loaded library.
+    pub fn version(&self) -> String {
+        let [major, minor, patch] = [
+            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR,
+            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MINOR,
+            RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_PATCH,
+        ]
+        .map(|p| self.property(p));
+        format!("{major}.{minor}.{patch}")
+    }
+
+    /// Instruction set in use, from the widest ray packet that is native to it.
+    pub fn isa(&self) -> &'static str {
+        if self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 {
+            "avx512"
+        } else if self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0 {
+            if has_avx2() { "avx2" } else { "avx" }
+        } else if self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED) != 0 {
+            "128-bit"
+        } else {
+            "scalar"
+        }
+    }
+
+    /// Bytes that the scenes of this device take.
+    pub fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed).max(0) as u64
+    }
+
+    pub(super) fn handle(&self) -> RTCDevice {
+        self.handle
+    }
+
+    /// Turns this thread's first error since the last check into a `Result`.
+    pub(super) fn check(&self, doing: &'static str) -> Result<(), EmbreeError> {
+        // SAFETY: the handle is a live device; the call reads and clears the error of this thread.
+        let code = unsafe { rtcGetDeviceError(self.handle) };
+        if code == RTCError::RTC_ERROR_NONE {
+            return Ok(());
+        }
+        Err(EmbreeError::Call {
+            doing,
+            reason: reason(code),
+        })
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: the handle is a live device and is not used again. The callback goes first, so that nothing that is
+        // released later can reach the counter.
+        unsafe {
+            rtcSetDeviceMemoryMonitorFunction(self.handle, None, ptr::null_mut());
+            rtcReleaseDevice(self.handle);
+        }
+    }
+}
+
+/// Embree's memory monitor: adds what is allocated (`bytes > 0`) or freed, and lets every allocation pass.
+///
+/// # Safety
+/// `user` is the address of an `AtomicI64` that outlives the registration.
+unsafe extern "C" fn count_bytes(user: *mut c_void, bytes: isize, _post: bool) -> bool {
+    // SAFETY: Device::new registered the address of its own counter, and Device::drop unregisters it first.
+    let counter = unsafe { &*user.cast::<AtomicI64>() };
+    counter.fetch_add(bytes as i64, Ordering::Relaxed);
+    true
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    std::arch::is_x86_feature_detected!("avx2")
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn has_avx2() -> bool {
+    false
+}
+
+fn reason(code: RTCError) -> &'static str {
+    match code {
+        RTCError::RTC_ERROR_NONE => "no reason given",
+        RTCError::RTC_ERROR_INVALID_ARGUMENT => "invalid argument",
+        RTCError::RTC_ERROR_INVALID_OPERATION => "invalid operation",
+        RTCError::RTC_ERROR_OUT_OF_MEMORY => "out of memory",
+        RTCError::RTC_ERROR_UNSUPPORTED_CPU => "this processor lacks what Embree needs (SSE2 at least)",
+        RTCError::RTC_ERROR_CANCELLED => "cancelled",
+        _ => "unknown error",
+    }
+}

@@ -1,0 +1,12 @@
+//! Intel Embree 4. All `unsafe` code of this crate is in this folder.
+//!
+//! Embree never calls back into Rust while rays are traced; the one callback counts bytes during builds.
+
+mod device;
+mod scene;
+
+pub use device::{Device, EmbreeError};
+pub use scene::EmbreeAccel;
+
+/// The name users type.
+pub const NAME: &str = "embree";

@@ -1,0 +1,177 @@
+use super::device::{Device, EmbreeError};
+use crate::accel::{Accel, BackendInfo};
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
+use crate::math::{Ray, Vec3};
+use crate::scene::Scene;
+use embree4_sys::*;
+use std::ptr;
+
+/// A committed Embree scene of all meshes, with robust intersections and a high-quality build.
+#[derive(Debug)]
+pub struct EmbreeAccel {
+    // Before the device: fields are dropped in order, and a scene goes before its device.
+    scene: SceneHandle,
+    device: Device,
+}
+
+/// An owned reference to an Embree scene.
+#[derive(Debug)]
+struct SceneHandle(RTCScene);
+
+// SAFETY: after its commit a scene is only read. Embree's documentation of rtcCommitScene and rtcIntersect1 says that
+// queries on a committed scene may run in parallel from many threads; reference counts are atomic.
+unsafe impl Send for SceneHandle {}
+// SAFETY: as above.
+unsafe impl Sync for SceneHandle {}
+
+impl Drop for SceneHandle {
+    fn drop(&mut self) {
+        // SAFETY: gives back the one reference that rtcNewScene gave; the handle is not used again.
+        unsafe { rtcReleaseScene(self.0) }
+    }
+}
+
+/// An owned reference to an Embree geometry.
+struct GeometryHandle(RTCGeometry);
+
+impl Drop for GeometryHandle {
+    fn drop(&mut self) {
+        // SAFETY: gives back the one reference that rtcNewGeometry gave; a scene it is attached to holds its own.
+        unsafe { rtcReleaseGeometry(self.0) }
+    }
+}
+
+impl EmbreeAccel {
+    /// Copies the meshes of `scene` into Embree and builds, with `threads` threads.
+    pub fn new(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
+        let device = Device::new(threads)?;
+        // SAFETY: the device is live; null is checked below.
+        let handle = SceneHandle(unsafe { rtcNewScene(device.handle()) });
+        device.check("creating a scene")?;
+        // SAFETY: the scene is live, not yet committed, and known to this thread alone.
+        unsafe {
+            rtcSetSceneFlags(handle.0, RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
+            rtcSetSceneBuildQuality(handle.0, RTCBuildQuality::RTC_BUILD_QUALITY_HIGH);
+        }
+        device.check("configuring a scene")?;
+        for (id, mesh) in scene.geom_ids().zip(scene.meshes()) {
+            attach(&device, &handle, id, mesh)?;
+        }
+        // SAFETY: the scene is live, and no other thread knows it yet.
+        unsafe { rtcCommitScene(handle.0) };
+        device.check("building the acceleration structure")?;
+        Ok(Self { scene: handle, device })
+    }
+}
+
+fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Result<(), EmbreeError> {
+    // SAFETY: the device is live; failure is reported through the error that is checked next.
+    let geometry =
+        GeometryHandle(unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) });
+    device.check("creating a geometry")?;
+    let (vertex, index) = (
+        RTCBufferType::RTC_BUFFER_TYPE_VERTEX,
+        RTCBufferType::RTC_BUFFER_TYPE_INDEX,
+    );
+    fill_buffer::<Vec3>(device, &geometry, vertex, RTCFormat::RTC_FORMAT_FLOAT3, &mesh.positions)?;
+    fill_buffer::<[u32; 3]>(device, &geometry, index, RTCFormat::RTC_FORMAT_UINT3, &mesh.triangles)?;
+    // SAFETY: geometry and scene are live and known to this thread alone; the id is unique, because ids count meshes.
+    unsafe {
+        rtcCommitGeometry(geometry.0);
+        rtcAttachGeometryByID(scene.0, geometry.0, id.0);
+    }
+    device.check("attaching a geometry")
+}
+
+/// Copies `items` into a new buffer of `geometry`, whose `format` is that of `T`.
+fn fill_buffer<T: Copy>(
+    device: &Device,
+    geometry: &GeometryHandle,
+    kind: RTCBufferType,
+    format: RTCFormat,
+    items: &[T],
+) -> Result<(), EmbreeError> {
+    // SAFETY: the geometry is live. Embree allocates `count · stride` bytes and the padding that its 16-byte loads of the
+    // last vertex need, and returns null on failure.
+    let buffer = unsafe { rtcSetNewGeometryBuffer(geometry.0, kind, 0, format, size_of::<T>(), items.len()) };
+    device.check("allocating a buffer")?;
+    if buffer.is_null() {
+        return Err(EmbreeError::Call {
+            doing: "allocating a buffer",
+            reason: "no memory was returned",
+        });
+    }
+    // SAFETY: the buffer is new, 16-byte aligned (T is made of 4-byte words), and holds `items.len()` items of T, which
+    // is what is written; it cannot overlap a Rust slice. Vec3 and [u32; 3] are three consecutive words, as
+    // RTC_FORMAT_FLOAT3 and RTC_FORMAT_UINT3 are.
+    unsafe { ptr::copy_nonoverlapping(items.as_ptr(), buffer.cast::<T>(), items.len()) };
+    Ok(())
+}
+
+// What fill_buffer takes for granted.
+const _: () = assert!(size_of::<Vec3>() == 12 && align_of::<Vec3>() == 4);
+
+/// An Embree ray for `ray`: time 0, all masks, no flags.
+fn to_embree(ray: &Ray) -> RTCRay {
+    RTCRay {
+        org_x: ray.origin.x,
+        org_y: ray.origin.y,
+        org_z: ray.origin.z,
+        tnear: ray.t_min,
+        dir_x: ray.direction.x,
+        dir_y: ray.direction.y,
+        dir_z: ray.direction.z,
+        time: 0.0,
+        tfar: ray.t_max,
+        mask: u32::MAX,
+        id: 0,
+        flags: 0,
+    }
+}
+
+impl Accel for EmbreeAccel {
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        // SAFETY: RTCHit is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only
+        // some builds of Embree have.
+        let mut hit: RTCHit = unsafe { std::mem::zeroed() };
+        hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        let mut query = RTCRayHit {
+            ray: to_embree(ray),
+            hit,
+        };
+        // SAFETY: the scene is live and committed. `query` is of the layout the headers give, aligned to 16 bytes by its
+        // type, and this thread's own. Null arguments mean the defaults.
+        unsafe { rtcIntersect1(self.scene.0, &mut query, ptr::null_mut()) };
+        if query.hit.geomID == RTC_INVALID_GEOMETRY_ID {
+            return None;
+        }
+        Some(Hit {
+            t: query.ray.tfar,
+            b1: query.hit.u,
+            b2: query.hit.v,
+            prim: PrimId(query.hit.primID),
+            geom: GeomId(query.hit.geomID),
+            inst: InstanceId::NONE,
+        })
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        let mut query = to_embree(ray);
+        // SAFETY: as for rtcIntersect1, with an RTCRay.
+        unsafe { rtcOccluded1(self.scene.0, &mut query, ptr::null_mut()) };
+        // Embree sets tfar to minus infinity where something was hit.
+        query.tfar == f32::NEG_INFINITY
+    }
+
+    fn info(&self) -> BackendInfo {
+        BackendInfo {
+            name: super::NAME,
+            version: self.device.version(),
+            isa: self.device.isa(),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        self.device.bytes()
+    }
+}

@@ -1,0 +1,34 @@
+//! Ray queries: the closest hit, and whether there is any.
+
+pub mod brute;
+#[cfg(feature = "embree")]
+pub mod embree;
+
+use crate::geometry::Hit;
+use crate::math::Ray;
+
+/// An acceleration structure: committed, immutable, built once and shared by all threads.
+pub trait Accel: Send + Sync {
+    /// The closest hit in the ray's open interval.
+    fn intersect(&self, ray: &Ray) -> Option<Hit>;
+
+    /// Whether anything is hit in the ray's open interval.
+    fn occluded(&self, ray: &Ray) -> bool;
+
+    /// Which backend this is, and what it uses.
+    fn info(&self) -> BackendInfo;
+
+    /// Bytes the structure takes, as far as the backend tells.
+    fn bytes(&self) -> u64;
+}
+
+/// Describes a backend to users.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BackendInfo {
+    /// The name users type.
+    pub name: &'static str,
+    /// Version of the library behind it.
+    pub version: String,
+    /// Instruction set it runs on.
+    pub isa: &'static str,
+}

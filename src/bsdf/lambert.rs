@@ -1,0 +1,47 @@
+use super::{BsdfSample, same_hemisphere};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use std::f32::consts::FRAC_1_PI;
+
+/// Ideal diffuse reflection (Lambert): `f = albedo / π`, alike on both sides of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Lambert {
+    /// Reflected share of the incident flux, each channel in [0, 1].
+    pub albedo: Spectrum,
+}
+
+impl Lambert {
+    /// Value of the lobe, sr⁻¹.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        if same_hemisphere(wo, wi) {
+            self.albedo * FRAC_1_PI
+        } else {
+            Spectrum::ZERO
+        }
+    }
+
+    /// Density of [`Lambert::sample`], cosine-weighted about the normal on the side of `wo`.
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if same_hemisphere(wo, wi) {
+            cosine_hemisphere_pdf(wi.z.abs())
+        } else {
+            0.0
+        }
+    }
+
+    /// Draws `wi` on the side of `wo`.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+        if self.albedo.is_black() {
+            return None;
+        }
+        let mut wi = cosine_hemisphere(u);
+        wi.z = wi.z.copysign(wo.z);
+        let pdf = self.pdf(wo, wi);
+        (pdf > 0.0).then(|| BsdfSample {
+            f: self.albedo * FRAC_1_PI,
+            wi,
+            pdf,
+        })
+    }
+}

@@ -1,0 +1,156 @@
+use crate::io::MaxDepth;
+use clap::{Parser, Subcommand};
+use std::path::PathBuf;
+
+/// A path tracer over Intel Embree.
+#[derive(Debug, Parser)]
+#[command(name = "embrasure", disable_version_flag = true, arg_required_else_help = true)]
+pub(super) struct Args {
+    /// Print version, backends built in, and the instruction set in use
+    #[arg(short = 'V', long)]
+    pub version: bool,
+
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render a scene to EXR and PNG files
+    Render(Box<RenderArgs>),
+    /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    Info(InfoArgs),
+}
+
+#[derive(Debug, Parser)]
+pub(super) struct InfoArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
+  embrasure render scenes/cornell-box.toml -o box.exr -o box.png
+  embrasure render bunny.obj --size 800x600 --spp 256
+  embrasure render room.obj --position 0,1,4 --look-at 0,1,0 --fov 50 -o room.png")]
+pub(super) struct RenderArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here]
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+
+    /// Samples a pixel [default: 64]
+    #[arg(long, value_name = "N")]
+    pub spp: Option<u32>,
+
+    /// Seed of the random numbers, 64 bits [default: 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// Size of the image in pixels [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Render these pixels only: half-open, origin top left; the image keeps its full window
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
+    pub crop: Option<[u32; 4]>,
+
+    /// Estimator of light transport: path
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+
+    /// Source of random numbers: independent
+    #[arg(long, value_name = "NAME")]
+    pub sampler: Option<String>,
+
+    /// Scattering events at most; 0 shows emission alone, `none` leaves the end to roulette [default: 16]
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<MaxDepth>,
+
+    /// Ray-tracing backend, of those built in (see --version)
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
+
+    /// Render and build threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// Camera position
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    pub position: Option<[f32; 3]>,
+
+    /// Point in the middle of the image
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    pub look_at: Option<[f32; 3]>,
+
+    /// Direction that is up in the image [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    pub up: Option<[f32; 3]>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub fov: Option<f32>,
+
+    /// Write machine-readable statistics here, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+
+    /// No progress and no summary; warnings and errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// More words
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size: Option<Vec<u32>> = text.split(['x', 'X']).map(|n| n.trim().parse().ok()).collect();
+    match size.as_deref() {
+        Some(&[width, height]) => Ok([width, height]),
+        _ => Err("two whole numbers are expected, as in 640x480".into()),
+    }
+}
+
+fn parse_list<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Result<[T; N], String> {
+    let values: Option<Vec<T>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    values
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| format!("{N} numbers with commas between them are expected"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn lists_and_sizes() {
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
+        assert!(parse_size("640").is_err() && parse_size("-1x3").is_err() && parse_size("1x2x3").is_err());
+        assert_eq!(parse_list::<f32, 3>("1, -2.5,3e1"), Ok([1.0, -2.5, 30.0]));
+        assert!(parse_list::<f32, 3>("1,2").is_err());
+    }
+
+    #[test]
+    fn negative_coordinates_are_values() {
+        let args = Args::try_parse_from(["embrasure", "render", "s.obj", "--position", "-1,2,-3"]).unwrap();
+        let Some(Command::Render(args)) = args.command else {
+            panic!()
+        };
+        assert_eq!(args.position, Some([-1.0, 2.0, -3.0]));
+    }
+}

@@ -1,0 +1,26 @@
+use crate::io::FileError;
+use thiserror::Error;
+
+/// Why a command ended early.
+#[derive(Debug, Error)]
+pub(super) enum CliError {
+    /// The command line asks for something that cannot be.
+    #[error("{0}")]
+    Usage(String),
+    /// A file cannot be read, is wrong, or cannot be written.
+    #[error("{0}")]
+    File(#[from] FileError),
+    /// Anything else that failed.
+    #[error("{0}")]
+    Failed(String),
+}
+
+impl CliError {
+    /// Exit code of the process.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::File(_) | Self::Failed(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,320 @@
+use super::args::RenderArgs;
+use super::backend::Backend;
+use super::error::CliError;
+use crate::camera::{Camera, CameraParameters};
+use crate::film::Rect;
+use crate::integrator::{Integrator, PathIntegrator};
+use crate::io::{CameraSection, FileError, Format, Output, SceneFile};
+use crate::math::{Bounds3, UVec2, Vec3};
+use crate::sampler::{Independent, Sampler};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// Vertical field of view, in degrees, where none is given.
+const DEFAULT_FOV: f32 = 40.0;
+
+/// What a render command means: flags, scene file and defaults resolved, and checked as far as is possible without
+/// loading the geometry.
+#[derive(Debug)]
+pub(super) struct Job {
+    pub scene: SceneFile,
+    pub scene_path: PathBuf,
+    pub outputs: Vec<(Format, Output)>,
+    pub stats: Option<Output>,
+    pub resolution: UVec2,
+    pub crop: Rect,
+    pub samples: Range<u32>,
+    pub seed: u64,
+    pub integrator: &'static str,
+    pub sampler: &'static str,
+    pub max_depth: Option<u32>,
+    pub backend: Backend,
+    pub threads: usize,
+    pub quiet: bool,
+    pub verbose: bool,
+    camera: CameraArgs,
+}
+
+/// What flags say of the camera.
+#[derive(Debug)]
+struct CameraArgs {
+    position: Option<Vec3>,
+    look_at: Option<Vec3>,
+    up: Option<Vec3>,
+    fov: Option<f32>,
+}
+
+impl Job {
+    /// Reads the scene file and resolves everything; files that cannot be written are found here.
+    pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
+        let scene = read_scene(&args.scene)?;
+        let resolution = resolution(args, &scene)?;
+        let crop = crop(args, resolution)?;
+        if let Some(filter) = &scene.image.filter {
+            check_name(&scene, filter, "filter", &["box"])?;
+        }
+
+        let settings = &scene.render;
+        let spp = match (args.spp, &settings.samples) {
+            (Some(0), _) => {
+                return Err(CliError::Usage(
+                    "--spp 0\n  help: take at least one sample a pixel".into(),
+                ));
+            }
+            (Some(n), _) => n,
+            (None, Some(n)) if *n.get_ref() == 0 => {
+                return Err(scene
+                    .error(n.span(), "samples = 0")
+                    .help("take at least one sample a pixel")
+                    .into());
+            }
+            (None, Some(n)) => *n.get_ref(),
+            (None, None) => 64,
+        };
+        let integrator = choose(
+            &scene,
+            "integrator",
+            &args.integrator,
+            &settings.integrator,
+            &[INTEGRATOR],
+        )?;
+        let sampler = choose(
+            &scene,
+            "sampler",
+            &args.sampler,
+            &settings.sampler,
+            &[Independent::NAME],
+        )?;
+        let backends: Vec<&'static str> = Backend::ALL.iter().map(|b| b.name()).collect();
+        let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends)?;
+        if args.threads == Some(0) {
+            return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
+        }
+
+        Ok(Self {
+            outputs: outputs(args)?,
+            stats: args.stats.as_deref().map(Output::prepare).transpose()?,
+            resolution,
+            crop,
+            samples: 0..spp,
+            seed: args.seed.or(settings.seed).unwrap_or(0),
+            integrator,
+            sampler,
+            max_depth: args.max_depth.or(settings.max_depth).map_or(Some(16), |d| d.0),
+            backend: Backend::by_name(backend)?,
+            threads: args
+                .threads
+                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())),
+            quiet: args.quiet,
+            verbose: args.verbose,
+            camera: CameraArgs {
+                position: args.position.map(Vec3::from),
+                look_at: args.look_at.map(Vec3::from),
+                up: args.up.map(Vec3::from),
+                fov: args.fov,
+            },
+            scene_path: args.scene.clone(),
+            scene,
+        })
+    }
+
+    /// The camera: flags over the scene file over a view that frames `bounds`.
+    pub fn camera(&self, bounds: Bounds3) -> Result<(CameraParameters, Camera), CliError> {
+        let from_file = self.scene.camera.as_ref().map(parameters);
+        let flags = &self.camera;
+        let fov = flags.fov.or(from_file.map(|c| c.vertical_fov)).unwrap_or(DEFAULT_FOV);
+        let base = from_file.unwrap_or_else(|| framing(bounds, fov, self.resolution));
+        let mut parameters = CameraParameters {
+            position: flags.position.unwrap_or(base.position),
+            look_at: flags.look_at.unwrap_or(base.look_at),
+            up: flags.up.unwrap_or(base.up),
+            vertical_fov: fov,
+            ..base
+        };
+        if self.scene.camera.as_ref().is_none_or(|c| c.focus_distance.is_none()) {
+            parameters.focus_distance = focus_at_target(&parameters);
+        }
+        let camera = Camera::new(parameters, self.resolution).map_err(|message| self.camera_error(message))?;
+        Ok((parameters, camera))
+    }
+
+    /// Blames the scene file's camera, unless flags had a say.
+    fn camera_error(&self, message: String) -> CliError {
+        let flags = &self.camera;
+        let flagged = flags.position.is_some() || flags.look_at.is_some() || flags.up.is_some() || flags.fov.is_some();
+        match &self.scene.camera {
+            Some(section) if !flagged => self
+                .scene
+                .error(section.position.span(), message)
+                .help("correct the [camera]")
+                .into(),
+            _ => CliError::Usage(format!(
+                "{message}\n  help: correct --position, --look-at, --up or --fov"
+            )),
+        }
+    }
+
+    /// What decides the pixels besides the scene, as `key=value` pairs.
+    pub fn settings(&self) -> String {
+        let depth = crate::io::MaxDepth(self.max_depth);
+        format!(
+            "integrator={} sampler={} max_depth={depth} filter=box",
+            self.integrator, self.sampler
+        )
+    }
+}
+
+const INTEGRATOR: &str = <PathIntegrator<'static, crate::accel::brute::BruteForce> as Integrator>::NAME;
+
+/// A scene file, or the scene that a bare OBJ stands for.
+pub(super) fn read_scene(path: &Path) -> Result<SceneFile, FileError> {
+    if path.is_dir() {
+        return Err(
+            FileError::new(path, "this is a directory, not a scene").help("give a .toml scene file or an .obj file")
+        );
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("toml") => SceneFile::load(path),
+        Some("obj") => Ok(SceneFile::of_obj(path)),
+        _ => Err(FileError::new(path, "not a scene by its name").help("give a .toml scene file or an .obj file")),
+    }
+}
+
+fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {
+    let from_file = |value: &Option<Spanned<u32>>| -> Result<u32, CliError> {
+        match value {
+            Some(n) if *n.get_ref() == 0 => Err(scene
+                .error(n.span(), "the image has no pixels")
+                .help("use 1 or more")
+                .into()),
+            Some(n) => Ok(*n.get_ref()),
+            None => Ok(512),
+        }
+    };
+    let [width, height] = match args.size {
+        Some(size) => size,
+        None => [from_file(&scene.image.width)?, from_file(&scene.image.height)?],
+    };
+    if width == 0 || height == 0 {
+        return Err(CliError::Usage(format!(
+            "--size {width}x{height}: the image has no pixels\n  help: use 1x1 or more"
+        )));
+    }
+    // EXR counts pixels in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
+    const MAX: u32 = 1 << 16;
+    if width > MAX || height > MAX {
+        return Err(CliError::Usage(format!(
+            "image size {width}x{height}\n  help: at most {MAX} pixels a side"
+        )));
+    }
+    Ok(UVec2::new(width, height))
+}
+
+fn crop(args: &RenderArgs, resolution: UVec2) -> Result<Rect, CliError> {
+    let Some([x0, y0, x1, y1]) = args.crop else {
+        return Ok(Rect::full(resolution));
+    };
+    let crop = Rect {
+        min: UVec2::new(x0, y0),
+        max: UVec2::new(x1, y1),
+    };
+    if !crop.is_inside(resolution) {
+        return Err(CliError::Usage(format!(
+            "--crop {x0},{y0},{x1},{y1} holds no pixel or leaves the image of {}x{}\n  help: X0 < X1 and Y0 < Y1, inside the image",
+            resolution.x, resolution.y
+        )));
+    }
+    Ok(crop)
+}
+
+fn outputs(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
+    let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
+    let paths = if args.output.is_empty() {
+        default()
+    } else {
+        args.output.clone()
+    };
+    // A name that is no image is wrong usage; a folder that cannot be written is a failure.
+    let prepared = paths.iter().map(|path| {
+        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
+        Ok((format, Output::prepare(path)?))
+    });
+    prepared.collect()
+}
+
+/// The flag's name, else the scene file's, else the first of those there are.
+fn choose(
+    scene: &SceneFile,
+    what: &str,
+    flag: &Option<String>,
+    file: &Option<Spanned<String>>,
+    known: &[&'static str],
+) -> Result<&'static str, CliError> {
+    match (flag, file) {
+        (Some(name), _) => known.iter().copied().find(|k| k == name).ok_or_else(|| {
+            CliError::Usage(format!(
+                "unknown {what} `{name}`\n  help: there is {}",
+                known.join(", ")
+            ))
+        }),
+        (None, Some(name)) => check_name(scene, name, what, known),
+        (None, None) => Ok(known[0]),
+    }
+}
+
+fn check_name(
+    scene: &SceneFile,
+    name: &Spanned<String>,
+    what: &str,
+    known: &[&'static str],
+) -> Result<&'static str, CliError> {
+    known.iter().copied().find(|k| *k == name.get_ref()).ok_or_else(|| {
+        let message = format!("unknown {what} `{}`", name.get_ref());
+        scene
+            .error(name.span(), message)
+            .help(format!("there is {}", known.join(", ")))
+            .into()
+    })
+}
+
+fn parameters(section: &CameraSection) -> CameraParameters {
+    CameraParameters {
+        position: Vec3::from(*section.position.get_ref()),
+        look_at: section.look_at.into(),
+        up: section.up.map_or(Vec3::Y, Vec3::from),
+        vertical_fov: section.vertical_fov.unwrap_or(DEFAULT_FOV),
+        lens_radius: section.lens_radius.unwrap_or(0.0),
+        focus_distance: section.focus_distance.unwrap_or(1.0),
+    }
+}
+
+/// A pinhole on the +z side that sees the whole sphere around `bounds`.
+fn framing(bounds: Bounds3, vertical_fov: f32, resolution: UVec2) -> CameraParameters {
+    let look_at = bounds.center();
+    let radius = Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
+    // The narrower of the two fields of view must hold the sphere.
+    let half = (0.5 * vertical_fov.clamp(1.0, 179.0)).to_radians();
+    let aspect = resolution.x as f32 / resolution.y as f32;
+    let narrow = if aspect < 1.0 {
+        (half.tan() * aspect).atan()
+    } else {
+        half
+    };
+    CameraParameters {
+        position: look_at + Vec3::Z * (radius / narrow.sin()),
+        look_at,
+        up: Vec3::Y,
+        vertical_fov,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    }
+}
+
+/// The distance to `look_at`, for cameras that do not say where they focus.
+fn focus_at_target(camera: &CameraParameters) -> f32 {
+    Some(camera.position.distance(camera.look_at))
+        .filter(|&d| d > 0.0)
+        .unwrap_or(1.0)
+}

@@ -1,0 +1,51 @@
+//! The command line: what was typed ([`args`]), what it means ([`job`]), and doing it ([`run`]).
+
+mod args;
+mod backend;
+mod error;
+mod hash;
+mod info;
+mod job;
+mod progress;
+mod run;
+mod stats;
+
+use args::{Args, Command};
+use clap::Parser;
+use error::CliError;
+use std::process::ExitCode;
+
+/// Runs the program on the process's arguments and turns the outcome into an exit code.
+///
+/// 0 done, 1 failed, 2 wrong usage, 130 interrupted.
+pub fn main() -> ExitCode {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => {
+            // Help goes to the standard output and is no failure; clap decides by the kind of error.
+            let _ = error.print();
+            return ExitCode::from(error.exit_code() as u8);
+        }
+    };
+    match dispatch(args) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn dispatch(args: Args) -> Result<ExitCode, CliError> {
+    if args.version {
+        println!("{}", backend::version_text());
+        return Ok(ExitCode::SUCCESS);
+    }
+    match args.command {
+        Some(Command::Render(args)) => run::render(&args),
+        Some(Command::Info(args)) => info::info(&args),
+        None => Err(CliError::Usage(
+            "no command given\n  help: embrasure --help lists them".into(),
+        )),
+    }
+}

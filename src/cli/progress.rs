@@ -1,0 +1,62 @@
+use crate::render::Observer;
+use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
+use std::fmt::Write;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Set by the first Ctrl-C or termination signal.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on an interrupt asks the render to end and be written; a second one ends the process at once.
+pub(super) fn catch_interrupts() {
+    static INSTALLED: OnceLock<()> = OnceLock::new();
+    INSTALLED.get_or_init(|| {
+        // Without a handler an interrupt just ends the process, which is no reason not to render.
+        let _ = ctrlc::set_handler(|| {
+            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+                std::process::exit(130);
+            }
+        });
+    });
+}
+
+/// A bar with rate and remaining time on a terminal; nothing elsewhere.
+pub(super) struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// For `samples` samples over all pixels.
+    pub fn new(samples: u64, quiet: bool) -> Self {
+        if quiet {
+            return Self {
+                bar: ProgressBar::hidden(),
+            };
+        }
+        let style = ProgressStyle::with_template(
+            "{wide_bar:.cyan/blue} {percent:>3} %  {rate} samples/s  {elapsed} elapsed, {eta} to go",
+        )
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
+            let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
+        });
+        Self {
+            bar: ProgressBar::new(samples).with_style(style),
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Observer for Progress {
+    fn progress(&self, samples: u64) {
+        self.bar.inc(samples);
+    }
+
+    fn should_stop(&self) -> bool {
+        INTERRUPTED.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,225 @@
+use super::args::RenderArgs;
+use super::backend::Backend;
+use super::error::CliError;
+use super::job::Job;
+use super::progress::{Progress, catch_interrupts};
+use super::stats::{Dropped, Rays, Stats, peak_rss_bytes};
+use crate::accel::Accel;
+use crate::accel::brute::BruteForce;
+#[cfg(feature = "embree")]
+use crate::accel::embree::EmbreeAccel;
+use crate::camera::Camera;
+use crate::film::Film;
+use crate::integrator::PathIntegrator;
+use crate::io::{FileError, Loaded, Metadata, load_scene};
+use crate::render::{self, Outcome, Statistics};
+use crate::sampler::Independent;
+use crate::scene::Scene;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Exit code of an interrupted render.
+const INTERRUPTED: u8 = 130;
+
+/// Renders as the arguments say, and writes the images.
+pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
+    let start = Instant::now();
+    let job = Job::new(args)?;
+    let Loaded { scene, mut warnings } = load_scene(&job.scene)?;
+    let (parameters, camera) = job.camera(scene.bounds())?;
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(job.threads)
+        .build()
+        .map_err(|error| CliError::Failed(format!("cannot start {} threads: {error}", job.threads)))?;
+    let prepared = Prepared {
+        load_s: start.elapsed().as_secs_f64(),
+        scene_hash: super::hash::scene_hash(&scene, &parameters),
+        job: &job,
+        scene: &scene,
+        camera: &camera,
+        start,
+        pool: &pool,
+    };
+
+    // The one place that chooses backend × integrator.
+    match job.backend {
+        #[cfg(feature = "embree")]
+        Backend::Embree => {
+            let build = Instant::now();
+            let accel = EmbreeAccel::new(&scene, job.threads).map_err(|e| CliError::Failed(e.to_string()))?;
+            prepared.render(&accel, build.elapsed().as_secs_f64(), &mut warnings)
+        }
+        Backend::Brute => {
+            let build = Instant::now();
+            let accel = BruteForce::new(&scene);
+            prepared.render(&accel, build.elapsed().as_secs_f64(), &mut warnings)
+        }
+    }
+}
+
+/// A job whose scene is loaded; what is missing is an acceleration structure.
+struct Prepared<'a> {
+    job: &'a Job,
+    scene: &'a Scene,
+    scene_hash: String,
+    camera: &'a Camera,
+    load_s: f64,
+    start: Instant,
+    pool: &'a rayon::ThreadPool,
+}
+
+impl Prepared<'_> {
+    fn render<A: Accel>(&self, accel: &A, build_s: f64, warnings: &mut Vec<String>) -> Result<ExitCode, CliError> {
+        let job = self.job;
+        let integrator = PathIntegrator {
+            scene: self.scene,
+            accel,
+            camera: self.camera,
+            max_depth: job.max_depth,
+        };
+        let sampler = Independent::new(job.seed);
+        let mut film = Film::new(job.resolution, job.crop);
+        let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
+
+        catch_interrupts();
+        let render_start = Instant::now();
+        let (outcome, statistics) = self
+            .pool
+            .install(|| render::render(&integrator, &sampler, &mut film, job.samples.clone(), &progress));
+        let render_s = render_start.elapsed().as_secs_f64();
+        progress.finish();
+        if statistics.dropped > 0 {
+            let warning = dropped_warning(&statistics);
+            eprintln!("warning: {warning}");
+            warnings.push(warning);
+        }
+
+        // Every output is tried, so that one full disk does not cost the other picture.
+        let info = accel.info();
+        let metadata = Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: self.scene_hash.clone(),
+            settings: job.settings(),
+            first_sample: job.samples.start,
+            end_sample: job.samples.end,
+            seed: job.seed,
+            backend: info.name.into(),
+            backend_version: format!("{} {}", info.version, info.isa),
+            render_seconds: render_s,
+            complete: outcome == Outcome::Complete,
+        };
+        let image = film.develop();
+        let write = |(format, output): &(_, crate::io::Output)| output.write_image(*format, &image, &metadata);
+        let mut failures: Vec<FileError> = job.outputs.iter().filter_map(|o| write(o).err()).collect();
+
+        let stats = Stats {
+            version: env!("CARGO_PKG_VERSION"),
+            backend: info.name,
+            backend_version: &info.version,
+            isa: info.isa,
+            integrator: job.integrator,
+            sampler: job.sampler,
+            spp: job.samples.len() as u32,
+            threads: job.threads,
+            width: job.resolution.x,
+            height: job.resolution.y,
+            triangles: self.scene.triangle_count(),
+            lights: self.scene.lights().len(),
+            load_s: self.load_s,
+            build_s,
+            render_s,
+            total_s: self.start.elapsed().as_secs_f64(),
+            rays: Rays {
+                camera: statistics.rays.camera,
+                bounce: statistics.rays.bounce,
+                shadow: statistics.rays.shadow,
+            },
+            samples: statistics.samples,
+            complete: outcome == Outcome::Complete,
+            scene_hash: &self.scene_hash,
+            scene_bytes: self.scene.bytes(),
+            bvh_bytes: accel.bytes(),
+            peak_rss_bytes: peak_rss_bytes(),
+            dropped_samples: statistics.dropped,
+            dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            warnings,
+        };
+        if let Some(output) = &job.stats {
+            let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
+            failures.extend(output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err());
+        }
+        if !job.quiet {
+            self.summarize(&stats);
+        }
+        finish(failures, outcome)
+    }
+
+    fn summarize(&self, stats: &Stats) {
+        let job = self.job;
+        let names: Vec<String> = job
+            .outputs
+            .iter()
+            .map(|(_, o)| o.path().display().to_string())
+            .collect();
+        eprintln!(
+            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}) -> {}",
+            job.scene_path.display(),
+            stats.width,
+            stats.height,
+            stats.samples as f64 / job.crop.area() as f64,
+            stats.spp,
+            stats.render_s,
+            stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
+            stats.backend,
+            stats.backend_version,
+            names.join(", "),
+        );
+        if job.verbose {
+            eprintln!(
+                "  {} triangles, {} lights; load {:.3} s, build {:.3} s, in all {:.3} s",
+                stats.triangles, stats.lights, stats.load_s, stats.build_s, stats.total_s
+            );
+            eprintln!(
+                "  rays: {} camera, {} bounce, {} shadow; {} thread(s), {}",
+                stats.rays.camera, stats.rays.bounce, stats.rays.shadow, stats.threads, stats.isa
+            );
+            eprintln!(
+                "  memory: scene {:.1} MB, acceleration structure {:.1} MB, peak {:.1} MB; scene hash {}",
+                stats.scene_bytes as f64 / 1e6,
+                stats.bvh_bytes as f64 / 1e6,
+                stats.peak_rss_bytes.unwrap_or(0) as f64 / 1e6,
+                stats.scene_hash,
+            );
+        }
+    }
+}
+
+fn dropped_warning(statistics: &Statistics) -> String {
+    let first = statistics.first_dropped.first().map_or_else(String::new, |d| {
+        format!(
+            "; the first is sample {} of pixel {},{}",
+            d.key.sample, d.key.x, d.key.y
+        )
+    });
+    format!(
+        "{} samples were NaN, infinite or negative and count as black{first}",
+        statistics.dropped
+    )
+}
+
+fn finish(failures: Vec<FileError>, outcome: Outcome) -> Result<ExitCode, CliError> {
+    if !failures.is_empty() {
+        let words: Vec<String> = failures.iter().map(FileError::to_string).collect();
+        return Err(CliError::Failed(words.join("\nerror: ")));
+    }
+    match outcome {
+        Outcome::Complete => Ok(ExitCode::SUCCESS),
+        Outcome::Stopped => {
+            eprintln!("interrupted: the image holds the samples taken so far");
+            Ok(ExitCode::from(INTERRUPTED))
+        }
+    }
+}

@@ -1,0 +1,68 @@
+use crate::render::DroppedSample;
+use serde::Serialize;
+
+/// What `--stats` writes: one JSON object.
+#[derive(Debug, Serialize)]
+pub(super) struct Stats<'a> {
+    pub version: &'static str,
+    pub backend: &'static str,
+    pub backend_version: &'a str,
+    pub isa: &'static str,
+    pub integrator: &'static str,
+    pub sampler: &'static str,
+    pub spp: u32,
+    pub threads: usize,
+    pub width: u32,
+    pub height: u32,
+    pub triangles: u64,
+    pub lights: usize,
+    pub load_s: f64,
+    pub build_s: f64,
+    pub render_s: f64,
+    pub total_s: f64,
+    pub rays: Rays,
+    pub samples: u64,
+    pub complete: bool,
+    pub scene_hash: &'a str,
+    pub scene_bytes: u64,
+    pub bvh_bytes: u64,
+    /// `null` where the system does not tell.
+    pub peak_rss_bytes: Option<u64>,
+    pub dropped_samples: u64,
+    /// The first few, each enough to trace it again.
+    pub dropped: Vec<Dropped>,
+    pub warnings: &'a [String],
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Rays {
+    pub camera: u64,
+    pub bounce: u64,
+    pub shadow: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct Dropped {
+    pixel: [u32; 2],
+    sample: u32,
+    /// Text, because JSON has no NaN.
+    radiance: String,
+}
+
+impl From<&DroppedSample> for Dropped {
+    fn from(d: &DroppedSample) -> Self {
+        Self {
+            pixel: d.key.pixel().to_array(),
+            sample: d.key.sample,
+            radiance: format!("{:?}", d.radiance),
+        }
+    }
+}
+
+/// The process's largest resident size so far, from Linux's `VmHWM`.
+pub(super) fn peak_rss_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
+}

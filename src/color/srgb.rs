@@ -1,0 +1,36 @@
+//! The sRGB transfer curve (IEC 61966-2-1): the edge between linear light and 8-bit display values.
+
+/// Linear [0, 1] to sRGB-encoded [0, 1]; values outside are clamped, NaN becomes 0.
+pub fn encode(linear: f32) -> f32 {
+    // `max` maps NaN to 0, which `clamp` would let through.
+    let x = f32::max(linear, 0.0).min(1.0);
+    if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// Linear light to the nearest 8-bit sRGB code.
+pub fn encode_u8(linear: f32) -> u8 {
+    (encode(linear) * 255.0).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_values() {
+        assert_eq!(encode_u8(0.0), 0);
+        assert_eq!(encode_u8(1.0), 255);
+        assert_eq!(encode_u8(7.0), 255);
+        assert_eq!(encode_u8(-1.0), 0);
+        assert_eq!(encode_u8(f32::NAN), 0);
+        // 18 % grey and half intensity, the textbook pair.
+        assert_eq!(encode_u8(0.18), 118);
+        assert_eq!(encode_u8(0.5), 188);
+        // The two pieces meet.
+        assert!((encode(0.003_130_8) - encode(0.003_130_9)).abs() < 1e-6);
+    }
+}

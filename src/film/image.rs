@@ -1,0 +1,106 @@
+use super::{Accumulator, Film, Rect};
+use crate::math::UVec2;
+
+/// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
+pub const Z_BACKGROUND: f32 = 1e10;
+
+/// One channel of an image, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name as in the file, `layer.component`.
+    pub name: &'static str,
+    /// One value a pixel of the crop.
+    pub values: Vec<f32>,
+}
+
+/// A developed film: named channels of float32.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Size of the full image.
+    pub resolution: UVec2,
+    /// The part of it that the channels cover.
+    pub crop: Rect,
+    /// `R G B` first, then the auxiliary channels.
+    pub channels: Vec<Channel>,
+}
+
+/// A channel's name and how a pixel's sums give its value.
+type Developer = (&'static str, fn(&Accumulator) -> f32);
+
+const CHANNELS: [Developer; 14] = [
+    ("R", |a| a.mean(0) as f32),
+    ("G", |a| a.mean(1) as f32),
+    ("B", |a| a.mean(2) as f32),
+    ("albedo.R", |a| a.albedo(0)),
+    ("albedo.G", |a| a.albedo(1)),
+    ("albedo.B", |a| a.albedo(2)),
+    ("N.X", |a| a.normal(0)),
+    ("N.Y", |a| a.normal(1)),
+    ("N.Z", |a| a.normal(2)),
+    ("Z", |a| a.depth().unwrap_or(Z_BACKGROUND)),
+    ("variance.R", |a| a.variance_of_mean(0) as f32),
+    ("variance.G", |a| a.variance_of_mean(1) as f32),
+    ("variance.B", |a| a.variance_of_mean(2) as f32),
+    ("samples", |a| a.samples() as f32),
+];
+
+impl Image {
+    pub(super) fn from_film(film: &Film) -> Self {
+        let crop = film.crop();
+        let width = crop.size().x as usize;
+        let mut channels: Vec<Channel> = CHANNELS
+            .iter()
+            .map(|&(name, _)| Channel {
+                name,
+                values: vec![0.0; crop.area() as usize],
+            })
+            .collect();
+        for (pixel, sums) in film.tiles().iter().flat_map(|tile| tile.iter()) {
+            let at = pixel - crop.min;
+            let index = at.y as usize * width + at.x as usize;
+            for (channel, (_, develop)) in channels.iter_mut().zip(CHANNELS) {
+                channel.values[index] = develop(sums);
+            }
+        }
+        Self {
+            resolution: film.resolution(),
+            crop,
+            channels,
+        }
+    }
+
+    /// The channel called `name`.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|c| c.name == name)
+    }
+
+    /// Linear red, green and blue of each pixel, row by row from the top.
+    pub fn rgb(&self) -> impl Iterator<Item = [f32; 3]> {
+        (0..self.crop.area() as usize).map(|i| [0, 1, 2].map(|c| self.channels[c].values[i]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+
+    #[test]
+    fn pixels_of_a_crop_land_where_they_belong() {
+        let crop = Rect {
+            min: UVec2::new(3, 5),
+            max: UVec2::new(40, 27),
+        };
+        let mut film = Film::new(UVec2::new(64, 32), crop);
+        for tile in film.tiles_mut() {
+            for (pixel, sums) in tile.iter_mut() {
+                sums.add(Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0), None);
+            }
+        }
+        let image = film.develop();
+        let expected: Vec<[f32; 3]> = crop.pixels().map(|p| [p.x as f32, p.y as f32, 1.0]).collect();
+        assert_eq!(image.rgb().collect::<Vec<_>>(), expected);
+        assert!(image.channel("samples").unwrap().values.iter().all(|&n| n == 1.0));
+        assert!(image.channel("Z").unwrap().values.iter().all(|&z| z == Z_BACKGROUND));
+    }
+}

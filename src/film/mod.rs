@@ -1,0 +1,75 @@
+//! Sums of samples per pixel. No files, no threads, no tone curve.
+
+mod accumulator;
+mod image;
+mod tile;
+
+pub use accumulator::{Accumulator, FirstSurface};
+pub use image::{Channel, Image, Z_BACKGROUND};
+pub use tile::{Rect, Tile};
+
+use crate::math::UVec2;
+
+/// Edge of a tile in pixels: its sums (20 KB) stay in the first-level cache while it is worked on.
+const TILE_SIZE: u32 = 16;
+
+/// The pixels of an image, or of a crop of it, as independent tiles.
+#[derive(Clone, Debug)]
+pub struct Film {
+    resolution: UVec2,
+    crop: Rect,
+    tiles: Vec<Tile>,
+}
+
+impl Film {
+    /// An empty film for the pixels in `crop` of an image of `resolution` pixels.
+    ///
+    /// # Panics
+    /// If the crop is empty or not inside the image; callers validate it with [`Rect::is_inside`].
+    pub fn new(resolution: UVec2, crop: Rect) -> Self {
+        assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
+        let mut tiles = Vec::new();
+        for y in (crop.min.y..crop.max.y).step_by(TILE_SIZE as usize) {
+            for x in (crop.min.x..crop.max.x).step_by(TILE_SIZE as usize) {
+                let min = UVec2::new(x, y);
+                let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(crop.max);
+                tiles.push(Tile::new(Rect { min, max }));
+            }
+        }
+        Self {
+            resolution,
+            crop,
+            tiles,
+        }
+    }
+
+    /// Size of the full image.
+    pub fn resolution(&self) -> UVec2 {
+        self.resolution
+    }
+
+    /// The part of the image that this film holds.
+    pub fn crop(&self) -> Rect {
+        self.crop
+    }
+
+    /// All tiles.
+    pub fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
+    /// All tiles, to add samples to; each may be given to another thread.
+    pub fn tiles_mut(&mut self) -> &mut [Tile] {
+        &mut self.tiles
+    }
+
+    /// Bytes that a film of this crop takes.
+    pub fn bytes(crop: Rect) -> u64 {
+        crop.area() * size_of::<Accumulator>() as u64
+    }
+
+    /// Means, variances and counts as channels of float32.
+    pub fn develop(&self) -> Image {
+        Image::from_film(self)
+    }
+}

@@ -1,0 +1,115 @@
+use super::PrimId;
+use crate::math::{Vec3, float::gamma};
+
+/// Indexed triangles in world space, counter-clockwise seen from the front.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A point on a surface, with all that shading needs of the geometry.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position in world space.
+    pub p: Vec3,
+    /// Bound on the rounding error of `p`, per coordinate.
+    pub error: Vec3,
+    /// Unit geometric normal, by the winding.
+    pub ng: Vec3,
+    /// Unit shading normal, on the side of `ng`.
+    pub ns: Vec3,
+}
+
+impl Mesh {
+    /// Corners of triangle `prim`.
+    pub fn corners(&self, prim: PrimId) -> [Vec3; 3] {
+        self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The point of triangle `prim` at barycentric coordinates `b1`, `b2` of its second and third corner.
+    pub fn surface_point(&self, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
+        let corners = self.corners(prim);
+        let [p0, p1, p2] = corners;
+        SurfacePoint::on_triangle(corners, triangle_normal(p0, p1, p2), b1, b2)
+    }
+}
+
+impl SurfacePoint {
+    /// The point at barycentric coordinates `b1`, `b2` of a flat triangle whose unit normal is `ng`.
+    ///
+    /// The error bound is that of PBR4 eq. (6.25), `γ₇ Σ |bᵢ pᵢ|`, plus the part that comes from later tests of the
+    /// same triangle: an intersector subtracts the ray's origin from the corners, and rounds edges as long as the
+    /// triangle.
+    pub fn on_triangle([p0, p1, p2]: [Vec3; 3], ng: Vec3, b1: f32, b2: f32) -> Self {
+        let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
+        let magnitude = t0.abs() + t1.abs() + t2.abs();
+        let extent = (p1 - p0).abs().max((p2 - p0).abs());
+        Self {
+            p: t0 + t1 + t2,
+            error: gamma(7) * magnitude + gamma(3) * extent,
+            ng,
+            ns: ng,
+        }
+    }
+}
+
+/// Unit normal of the triangle by its winding; zero only where the triangle has no area at all.
+pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {
+    let n = (p1 - p0).cross(p2 - p0);
+    let squared = n.length_squared();
+    // Away from the ends of f32's range the product keeps its precision; elsewhere f64 does.
+    if (1e-30..1e30).contains(&squared) {
+        n * (1.0 / squared.sqrt())
+    } else {
+        let [p0, p1, p2] = [p0, p1, p2].map(Vec3::as_dvec3);
+        (p1 - p0).cross(p2 - p0).normalize_or_zero().as_vec3()
+    }
+}
+
+/// Area of the triangle, in f64 so that tiny and huge ones keep theirs.
+pub fn triangle_area(p0: Vec3, p1: Vec3, p2: Vec3) -> f64 {
+    let [p0, p1, p2] = [p0, p1, p2].map(Vec3::as_dvec3);
+    0.5 * (p1 - p0).cross(p2 - p0).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_hold_at_every_scale() {
+        let n = Vec3::new(1.0, 2.0, 3.0).normalize();
+        let frame = crate::math::Frame::from_z(n);
+        for exponent in -18..=18 {
+            let s = 10f32.powi(exponent);
+            let corners = [Vec3::ZERO, Vec3::X, Vec3::new(0.3, 0.9, 0.0)].map(|p| frame.to_world(p) * s);
+            let [p0, p1, p2] = corners;
+            let got = triangle_normal(p0, p1, p2);
+            assert!(got.distance(n) < 1e-5, "scale {s}: {got}");
+            let area = triangle_area(p0, p1, p2) / (s as f64).powi(2);
+            assert!((area - 0.45).abs() < 1e-5, "scale {s}: {area}");
+        }
+    }
+
+    #[test]
+    fn surface_points_lie_within_their_error_bound() {
+        let mesh = Mesh {
+            positions: vec![
+                Vec3::new(-3.1, 100.7, 2.3),
+                Vec3::new(4.2, 101.3, -0.7),
+                Vec3::new(0.9, 99.1, 5.5),
+            ],
+            triangles: vec![[0, 1, 2]],
+        };
+        let d = mesh.positions.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>();
+        for (b1, b2) in [(0.0f32, 0.0f32), (0.3, 0.6), (0.123_456_7, 0.2), (1.0, 0.0)] {
+            let s = mesh.surface_point(PrimId(0), b1, b2);
+            let exact = (1.0 - b1 as f64 - b2 as f64) * d[0] + b1 as f64 * d[1] + b2 as f64 * d[2];
+            let off = (s.p.as_dvec3() - exact).abs();
+            assert!(off.cmple(s.error.as_dvec3()).all(), "{off} against {}", s.error);
+        }
+    }
+}

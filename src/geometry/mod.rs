@@ -1,0 +1,12 @@
+//! Triangles: mesh arrays, typed ids, hits, surface points and the ray origins that leave them.
+//!
+//! Knows no materials and no ray-tracing backend: whatever a backend reports is turned into points and normals here,
+//! so backends cannot disagree on them.
+
+mod hit;
+mod mesh;
+mod spawn;
+
+pub use hit::{GeomId, Hit, InstanceId, PrimId};
+pub use mesh::{Mesh, SurfacePoint, triangle_area, triangle_normal};
+pub use spawn::{offset_origin, ray_between, ray_towards};

@@ -1,0 +1,68 @@
+use super::SurfacePoint;
+use crate::math::{
+    Ray, Vec3,
+    float::{gamma, next_down, next_up},
+};
+
+/// Moves a point off its surface along the normal, to the side that `w` points to, just beyond its error bound.
+///
+/// A ray that starts there cannot meet the surface it left, and skips nothing wider than the rounding error
+/// (PBR4 §6.8.6).
+pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
+    // The box of half-width `error` around p is cleared by this much along the normal.
+    let distance = s.ng.abs().dot(s.error);
+    let offset = s.ng * distance.copysign(w.dot(s.ng));
+    let p = s.p + offset;
+    // The sum may have been rounded back into the box: take the next float outwards.
+    let away = |p: f32, offset: f32| {
+        if offset > 0.0 {
+            next_up(p)
+        } else if offset < 0.0 {
+            next_down(p)
+        } else {
+            p
+        }
+    };
+    Vec3::new(away(p.x, offset.x), away(p.y, offset.y), away(p.z, offset.z))
+}
+
+/// The ray that leaves the surface at `s` in direction `w`.
+pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
+    Ray::new(offset_origin(s, w), w)
+}
+
+/// The segment from the surface at `s` to the point `target`, which it does not reach.
+///
+/// `target` lies off its own surface already where it has one ([`offset_origin`]).
+pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
+    let origin = offset_origin(s, target - s.p);
+    Ray {
+        // An intersector's t is off by a few roundings of the whole length: that much is left out.
+        t_max: 1.0 - gamma(16),
+        ..Ray::new(origin, target - origin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Mesh, PrimId};
+
+    #[test]
+    fn origins_leave_on_the_side_of_the_direction() {
+        let mesh = Mesh {
+            positions: vec![
+                Vec3::new(1e3, 0.0, 0.0),
+                Vec3::new(1e3, 1.0, 0.0),
+                Vec3::new(1e3, 0.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2]],
+        };
+        let s = mesh.surface_point(PrimId(0), 0.25, 0.5);
+        assert_eq!(s.ng, Vec3::X);
+        assert!(offset_origin(&s, Vec3::new(0.1, 5.0, 0.0)).x > 1e3 + s.error.x);
+        assert!(offset_origin(&s, Vec3::new(-0.1, 5.0, 0.0)).x < 1e3 - s.error.x);
+        let ray = ray_between(&s, Vec3::new(2e3, 0.0, 0.0));
+        assert!(ray.t_max < 1.0 && ray.t_max > 0.99999);
+    }
+}

@@ -1,0 +1,42 @@
+//! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
+
+mod direct;
+mod path;
+
+pub use path::PathIntegrator;
+
+use crate::color::Spectrum;
+use crate::film::FirstSurface;
+use crate::sampler::{SampleKey, Sampler};
+
+/// Computes one sample of one pixel: a key in, contributions out.
+pub trait Integrator: Sync {
+    /// The name users type.
+    const NAME: &'static str;
+
+    /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
+}
+
+/// Why a ray is traced; statistics count by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    /// From the camera.
+    Camera,
+    /// Onwards from a surface.
+    Bounce,
+    /// Towards a light.
+    Shadow,
+}
+
+/// Takes what an integrator finds in one sample.
+pub trait Sink {
+    /// Adds radiance to the pixel of the sample.
+    fn radiance(&mut self, radiance: Spectrum);
+
+    /// Notes what the camera sees first.
+    fn first_surface(&mut self, surface: FirstSurface);
+
+    /// Counts a traced ray.
+    fn ray(&mut self, kind: RayKind);
+}

@@ -1,0 +1,272 @@
+use super::FileError;
+use super::mtl::default_material;
+use super::obj::{Group, ObjFile, load_obj};
+use super::scene_file::{LightSection, MaterialSection, ObjectSection, Scale, SceneFile};
+use crate::color::Spectrum;
+use crate::geometry::Mesh;
+use crate::material::{Material, MaterialId};
+use crate::math::{Affine3A, Vec3, affine_from_rows, affine_from_trs};
+use crate::scene::{BuildError, Scene, SceneBuilder, SceneReport};
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// Name of the material of faces that name none.
+const DEFAULT_MATERIAL: &str = "default";
+
+/// A scene read from files.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The frozen scene.
+    pub scene: Scene,
+    /// What was missing, repaired or assumed, in sentences.
+    pub warnings: Vec<String>,
+}
+
+/// Reads everything that `file` names and builds the scene.
+pub fn load_scene(file: &SceneFile) -> Result<Loaded, FileError> {
+    let mut loader = Loader {
+        file,
+        builder: SceneBuilder::new(),
+        warnings: Vec::new(),
+        used: HashMap::new(),
+    };
+    // An OBJ that several objects place is read once.
+    let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
+    for object in &file.object {
+        let path = file.resolve(object.obj.get_ref());
+        if !objs.contains_key(&path) {
+            let mut obj = load_obj(&path).map_err(|error| loader.named_here(error, &path, object.obj.span()))?;
+            loader.warnings.append(&mut obj.warnings);
+            objs.insert(path.clone(), obj);
+        }
+        loader.add_object(object, &path, &objs[&path])?;
+    }
+    loader.add_lights()?;
+    loader.warn_of_unused_materials();
+
+    let (scene, report) = loader.builder.build().map_err(|e| scene_error(file, &e))?;
+    loader.warnings.extend(report_warnings(&report));
+    Ok(Loaded {
+        scene,
+        warnings: loader.warnings,
+    })
+}
+
+struct Loader<'a> {
+    file: &'a SceneFile,
+    builder: SceneBuilder,
+    warnings: Vec<String>,
+    /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
+    used: HashMap<(Option<PathBuf>, String), MaterialId>,
+}
+
+impl Loader<'_> {
+    fn add_object(&mut self, object: &ObjectSection, path: &Path, obj: &ObjFile) -> Result<(), FileError> {
+        let transform = placement(self.file, object)?;
+        for group in &obj.groups {
+            let material = self.material_of(group, path, obj)?;
+            let mesh = transform.map_or_else(|| group.mesh.clone(), |t| transformed(&group.mesh, t));
+            self.builder
+                .add_mesh(mesh, material)
+                .map_err(|error| FileError::new(path, error.to_string()))?;
+        }
+        Ok(())
+    }
+
+    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one.
+    fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> Result<MaterialId, FileError> {
+        let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
+        let section = self.file.material.iter().find(|(key, _)| key.get_ref() == name);
+        let source = section.is_none().then(|| path.to_path_buf());
+        if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
+            return Ok(id);
+        }
+        let material = match section {
+            Some((_, section)) => self.material_from_section(name, section),
+            // The last definition of a name wins, as it would in a program that reads the file top to bottom.
+            None => match obj.materials.iter().rev().find(|m| m.name == name) {
+                Some(material) => material.clone(),
+                None => {
+                    let default = default_material(name);
+                    if let Some(name) = &group.material {
+                        self.warnings.push(format!(
+                            "{}: material `{name}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` \
+                             (diffuse {:.1})\n  help: define it in the MTL file, or as [material.\"{name}\"] in a scene file",
+                            path.display(),
+                            default.diffuse.max_component(),
+                        ));
+                    }
+                    default
+                }
+            },
+        };
+        let id = self.builder.add_material(material).map_err(|error| match section {
+            Some((key, _)) => self.file.error(key.span(), error.to_string()),
+            None => FileError::new(path, error.to_string()),
+        })?;
+        self.used.insert((source, name.to_string()), id);
+        Ok(id)
+    }
+
+    fn material_from_section(&mut self, name: &str, section: &MaterialSection) -> Material {
+        Material {
+            name: name.into(),
+            diffuse: section.diffuse.map_or(Spectrum::ZERO, Spectrum::from),
+            emission: section.emission.map_or(Spectrum::ZERO, Spectrum::from),
+        }
+    }
+
+    fn add_lights(&mut self) -> Result<(), FileError> {
+        for light in &self.file.light {
+            let span = light.kind.span();
+            let added = match light.kind.get_ref().as_str() {
+                "point" => {
+                    self.allow_keys(light, &["position", "intensity"])?;
+                    let position = self.required(light, "position", &light.position)?;
+                    let intensity = self.required(light, "intensity", &light.intensity)?;
+                    self.builder.add_point_light(position.into(), intensity.into())
+                }
+                "constant" => {
+                    self.allow_keys(light, &["radiance"])?;
+                    let radiance = self.required(light, "radiance", &light.radiance)?;
+                    self.builder.add_constant_light(radiance.into())
+                }
+                other => {
+                    let message = format!("unknown type of light `{other}`");
+                    return Err(self.file.error(span, message).help("there are `point` and `constant`"));
+                }
+            };
+            added.map_err(|error| self.file.error(span, error.to_string()).help("correct the value"))?;
+        }
+        Ok(())
+    }
+
+    fn required<T: Copy>(&self, light: &LightSection, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
+        value.as_ref().map(|v| *v.get_ref()).ok_or_else(|| {
+            let kind = light.kind.get_ref();
+            self.file
+                .error(light.kind.span(), format!("a {kind} light needs `{key}`"))
+                .help(format!("add {key} = [ , , ] to this [[light]]"))
+        })
+    }
+
+    /// Refuses keys that belong to lights of another type.
+    fn allow_keys(&self, light: &LightSection, allowed: &[&str]) -> Result<(), FileError> {
+        let keys = [
+            ("position", &light.position),
+            ("intensity", &light.intensity),
+            ("radiance", &light.radiance),
+        ];
+        for (key, value) in keys {
+            if let Some(value) = value.as_ref().filter(|_| !allowed.contains(&key)) {
+                let message = format!("a {} light has no `{key}`", light.kind.get_ref());
+                let help = format!("its keys are {}", allowed.join(", "));
+                return Err(self.file.error(value.span(), message).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    fn warn_of_unused_materials(&mut self) {
+        for key in self.file.material.keys() {
+            let name = key.get_ref();
+            if !self.used.contains_key(&(None, name.clone())) {
+                let warning = self
+                    .file
+                    .error(key.span(), format!("no face uses the material `{name}`"))
+                    .help("its name must be that of a `usemtl` line");
+                self.warnings.push(warning.to_string());
+            }
+        }
+    }
+
+    /// Says where the scene file names the file that could not be read.
+    fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
+        if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
+            return error.help_if_none("check the path");
+        }
+        let message = error.message.clone();
+        self.file
+            .error(span, format!("{}: {message}", path.display()))
+            .help("check the path; it is relative to the scene file")
+    }
+}
+
+/// Where the object is placed; `None` leaves it as it is.
+fn placement(file: &SceneFile, object: &ObjectSection) -> Result<Option<Affine3A>, FileError> {
+    let (transform, span) = match (&object.transform, &object.matrix) {
+        (None, None) => return Ok(None),
+        (Some(_), Some(matrix)) => {
+            return Err(file
+                .error(matrix.span(), "both `transform` and `matrix`")
+                .help("keep one of them"));
+        }
+        (Some(section), None) => {
+            let t = section.get_ref();
+            let scale = match t.scale {
+                None => Vec3::ONE,
+                Some(Scale::Uniform(s)) => Vec3::splat(s),
+                Some(Scale::Axes(axes)) => axes.into(),
+            };
+            let [translate, rotate] = [t.translate, t.rotate].map(|v| v.unwrap_or_default().into());
+            (affine_from_trs(translate, rotate, scale), section.span())
+        }
+        (None, Some(matrix)) => {
+            let transform = affine_from_rows(*matrix.get_ref()).ok_or_else(|| {
+                file.error(matrix.span(), "the last row of a placement must be 0 0 0 1")
+                    .help("give the matrix row by row")
+            })?;
+            (transform, matrix.span())
+        }
+    };
+    let determinant = transform.matrix3.determinant();
+    if !transform.is_finite() || determinant == 0.0 || !determinant.is_finite() {
+        return Err(file
+            .error(span, "the transform flattens the object or is not finite")
+            .help("scale factors must be finite and not zero"));
+    }
+    Ok(Some(transform))
+}
+
+/// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.
+fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
+    let mirrored = transform.matrix3.determinant() < 0.0;
+    Mesh {
+        positions: mesh.positions.iter().map(|&p| transform.transform_point3(p)).collect(),
+        triangles: match mirrored {
+            false => mesh.triangles.clone(),
+            true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+        },
+    }
+}
+
+fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
+    let path = file
+        .object
+        .first()
+        .map(|o| o.obj.get_ref().as_path())
+        .unwrap_or(Path::new(""));
+    FileError::new(path, error.to_string())
+}
+
+fn report_warnings(report: &SceneReport) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if report.degenerate_triangles > 0 {
+        warnings.push(format!(
+            "{} triangles have no area and are left out",
+            report.degenerate_triangles
+        ));
+    }
+    for (name, largest) in &report.scaled_materials {
+        warnings.push(format!(
+            "material `{name}` reflects {largest} of the light in some channel; all its channels are divided by that"
+        ));
+    }
+    if report.default_light {
+        warnings
+            .push("nothing in the scene emits light; it is lit by a constant white environment of radiance 1".into());
+    }
+    warnings
+}

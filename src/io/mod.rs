@@ -1,0 +1,19 @@
+//! Files in and out: scene files, OBJ and MTL, EXR and PNG.
+
+mod error;
+mod exr;
+mod load;
+mod mtl;
+mod obj;
+mod obj_blame;
+mod output;
+mod png;
+mod scene_file;
+
+pub use error::{FileError, Position};
+pub use exr::Metadata;
+pub use load::{Loaded, load_scene};
+pub use output::{Format, Output};
+pub use scene_file::{
+    CameraSection, ImageSection, LightSection, MaterialSection, MaxDepth, ObjectSection, RenderSection, SceneFile,
+};

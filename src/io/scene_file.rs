@@ -1,0 +1,355 @@
+use super::{FileError, Position};
+use serde::Deserialize;
+use serde::de::{self, Deserializer, Visitor};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Version of the format; 1.
+    version: Option<Spanned<u32>>,
+    /// Where the picture is taken from.
+    pub camera: Option<CameraSection>,
+    /// Size and filter.
+    #[serde(default)]
+    pub image: ImageSection,
+    /// Settings that flags override.
+    #[serde(default)]
+    pub render: RenderSection,
+    /// Geometry.
+    #[serde(default)]
+    pub object: Vec<ObjectSection>,
+    /// Materials that replace those of the MTL files, by name.
+    #[serde(default)]
+    pub material: BTreeMap<Spanned<String>, MaterialSection>,
+    /// Lights besides emitting triangles.
+    #[serde(default)]
+    pub light: Vec<LightSection>,
+    /// The file itself; paths are relative to its folder.
+    #[serde(skip)]
+    path: PathBuf,
+    /// Its text, for places in messages.
+    #[serde(skip)]
+    text: String,
+}
+
+/// `[camera]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSection {
+    /// Centre of the lens.
+    pub position: Spanned<[f32; 3]>,
+    /// The point in the middle of the image.
+    pub look_at: [f32; 3],
+    /// Up in the image.
+    pub up: Option<[f32; 3]>,
+    /// Degrees.
+    pub vertical_fov: Option<f32>,
+    /// 0 for a pinhole.
+    pub lens_radius: Option<f32>,
+    /// Along the view axis.
+    pub focus_distance: Option<f32>,
+}
+
+/// `[image]`
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ImageSection {
+    /// Pixels.
+    pub width: Option<Spanned<u32>>,
+    /// Pixels.
+    pub height: Option<Spanned<u32>>,
+    /// Reconstruction filter.
+    pub filter: Option<Spanned<String>>,
+}
+
+/// `[render]`
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderSection {
+    /// Samples a pixel.
+    #[serde(alias = "spp")]
+    pub samples: Option<Spanned<u32>>,
+    /// Of the random numbers.
+    pub seed: Option<u64>,
+    /// Scattering events at most.
+    pub max_depth: Option<MaxDepth>,
+    /// Name of the integrator.
+    pub integrator: Option<Spanned<String>>,
+    /// Name of the sampler.
+    pub sampler: Option<Spanned<String>>,
+    /// Name of the ray-tracing backend.
+    pub backend: Option<Spanned<String>>,
+}
+
+/// `[[object]]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObjectSection {
+    /// OBJ file, relative to the scene file.
+    pub obj: Spanned<PathBuf>,
+    /// Placement in the world.
+    pub transform: Option<Spanned<TransformSection>>,
+    /// Placement as four rows of four, instead of `transform`.
+    pub matrix: Option<Spanned<[[f32; 4]; 4]>>,
+}
+
+/// `transform = { … }`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransformSection {
+    /// Applied last.
+    pub translate: Option<[f32; 3]>,
+    /// Degrees about the fixed x, y and z axes, in that order.
+    pub rotate: Option<[f32; 3]>,
+    /// Applied first.
+    pub scale: Option<Scale>,
+}
+
+/// One factor, or one for each axis.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "scale must be a number or three numbers")]
+pub enum Scale {
+    /// The same along all axes.
+    Uniform(f32),
+    /// Along x, y and z.
+    Axes([f32; 3]),
+}
+
+/// `[material.NAME]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSection {
+    /// Diffuse reflectance.
+    pub diffuse: Option<[f32; 3]>,
+    /// Emitted radiance.
+    pub emission: Option<[f32; 3]>,
+    /// Phong reflectance.
+    pub specular: Option<Spanned<[f32; 3]>>,
+    /// Phong exponent.
+    pub exponent: Option<Spanned<f32>>,
+    /// Transmittance.
+    pub transmission: Option<Spanned<[f32; 3]>>,
+    /// Index of refraction.
+    pub ior: Option<Spanned<f32>>,
+}
+
+/// `[[light]]`; which keys belong to it depends on its type.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightSection {
+    /// `point` or `constant`.
+    #[serde(rename = "type")]
+    pub kind: Spanned<String>,
+    /// Of a point light.
+    pub position: Option<Spanned<[f32; 3]>>,
+    /// Of a point light, W/sr.
+    pub intensity: Option<Spanned<[f32; 3]>>,
+    /// Of a constant environment, W·sr⁻¹·m⁻².
+    pub radiance: Option<Spanned<[f32; 3]>>,
+}
+
+/// A bound on the number of scattering events, or none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaxDepth(pub Option<u32>);
+
+impl std::str::FromStr for MaxDepth {
+    type Err = String;
+
+    fn from_str(s: &str) -> Result<Self, String> {
+        match s {
+            "none" => Ok(Self(None)),
+            _ => s
+                .parse()
+                .map(|n| Self(Some(n)))
+                .map_err(|_| format!("`{s}` is neither a whole number nor `none`")),
+        }
+    }
+}
+
+impl fmt::Display for MaxDepth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(depth) => write!(f, "{depth}"),
+            None => write!(f, "none"),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for MaxDepth {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Text;
+        impl Visitor<'_> for Text {
+            type Value = MaxDepth;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a whole number, or \"none\"")
+            }
+
+            fn visit_i64<E: de::Error>(self, value: i64) -> Result<MaxDepth, E> {
+                let unexpected = || E::invalid_value(de::Unexpected::Signed(value), &self);
+                u32::try_from(value)
+                    .map(|n| MaxDepth(Some(n)))
+                    .map_err(|_| unexpected())
+            }
+
+            fn visit_str<E: de::Error>(self, value: &str) -> Result<MaxDepth, E> {
+                value
+                    .parse()
+                    .map_err(|_| E::invalid_value(de::Unexpected::Str(value), &self))
+            }
+        }
+        deserializer.deserialize_any(Text)
+    }
+}
+
+impl SceneFile {
+    /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        let text = fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the scene file", &e))?;
+        let mut file: Self = toml::from_str(&text).map_err(|error| {
+            let whole = FileError::new(path, error.message().trim_end().to_string())
+                .help("docs/conventions.md lists every key of a scene file");
+            match error.span() {
+                Some(span) => whole.at(Position::of_byte(&text, span.start)),
+                None => whole,
+            }
+        })?;
+        file.path = path.to_path_buf();
+        file.text = text;
+        match &file.version {
+            Some(version) if *version.get_ref() == 1 => {}
+            Some(version) => {
+                let message = format!("version {} of the scene format is not known", version.get_ref());
+                return Err(file
+                    .error(version.span(), message)
+                    .help("this program reads version = 1"));
+            }
+            None => return Err(FileError::new(path, "no `version` key").help("start the file with version = 1")),
+        }
+        if file.object.is_empty() {
+            return Err(
+                FileError::new(path, "no [[object]] in this scene").help("add [[object]] with obj = \"FILE.obj\"")
+            );
+        }
+        Ok(file)
+    }
+
+    /// The scene that consists of one OBJ file.
+    pub fn of_obj(path: &Path) -> Self {
+        let object = ObjectSection {
+            obj: Spanned::new(0..0, path.to_path_buf()),
+            transform: None,
+            matrix: None,
+        };
+        Self {
+            object: vec![object],
+            ..Default::default()
+        }
+    }
+
+    /// An error at bytes `span` of the file.
+    pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
+        FileError::new(&self.path, message).at(Position::of_byte(&self.text, span.start))
+    }
+
+    /// A path in the scene file, which is relative to its folder.
+    pub fn resolve(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+
+    /// Whether this stands for a scene file rather than a bare OBJ.
+    pub fn is_file(&self) -> bool {
+        !self.path.as_os_str().is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(text: &str) -> Result<SceneFile, FileError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, text).unwrap();
+        SceneFile::load(&path)
+    }
+
+    const OBJECT: &str = "[[object]]\nobj = \"a.obj\"\n";
+
+    #[test]
+    fn every_key_of_the_format_is_read() {
+        let file = load(
+            r#"version = 1
+[camera]
+position = [0, 1, 2.5]
+look_at = [0.0, 0.0, 0.0]
+up = [0.0, 1.0, 0.0]
+vertical_fov = 39.3
+lens_radius = 0.1
+focus_distance = 4
+[image]
+width = 640
+height = 480
+filter = "box"
+[render]
+samples = 64
+max_depth = "none"
+integrator = "path"
+sampler = "independent"
+seed = 18446744073709551615
+[[object]]
+obj = "a b.obj"
+transform = { translate = [0, 0, 1], rotate = [0, 90, 0], scale = 2.0 }
+[[object]]
+obj = "c.obj"
+matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+[material."tall box"]
+diffuse = [0.7, 0.7, 0.7]
+specular = [0.2, 0.2, 0.2]
+exponent = 90.0
+transmission = [0.0, 0.0, 0.0]
+ior = 1.5
+emission = [0.0, 0.0, 0.0]
+[[light]]
+type = "point"
+position = [0.0, 0.9, 0.0]
+intensity = [1.0, 1.0, 1.0]
+"#,
+        );
+        let file = file.unwrap();
+        assert_eq!(file.camera.unwrap().position.get_ref()[2], 2.5);
+        assert_eq!(file.render.max_depth, Some(MaxDepth(None)));
+        assert_eq!(file.object.len(), 2);
+        assert_eq!(file.material.keys().next().unwrap().get_ref(), "tall box");
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let cases = [
+            (format!("version = 1\n{OBJECT}[image]\nwidht = 3\n"), 5, "widht"),
+            (format!("version = 1\n{OBJECT}[image]\nwidth = \"a\"\n"), 5, "string"),
+            (format!("version = 1\n{OBJECT}[image]\nwidth = -3\n"), 5, "-3"),
+            (format!("version = 2\n{OBJECT}"), 1, "version 2"),
+            (
+                format!("version = 1\n{OBJECT}[render]\nmax_depth = \"deep\"\n"),
+                5,
+                "deep",
+            ),
+            ("version = 1\n[[object]\n".into(), 2, "]"),
+        ];
+        for (text, line, word) in cases {
+            let error = load(&text).unwrap_err();
+            assert_eq!(error.position.map(|p| p.line), Some(line), "{text}: {error}");
+            assert!(error.message.contains(word), "{text}: {error}");
+        }
+        assert!(load(OBJECT).unwrap_err().message.contains("version"));
+        assert!(load("version = 1\n").unwrap_err().message.contains("object"));
+    }
+}

@@ -1,0 +1,26 @@
+//! Embrasure: a production-style path tracer over Intel Embree 4.
+//!
+//! The rooms, from the ground up; imports run one way, towards the top of this list:
+//!
+//! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and where random numbers come from
+//! - [`geometry`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
+//! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
+//! - [`integrator`]: one pixel sample's light transport
+//! - [`render`], [`io`], [`cli`]: passes and tiles, files, and the command line
+
+pub mod accel;
+pub mod bsdf;
+pub mod camera;
+pub mod cli;
+pub mod color;
+pub mod film;
+pub mod geometry;
+pub mod integrator;
+pub mod io;
+pub mod light;
+pub mod material;
+pub mod math;
+pub mod render;
+pub mod sampler;
+pub mod sampling;
+pub mod scene;

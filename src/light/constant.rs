@@ -1,0 +1,35 @@
+use super::LightSample;
+use crate::color::Spectrum;
+use crate::math::Vec2;
+use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
+use std::f64::consts::PI;
+
+/// An environment, infinitely far away, of the same radiance in every direction.
+#[derive(Clone, Copy, Debug)]
+pub struct ConstantLight {
+    /// Radiance, W·sr⁻¹·m⁻².
+    pub radiance: Spectrum,
+}
+
+impl ConstantLight {
+    /// Draws a uniform direction of the sphere.
+    pub(super) fn sample(&self, u: Vec2) -> LightSample {
+        LightSample {
+            wi: uniform_sphere(u),
+            radiance: self.radiance,
+            pdf: self.pdf(),
+            is_delta: false,
+            target: None,
+        }
+    }
+
+    /// Density per solid angle of every direction.
+    pub fn pdf(&self) -> f32 {
+        UNIFORM_SPHERE_PDF
+    }
+
+    /// What crosses a sphere of the scene's radius: `4π · π r² L`.
+    pub(super) fn power(&self, scene_radius: f32) -> f64 {
+        4.0 * PI * PI * (scene_radius as f64).powi(2) * self.radiance.luminance() as f64
+    }
+}

@@ -1,0 +1,79 @@
+//! Light sources: emitted radiance, sampling towards a point, densities, and the choice among them.
+//!
+//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] gives that.
+//! Visibility is not known here.
+
+mod constant;
+mod point;
+mod selection;
+mod triangle;
+
+pub use constant::ConstantLight;
+pub use point::PointLight;
+pub use selection::LightSelection;
+pub use triangle::TriangleLight;
+
+use crate::color::Spectrum;
+use crate::geometry::{SurfacePoint, ray_between, ray_towards};
+use crate::math::{Ray, Vec2, Vec3};
+
+/// A light of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LightId(pub u32);
+
+/// Incident light drawn from a light source.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction from the receiving point to the light, world space.
+    pub wi: Vec3,
+    /// Radiance that arrives from `wi` if nothing is in between; for delta lights, irradiance on a surface that faces it.
+    pub radiance: Spectrum,
+    /// Density of `wi` per solid angle; 1 for delta lights.
+    pub pdf: f32,
+    /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
+    pub is_delta: bool,
+    /// Where the light is met; `None` infinitely far away.
+    pub target: Option<Vec3>,
+}
+
+impl LightSample {
+    /// The segment from the receiving point to the light: unoccluded if the light is visible.
+    pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Ray {
+        match self.target {
+            Some(target) => ray_between(receiver, target),
+            None => ray_towards(receiver, self.wi),
+        }
+    }
+}
+
+/// A light source.
+#[derive(Clone, Copy, Debug)]
+pub enum Light {
+    /// One emitting triangle.
+    Triangle(TriangleLight),
+    /// An isotropic point.
+    Point(PointLight),
+    /// The same radiance from every direction.
+    Constant(ConstantLight),
+}
+
+impl Light {
+    /// Draws light that arrives at `p`; `None` where this light sends none.
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        match self {
+            Self::Triangle(light) => light.sample(p, u),
+            Self::Point(light) => light.sample(p),
+            Self::Constant(light) => Some(light.sample(u)),
+        }
+    }
+
+    /// Emitted power in watts, luminance-weighted; infinitely distant lights count what crosses a disk of
+    /// `scene_radius`.
+    pub fn power(&self, scene_radius: f32) -> f64 {
+        match self {
+            Self::Triangle(light) => light.power(),
+            Self::Point(light) => light.power(),
+            Self::Constant(light) => light.power(scene_radius),
+        }
+    }
+}

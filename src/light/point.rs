@@ -1,0 +1,32 @@
+use super::LightSample;
+use crate::color::Spectrum;
+use crate::math::Vec3;
+use std::f64::consts::PI;
+
+/// A point that emits the same intensity in every direction.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLight {
+    /// Where it is, world space.
+    pub position: Vec3,
+    /// Radiant intensity, W/sr.
+    pub intensity: Spectrum,
+}
+
+impl PointLight {
+    /// The only direction there is: intensity over distance squared.
+    pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
+        let wi = (self.position - p).try_normalize()?;
+        Some(LightSample {
+            wi,
+            radiance: self.intensity / p.distance_squared(self.position),
+            pdf: 1.0,
+            is_delta: true,
+            target: Some(self.position),
+        })
+    }
+
+    /// `4π I`.
+    pub(super) fn power(&self) -> f64 {
+        4.0 * PI * self.intensity.luminance() as f64
+    }
+}

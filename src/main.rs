@@ -1,0 +1,5 @@
+//! The `embrasure` program: parse, run, exit code.
+
+fn main() -> std::process::ExitCode {
+    embrasure::cli::main()
+}

@@ -1,0 +1,58 @@
+use super::Vec3;
+
+/// An axis-aligned box in world space; empty while `min > max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds3 {
+    /// Corner with the smallest coordinates.
+    pub min: Vec3,
+    /// Corner with the largest coordinates.
+    pub max: Vec3,
+}
+
+impl Bounds3 {
+    /// The box that holds nothing; the identity of [`Bounds3::extend`].
+    pub const EMPTY: Self = Self {
+        min: Vec3::INFINITY,
+        max: Vec3::NEG_INFINITY,
+    };
+
+    /// Grows the box so that it holds `p`.
+    pub fn extend(&mut self, p: Vec3) {
+        self.min = self.min.min(p);
+        self.max = self.max.max(p);
+    }
+
+    /// Whether no point was ever added.
+    pub fn is_empty(&self) -> bool {
+        self.min.cmpgt(self.max).any()
+    }
+
+    /// Centre of the box; the origin for an empty one.
+    pub fn center(&self) -> Vec3 {
+        if self.is_empty() {
+            Vec3::ZERO
+        } else {
+            // Halved before the sum: corners near f32::MAX must not overflow.
+            0.5 * self.min + 0.5 * self.max
+        }
+    }
+
+    /// Radius of the sphere around [`Bounds3::center`] that holds the box; 0 for an empty one.
+    pub fn radius(&self) -> f32 {
+        if self.is_empty() {
+            0.0
+        } else {
+            (0.5 * self.max - 0.5 * self.min).length()
+        }
+    }
+}
+
+impl FromIterator<Vec3> for Bounds3 {
+    fn from_iter<I: IntoIterator<Item = Vec3>>(points: I) -> Self {
+        let mut bounds = Self::EMPTY;
+        for p in points {
+            bounds.extend(p);
+        }
+        bounds
+    }
+}

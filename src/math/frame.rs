@@ -1,0 +1,59 @@
+use super::Vec3;
+
+/// A right-handed orthonormal frame whose local +z is the given normal.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    x: Vec3,
+    y: Vec3,
+    z: Vec3,
+}
+
+impl Frame {
+    /// Frame around the unit vector `z` (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+    pub fn from_z(z: Vec3) -> Self {
+        let sign = 1f32.copysign(z.z);
+        let a = -1.0 / (sign + z.z);
+        let b = z.x * z.y * a;
+        Self {
+            x: Vec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x),
+            y: Vec3::new(b, sign + z.y * z.y * a, -z.y),
+            z,
+        }
+    }
+
+    /// World direction to local direction.
+    pub fn to_local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
+    }
+
+    /// Local direction to world direction.
+    pub fn to_world(&self, v: Vec3) -> Vec3 {
+        v.x * self.x + v.y * self.y + v.z * self.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_orthonormal_right_handed_and_invertible() {
+        let normals = [
+            Vec3::X,
+            Vec3::NEG_Y,
+            Vec3::Z,
+            Vec3::NEG_Z,
+            Vec3::new(0.6, 0.0, -0.8),
+            Vec3::new(1e-20, 0.0, -1.0),
+            Vec3::new(0.3, -0.2, 0.9).normalize(),
+        ];
+        for n in normals {
+            let f = Frame::from_z(n);
+            assert!(f.x.cross(f.y).distance(f.z) < 1e-6, "{n}");
+            assert!(f.x.is_normalized() && f.y.is_normalized());
+            let v = Vec3::new(0.1, -0.7, 0.4);
+            assert!(f.to_world(f.to_local(v)).distance(v) < 1e-6);
+            assert!(f.to_world(Vec3::Z).distance(n) < 1e-7);
+        }
+    }
+}

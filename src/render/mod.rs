@@ -1,0 +1,12 @@
+//! Passes over tiles: which samples are taken when, and their statistics.
+//!
+//! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and
+//! an [`Observer`] is told what has been done and may ask to stop.
+
+mod schedule;
+mod statistics;
+mod tiles;
+
+pub use schedule::passes;
+pub use statistics::{DroppedSample, RayCounts, Statistics};
+pub use tiles::{Observer, Outcome, render};

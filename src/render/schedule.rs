@@ -1,0 +1,45 @@
+use std::ops::Range;
+
+/// Samples whose sum is one term of a pixel's total.
+pub const BLOCK: u32 = 64;
+
+/// Cuts sample indices `samples` into passes over the image.
+///
+/// The cuts are a fixed property of the indices: at 1, 2, 4, 8, 16, 32 within the first block, so that a whole image is
+/// there soon, then at every multiple of [`BLOCK`]. A pass is summed by itself before it is added to the film, so the
+/// same cuts give the same bits whenever, and on whichever machine, a pass is rendered.
+pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let mut start = samples.start;
+    std::iter::from_fn(move || {
+        if start >= samples.end {
+            return None;
+        }
+        let end = next_cut(start).min(samples.end);
+        let pass = start..end;
+        start = end;
+        Some(pass)
+    })
+}
+
+fn next_cut(sample: u32) -> u32 {
+    if sample < BLOCK {
+        (sample + 1).next_power_of_two()
+    } else {
+        (sample / BLOCK + 1).saturating_mul(BLOCK)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cuts_depend_on_indices_alone() {
+        let ends = |r| passes(r).map(|p| p.end).collect::<Vec<_>>();
+        assert_eq!(ends(0..200), [1, 2, 4, 8, 16, 32, 64, 128, 192, 200]);
+        assert_eq!(ends(64..200), [128, 192, 200]);
+        assert_eq!(ends(16..70), [32, 64, 70]);
+        assert!(ends(5..5).is_empty());
+        assert_eq!(ends(u32::MAX - 1..u32::MAX), [u32::MAX]);
+    }
+}

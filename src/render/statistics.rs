@@ -1,0 +1,105 @@
+use crate::integrator::RayKind;
+use crate::sampler::SampleKey;
+
+/// Rays traced, by purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera.
+    pub camera: u64,
+    /// Onwards from a surface.
+    pub bounce: u64,
+    /// Towards a light.
+    pub shadow: u64,
+}
+
+impl RayCounts {
+    /// Counts one ray.
+    pub fn count(&mut self, kind: RayKind) {
+        match kind {
+            RayKind::Camera => self.camera += 1,
+            RayKind::Bounce => self.bounce += 1,
+            RayKind::Shadow => self.shadow += 1,
+        }
+    }
+
+    /// Sum by purpose.
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            camera: self.camera + other.camera,
+            bounce: self.bounce + other.bounce,
+            shadow: self.shadow + other.shadow,
+        }
+    }
+}
+
+/// A sample whose radiance was NaN, infinite or negative and was counted as black.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DroppedSample {
+    /// Which sample it was: enough to trace it again.
+    pub key: SampleKey,
+    /// What it claimed.
+    pub radiance: [f32; 3],
+}
+
+/// What a render did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples taken, over all pixels.
+    pub samples: u64,
+    /// Samples dropped as invalid.
+    pub dropped: u64,
+    /// The first few of them in the order of their keys.
+    pub first_dropped: Vec<DroppedSample>,
+}
+
+impl Statistics {
+    /// How many dropped samples are kept for replay.
+    const KEPT: usize = 10;
+
+    /// Notes an invalid sample.
+    pub fn drop_sample(&mut self, sample: DroppedSample) {
+        self.dropped += 1;
+        self.keep(sample);
+    }
+
+    fn keep(&mut self, sample: DroppedSample) {
+        let at = self.first_dropped.partition_point(|d| d.key <= sample.key);
+        self.first_dropped.insert(at, sample);
+        self.first_dropped.truncate(Self::KEPT);
+    }
+
+    /// Sums both; the result does not depend on the order.
+    pub fn merge(mut self, other: Self) -> Self {
+        self.rays = self.rays.plus(other.rays);
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+        for sample in other.first_dropped {
+            self.keep(sample);
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_dropped_samples_are_kept_in_any_order_of_merging() {
+        let one = |sample| {
+            let mut s = Statistics::default();
+            s.drop_sample(DroppedSample {
+                key: SampleKey::new(0, 0, sample),
+                radiance: [-1.0; 3],
+            });
+            s
+        };
+        let forwards = (0..30).map(one).reduce(Statistics::merge).unwrap();
+        let backwards = (0..30).rev().map(one).reduce(Statistics::merge).unwrap();
+        assert_eq!(forwards, backwards);
+        assert_eq!((forwards.dropped, forwards.first_dropped.len()), (30, 10));
+        assert_eq!(forwards.first_dropped[9].key.sample, 9);
+    }
+}

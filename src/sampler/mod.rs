@@ -1,0 +1,88 @@
+//! Where the random numbers come from: pure functions of (seed, pixel, sample index, dimension).
+
+mod independent;
+
+pub use independent::Independent;
+
+use crate::math::{UVec2, Vec2};
+
+/// Names one sample of one pixel, the unit of work and of replay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SampleKey {
+    /// Column, from the left of the full image.
+    pub x: u32,
+    /// Row, from the top of the full image.
+    pub y: u32,
+    /// Index of the sample within the pixel.
+    pub sample: u32,
+}
+
+impl SampleKey {
+    /// Sample `sample` of the pixel in column `x` of row `y`.
+    pub fn new(x: u32, y: u32, sample: u32) -> Self {
+        Self { x, y, sample }
+    }
+
+    /// Pixel coordinates.
+    pub fn pixel(self) -> UVec2 {
+        UVec2::new(self.x, self.y)
+    }
+}
+
+/// Names one decision along a path. Blocks are fixed, so a draw that is skipped never shifts a later one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimension(u32);
+
+/// Decisions taken at each vertex of a path.
+#[derive(Clone, Copy, Debug)]
+#[repr(u32)]
+pub enum Bounce {
+    /// Which light to sample.
+    LightChoice,
+    /// Where on the light.
+    LightPoint,
+    /// Which lobe of the BSDF.
+    Lobe,
+    /// The direction from the lobe.
+    Direction,
+    /// Whether the path goes on.
+    Roulette,
+}
+
+impl Dimension {
+    const BLOCK: u32 = 8;
+
+    /// Position within the pixel (2-D).
+    pub const PIXEL: Self = Self(0);
+    /// Position on the lens (2-D).
+    pub const LENS: Self = Self(1);
+
+    /// The decision `what` at the vertex reached after `depth` scatterings.
+    pub fn bounce(depth: u32, what: Bounce) -> Self {
+        Self(
+            Self::BLOCK
+                .wrapping_mul(depth.wrapping_add(1))
+                .wrapping_add(what as u32),
+        )
+    }
+
+    /// Number of the dimension: camera block first, then a block per bounce.
+    pub fn index(self) -> u32 {
+        self.0
+    }
+}
+
+/// A source of uniform variates in [0, 1), addressed by sample and dimension; it keeps no state between draws.
+pub trait Sampler: Clone + Send + Sync {
+    /// The name users type.
+    const NAME: &'static str;
+
+    /// Turns to the sample `key`.
+    fn start(&mut self, key: SampleKey);
+
+    /// One variate.
+    fn get_1d(&self, dimension: Dimension) -> f32;
+
+    /// Two variates that are well distributed together.
+    fn get_2d(&self, dimension: Dimension) -> Vec2;
+}

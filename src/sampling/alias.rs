@@ -1,0 +1,107 @@
+/// A discrete distribution sampled in constant time (Walker 1977; built as Vose 1991 does).
+#[derive(Clone, Debug)]
+pub struct AliasTable {
+    bins: Vec<Bin>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    /// Probability of this index.
+    pmf: f32,
+    /// Share of the bin that belongs to its own index; the rest goes to `alias`.
+    threshold: f32,
+    alias: u32,
+}
+
+impl AliasTable {
+    /// Probabilities proportional to `weights`, which are finite and ≥ 0.
+    ///
+    /// `None` when there are no weights or all are zero.
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        let sum: f64 = weights.iter().sum();
+        if !(sum > 0.0 && sum.is_finite()) {
+            return None;
+        }
+        let n = weights.len();
+        let mut bins: Vec<Bin> = weights
+            .iter()
+            .map(|w| Bin {
+                pmf: (w / sum) as f32,
+                threshold: 1.0,
+                alias: 0,
+            })
+            .collect();
+
+        // Pair each bin that is under-full with one that is over-full, until every bin holds 1/n.
+        let mut fill: Vec<f64> = weights.iter().map(|w| w / sum * n as f64).collect();
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| fill[i] < 1.0);
+        while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
+            small.pop();
+            bins[s].threshold = fill[s] as f32;
+            bins[s].alias = l as u32;
+            fill[l] -= 1.0 - fill[s];
+            if fill[l] < 1.0 {
+                large.pop();
+                small.push(l);
+            }
+        }
+        // What is left differs from 1 by rounding only, but an index of probability zero must never be drawn.
+        let some = weights.iter().position(|&w| w > 0.0)?;
+        for i in small.into_iter().chain(large) {
+            if weights[i] == 0.0 {
+                bins[i].threshold = 0.0;
+                bins[i].alias = some as u32;
+            }
+        }
+        Some(Self { bins })
+    }
+
+    /// Draws an index with `u` in [0, 1) and returns it with its probability.
+    pub fn sample(&self, u: f32) -> (usize, f32) {
+        let scaled = u * self.bins.len() as f32;
+        let i = (scaled as usize).min(self.bins.len() - 1);
+        let bin = self.bins[i];
+        let index = if scaled - (i as f32) < bin.threshold {
+            i
+        } else {
+            bin.alias as usize
+        };
+        (index, self.bins[index].pmf)
+    }
+
+    /// Probability of `index`.
+    pub fn pmf(&self, index: usize) -> f32 {
+        self.bins[index].pmf
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frequencies_are_the_probabilities() {
+        let weights = [3.0, 0.0, 1.0, 0.5, 5.5, 0.0];
+        let table = AliasTable::new(&weights).unwrap();
+        let n = 1_000_000;
+        let mut counts = [0u32; 6];
+        for k in 0..n {
+            let (i, pmf) = table.sample((k as f32 + 0.5) / n as f32);
+            assert_eq!(pmf, table.pmf(i));
+            counts[i] += 1;
+        }
+        for (i, w) in weights.iter().enumerate() {
+            let expected = w / 10.0;
+            assert!((table.pmf(i) as f64 - expected).abs() < 1e-7);
+            // u runs over a regular grid, so counts are exact up to the f32 grid of u.
+            assert!((counts[i] as f64 / n as f64 - expected).abs() < 1e-5, "{i}");
+        }
+    }
+
+    #[test]
+    fn nothing_to_choose_from() {
+        assert!(AliasTable::new(&[]).is_none());
+        assert!(AliasTable::new(&[0.0, 0.0]).is_none());
+        assert_eq!(AliasTable::new(&[0.0, 2.0]).unwrap().sample(0.1), (1, 1.0));
+    }
+}

@@ -1,0 +1,34 @@
+//! Weights of multiple importance sampling (Veach 1997, §9.2), one sample from each strategy.
+
+/// Power heuristic with β = 2: the weight of the strategy whose density is `pdf`, against `other`.
+///
+/// 0 where `pdf` is 0; 1 where `other` is 0. Ratios are formed first, so that large densities do not overflow.
+pub fn power_heuristic(pdf: f32, other: f32) -> f32 {
+    if pdf <= 0.0 {
+        return 0.0;
+    }
+    let ratio = other / pdf;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_of_all_strategies_sum_to_one() {
+        for (a, b) in [
+            (1.0, 2.0),
+            (0.1, 0.1),
+            (1e-30, 1e30),
+            (1e30, 1e29),
+            (0.0, 3.0),
+            (2.0, 0.0),
+        ] {
+            let sum = power_heuristic(a, b) + power_heuristic(b, a);
+            assert!((sum - 1.0).abs() < 1e-6, "{a} {b} {sum}");
+        }
+        assert_eq!(power_heuristic(0.0, 0.0), 0.0);
+        assert_eq!(power_heuristic(3.0, 1.0), 0.9);
+    }
+}

@@ -1,0 +1,130 @@
+//! Warps from the unit square to the shapes a path tracer samples, each with its density.
+//!
+//! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid angle or area.
+
+use crate::math::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+
+/// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per area.
+pub fn uniform_disk(u: Vec2) -> Vec2 {
+    let o = 2.0 * u - Vec2::ONE;
+    if o == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (r, theta) = if o.x.abs() > o.y.abs() {
+        (o.x, FRAC_PI_4 * (o.y / o.x))
+    } else {
+        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
+    };
+    let (sin, cos) = theta.sin_cos();
+    r * Vec2::new(cos, sin)
+}
+
+/// Cosine-weighted direction on the upper hemisphere: the disk lifted onto it (Malley's method).
+pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
+    let d = uniform_disk(u);
+    let z = (1.0 - d.length_squared()).max(0.0).sqrt();
+    Vec3::new(d.x, d.y, z)
+}
+
+/// Density of [`cosine_hemisphere`] per solid angle, `cos θ / π` for `cos θ > 0`.
+pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
+    cos_theta.max(0.0) * FRAC_1_PI
+}
+
+/// Uniform direction on the unit sphere. Density [`UNIFORM_SPHERE_PDF`].
+pub fn uniform_sphere(u: Vec2) -> Vec3 {
+    let z = 1.0 - 2.0 * u.x;
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`uniform_sphere`] per solid angle, `1 / 4π`.
+pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
+
+/// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.
+///
+/// The square is folded with little distortion (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").
+/// Density: one over the triangle's area.
+pub fn uniform_triangle(u: Vec2) -> (f32, f32) {
+    if u.x < u.y {
+        let b1 = 0.5 * u.x;
+        (b1, u.y - b1)
+    } else {
+        let b2 = 0.5 * u.y;
+        (u.x - b2, b2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stratified points of an n × n grid: a quadrature over the unit square.
+    fn grid(n: u32) -> impl Iterator<Item = Vec2> {
+        (0..n * n).map(move |i| Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32)
+    }
+
+    fn mean(values: impl Iterator<Item = f64>) -> f64 {
+        let (sum, n) = values.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
+        sum / n
+    }
+
+    #[test]
+    fn disk_moments() {
+        let n = 512;
+        assert!(grid(n).all(|u| uniform_disk(u).length() <= 1.0 + 1e-6));
+        // ∫ x² over the uniform unit disk is 1/4; first moments vanish; E r = 2/3.
+        let second = mean(grid(n).map(|u| (uniform_disk(u).x as f64).powi(2)));
+        let radius = mean(grid(n).map(|u| uniform_disk(u).length() as f64));
+        let first = mean(grid(n).map(|u| uniform_disk(u).y as f64));
+        assert!((second - 0.25).abs() < 1e-4, "{second}");
+        assert!((radius - 2.0 / 3.0).abs() < 1e-4, "{radius}");
+        assert!(first.abs() < 1e-6, "{first}");
+    }
+
+    #[test]
+    fn cosine_hemisphere_matches_its_pdf() {
+        // Under the density cos/π: E cos = 2/3, E cos² = 1/2, and E f/pdf = ∫f for f = 1 gives 2π.
+        let n = 1024;
+        let dirs = || grid(n).map(cosine_hemisphere);
+        assert!(dirs().all(|d| (d.length() - 1.0).abs() < 1e-5 && d.z >= 0.0));
+        assert!((mean(dirs().map(|d| d.z as f64)) - 2.0 / 3.0).abs() < 1e-4);
+        assert!((mean(dirs().map(|d| (d.z as f64).powi(2))) - 0.5).abs() < 1e-4);
+        let cap = mean(dirs().map(|d| {
+            // ∫ over the cap cos θ > 0.3 of 1 dω = 2π · 0.7
+            if d.z > 0.3 {
+                1.0 / cosine_hemisphere_pdf(d.z) as f64
+            } else {
+                0.0
+            }
+        }));
+        assert!((cap - 1.4 * std::f64::consts::PI).abs() < 0.01, "{cap}");
+    }
+
+    #[test]
+    fn sphere_is_uniform_in_every_axis() {
+        for axis in 0..3 {
+            // Archimedes: each coordinate is uniform in [-1, 1], so E x = 0 and E x² = 1/3.
+            let second = mean(grid(512).map(|u| (uniform_sphere(u)[axis] as f64).powi(2)));
+            assert!((second - 1.0 / 3.0).abs() < 1e-4, "{axis} {second}");
+        }
+    }
+
+    #[test]
+    fn triangle_moments() {
+        let n = 1024;
+        assert!(
+            grid(n)
+                .map(uniform_triangle)
+                .all(|(b1, b2)| b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0)
+        );
+        // For a uniform point each barycentric has E b = 1/3, E b² = 1/6, E b1 b2 = 1/12.
+        let e = |f: fn((f32, f32)) -> f32| mean(grid(n).map(|u| f(uniform_triangle(u)) as f64));
+        assert!((e(|b| b.0) - 1.0 / 3.0).abs() < 1e-3);
+        assert!((e(|b| b.1) - 1.0 / 3.0).abs() < 1e-3);
+        assert!((e(|b| b.0 * b.0) - 1.0 / 6.0).abs() < 1e-3);
+        assert!((e(|b| b.0 * b.1) - 1.0 / 12.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,317 @@
+use super::{Scene, Shape};
+use crate::color::Spectrum;
+use crate::geometry::{GeomId, Mesh, PrimId, triangle_area};
+use crate::light::{ConstantLight, Light, LightId, LightSelection, PointLight, TriangleLight};
+use crate::material::{Material, MaterialId};
+use crate::math::Vec3;
+use thiserror::Error;
+
+/// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// Why a scene cannot be built.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BuildError {
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} uses vertex {index}, but the mesh has {vertices} vertices")]
+    IndexOutOfRange {
+        /// Triangle within its mesh.
+        triangle: usize,
+        /// The index it holds.
+        index: u32,
+        /// Number of vertices there are.
+        vertices: usize,
+    },
+    /// A vertex is NaN, infinite or beyond what backends can represent.
+    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and below 1e18", position.x, position.y, position.z)]
+    BadVertex {
+        /// Vertex within its mesh.
+        vertex: usize,
+        /// Where it claims to be.
+        position: Vec3,
+    },
+    /// A material has a value that no surface can have.
+    #[error("material `{material}`: {key} is {value:?}, but every channel must be a finite number, 0 or more")]
+    BadMaterial {
+        /// Its name.
+        material: String,
+        /// The quantity.
+        key: &'static str,
+        /// What it was set to.
+        value: [f32; 3],
+    },
+    /// A light has a value that no light can have.
+    #[error("{light} light: {key} is {value:?}, but {rule}")]
+    BadLight {
+        /// Its type.
+        light: &'static str,
+        /// The quantity.
+        key: &'static str,
+        /// What it was set to.
+        value: [f32; 3],
+        /// What it should be.
+        rule: &'static str,
+    },
+    /// More meshes, triangles or lights than 32-bit ids can name.
+    #[error("more than 2^32 - 2 {0} in one scene")]
+    TooMany(&'static str),
+}
+
+/// What the builder left out or assumed; every entry is worth a word to the user.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneReport {
+    /// Triangles without area, left out.
+    pub degenerate_triangles: u64,
+    /// Materials whose reflectance was above 1 in some channel and was scaled down: name and largest channel.
+    pub scaled_materials: Vec<(String, f32)>,
+    /// Nothing emitted, so a constant environment of radiance 1 was added.
+    pub default_light: bool,
+}
+
+/// Collects validated parts and freezes them into a [`Scene`].
+#[derive(Debug, Default)]
+pub struct SceneBuilder {
+    meshes: Vec<(Mesh, MaterialId)>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    report: SceneReport,
+}
+
+impl SceneBuilder {
+    /// A builder that holds nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a material; a reflectance above 1 is scaled down and reported.
+    pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
+        for (key, value) in [("diffuse", material.diffuse), ("emission", material.emission)] {
+            if !value.is_valid() {
+                return Err(BuildError::BadMaterial {
+                    material: material.name,
+                    key,
+                    value: value.to_array(),
+                });
+            }
+        }
+        let reflected = material.diffuse.max_component();
+        if reflected > 1.0 {
+            material.diffuse = material.diffuse / reflected;
+            self.report.scaled_materials.push((material.name.clone(), reflected));
+        }
+        self.materials.push(material);
+        Ok(MaterialId(self.materials.len() as u32 - 1))
+    }
+
+    /// Adds triangles of one material. Triangles without area are left out and reported.
+    pub fn add_mesh(&mut self, mut mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
+        let vertices = mesh.positions.len();
+        if vertices > u32::MAX as usize - 1 {
+            return Err(BuildError::TooMany("vertices"));
+        }
+        let bad = |p: &Vec3| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE;
+        if let Some(vertex) = mesh.positions.iter().position(bad) {
+            return Err(BuildError::BadVertex {
+                vertex,
+                position: mesh.positions[vertex],
+            });
+        }
+        for (triangle, corners) in mesh.triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
+                return Err(BuildError::IndexOutOfRange {
+                    triangle,
+                    index,
+                    vertices,
+                });
+            }
+        }
+
+        let before = mesh.triangles.len();
+        let Mesh { positions, triangles } = &mut mesh;
+        triangles.retain(|corners| {
+            let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
+            triangle_area(p0, p1, p2) > 0.0
+        });
+        self.report.degenerate_triangles += (before - mesh.triangles.len()) as u64;
+        if !mesh.triangles.is_empty() {
+            self.meshes.push((mesh, material));
+        }
+        Ok(())
+    }
+
+    /// Adds a point light of `intensity` W/sr.
+    pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
+        if !position.is_finite() {
+            return Err(BuildError::BadLight {
+                light: "point",
+                key: "position",
+                value: position.to_array(),
+                rule: "coordinates must be finite",
+            });
+        }
+        check_light("point", "intensity", intensity)?;
+        self.lights.push(Light::Point(PointLight { position, intensity }));
+        Ok(())
+    }
+
+    /// Adds an environment of the same `radiance` in every direction.
+    pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
+        check_light("constant", "radiance", radiance)?;
+        self.lights.push(Light::Constant(ConstantLight { radiance }));
+        Ok(())
+    }
+
+    /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
+    pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
+        let mut scene = Scene {
+            bounds: self.meshes.iter().flat_map(|(m, _)| used_positions(m)).collect(),
+            meshes: Vec::with_capacity(self.meshes.len()),
+            shapes: Vec::with_capacity(self.meshes.len()),
+            materials: self.materials,
+            lights: Vec::new(),
+            infinite_lights: Vec::new(),
+            light_selection: LightSelection::by_power(&[], 0.0),
+        };
+
+        // Emitting triangles first: those of one mesh get consecutive light ids.
+        for (mesh, material) in self.meshes {
+            let emission = scene.materials[material.0 as usize].emission;
+            let first_light = (!emission.is_black()).then_some(LightId(scene.lights.len() as u32));
+            if first_light.is_some() {
+                let prims = (0..mesh.triangles.len() as u32).map(PrimId);
+                scene
+                    .lights
+                    .extend(prims.map(|prim| Light::Triangle(TriangleLight::new(&mesh, prim, emission))));
+            }
+            scene.meshes.push(mesh);
+            scene.shapes.push(Shape { material, first_light });
+        }
+        scene.lights.append(&mut self.lights);
+        if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
+            self.report.default_light = true;
+            scene.lights.push(Light::Constant(ConstantLight {
+                radiance: Spectrum::ONE,
+            }));
+        }
+        if scene.lights.len() >= u32::MAX as usize {
+            return Err(BuildError::TooMany("lights"));
+        }
+
+        let ids = (0..scene.lights.len() as u32).map(LightId);
+        scene.infinite_lights = ids
+            .filter(|id| matches!(scene.lights[id.0 as usize], Light::Constant(_)))
+            .collect();
+        // A scene without extent still has a sky of some power.
+        let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
+        scene.light_selection = LightSelection::by_power(&scene.lights, radius);
+        Ok((scene, self.report))
+    }
+}
+
+fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
+    if value.is_valid() {
+        return Ok(());
+    }
+    Err(BuildError::BadLight {
+        light,
+        key,
+        value: value.to_array(),
+        rule: "every channel must be a finite number, 0 or more",
+    })
+}
+
+fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize])
+}
+
+impl Scene {
+    /// Id of each mesh.
+    pub fn geom_ids(&self) -> impl Iterator<Item = GeomId> {
+        (0..self.meshes.len() as u32).map(GeomId)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn material(diffuse: f32, emission: f32) -> Material {
+        Material {
+            name: "m".into(),
+            diffuse: Spectrum::splat(diffuse),
+            emission: Spectrum::splat(emission),
+        }
+    }
+
+    fn mesh(triangles: Vec<[u32; 3]>) -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(2.0, 0.0, 0.0)],
+            triangles,
+        }
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(0.5, 0.0)).unwrap();
+        let error = b.add_mesh(mesh(vec![[0, 1, 2], [0, 1, 4]]), m).unwrap_err();
+        assert_eq!(
+            error,
+            BuildError::IndexOutOfRange {
+                triangle: 1,
+                index: 4,
+                vertices: 4
+            }
+        );
+        for bad in [f32::NAN, f32::INFINITY, 1e19] {
+            let mut broken = mesh(vec![[0, 1, 2]]);
+            broken.positions[2].y = bad;
+            assert!(matches!(
+                b.add_mesh(broken, m),
+                Err(BuildError::BadVertex { vertex: 2, .. })
+            ));
+        }
+        for bad in [-1.0, f32::NAN, f32::INFINITY] {
+            assert!(b.add_material(material(bad, 0.0)).is_err());
+            assert!(b.add_material(material(0.5, bad)).is_err());
+            assert!(b.add_constant_light(Spectrum::splat(bad)).is_err());
+            assert!(b.add_point_light(Vec3::ZERO, Spectrum::splat(bad)).is_err());
+        }
+        assert!(b.add_point_light(Vec3::NAN, Spectrum::ONE).is_err());
+    }
+
+    #[test]
+    fn repairs_are_reported() {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(2.0, 0.0)).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2], [0, 0, 2], [0, 1, 3]]), m).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.degenerate_triangles, 2);
+        assert_eq!(report.scaled_materials, [("m".to_string(), 2.0)]);
+        assert!(report.default_light);
+        assert_eq!(scene.materials()[0].diffuse, Spectrum::ONE);
+        assert_eq!((scene.triangle_count(), scene.lights().len()), (1, 1));
+        assert_eq!(scene.bounds().max, Vec3::new(1.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn emitting_triangles_have_consecutive_ids() {
+        let mut b = SceneBuilder::new();
+        let dark = b.add_material(material(0.5, 0.0)).unwrap();
+        let lit = b.add_material(material(0.5, 3.0)).unwrap();
+        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2], [2, 1, 3]]), lit).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2]]), dark).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2]]), lit).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert!(!report.default_light);
+        let first: Vec<_> = scene
+            .geom_ids()
+            .map(|g| scene.shape(g).first_light.map(|l| l.0))
+            .collect();
+        assert_eq!(first, [Some(0), None, Some(2)]);
+        assert_eq!(scene.lights().len(), 4);
+        let total: f32 = (0..4).map(|i| scene.light_selection().pmf(LightId(i))).sum();
+        assert!((total - 1.0).abs() < 1e-6);
+    }
+}

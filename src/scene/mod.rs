@@ -1,0 +1,126 @@
+//! The frozen scene: arrays and typed ids, made by one validating builder.
+
+mod builder;
+
+pub use builder::{BuildError, SceneBuilder, SceneReport};
+
+use crate::color::Spectrum;
+use crate::geometry::{GeomId, Hit, Mesh, SurfacePoint};
+use crate::light::{Light, LightId, LightSelection};
+use crate::material::{Material, MaterialId};
+use crate::math::{Bounds3, Vec3};
+
+/// What a mesh is, besides its triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Material of all its triangles.
+    pub material: MaterialId,
+    /// Light of its first triangle, if they emit; the other triangles follow in order.
+    pub first_light: Option<LightId>,
+}
+
+/// Everything that light meets; immutable once built.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    meshes: Vec<Mesh>,
+    shapes: Vec<Shape>,
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    infinite_lights: Vec<LightId>,
+    light_selection: LightSelection,
+    bounds: Bounds3,
+}
+
+impl Scene {
+    /// Meshes, by [`GeomId`].
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// Materials, by [`MaterialId`].
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Lights, by [`LightId`].
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// How next-event estimation chooses a light.
+    pub fn light_selection(&self) -> &LightSelection {
+        &self.light_selection
+    }
+
+    /// Box around all vertices.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> u64 {
+        self.meshes.iter().map(|m| m.triangles.len() as u64).sum()
+    }
+
+    /// Bytes of the scene's own arrays, acceleration structures not counted.
+    pub fn bytes(&self) -> u64 {
+        let meshes: usize = self
+            .meshes
+            .iter()
+            .map(|m| size_of_val(m.positions.as_slice()) + size_of_val(m.triangles.as_slice()))
+            .sum();
+        (meshes + size_of_val(self.lights.as_slice())) as u64
+    }
+
+    /// The shape that mesh `geom` is part of.
+    pub fn shape(&self, geom: GeomId) -> &Shape {
+        &self.shapes[geom.0 as usize]
+    }
+
+    /// The point that was hit.
+    pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
+        self.meshes[hit.geom.0 as usize].surface_point(hit.prim, hit.b1, hit.b2)
+    }
+
+    /// Material of the surface that was hit.
+    pub fn material(&self, hit: &Hit) -> &Material {
+        &self.materials[self.shape(hit.geom).material.0 as usize]
+    }
+
+    /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`.
+    ///
+    /// The density is that of sampling this direction by its light, choice of the light included.
+    pub fn emitted(&self, hit: &Hit, p: Vec3, q: Vec3, wi: Vec3) -> Option<Incident> {
+        let first = self.shape(hit.geom).first_light?;
+        let id = LightId(first.0 + hit.prim.0);
+        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
+            return None;
+        };
+        Some(Incident {
+            radiance: light.emitted(-wi),
+            pdf: self.light_selection.pmf(id) * light.pdf(p, q, wi),
+        })
+    }
+
+    /// What infinitely distant lights send along a ray that leaves the scene, light by light.
+    pub fn escaped(&self) -> impl Iterator<Item = Incident> {
+        self.infinite_lights
+            .iter()
+            .filter_map(|&id| match &self.lights[id.0 as usize] {
+                Light::Constant(light) => Some(Incident {
+                    radiance: light.radiance,
+                    pdf: self.light_selection.pmf(id) * light.pdf(),
+                }),
+                Light::Triangle(_) | Light::Point(_) => None,
+            })
+    }
+}
+
+/// Light met by following a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Incident {
+    /// Radiance that arrives.
+    pub radiance: Spectrum,
+    /// Density, per solid angle, with which light sampling would have drawn this direction.
+    pub pdf: f32,
+}

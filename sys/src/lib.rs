@@ -1,0 +1,76 @@
+//! Raw bindings to Intel [Embree 4](https://www.embree.org), generated at build time from the
+//! headers beside the library that is linked.
+//!
+//! The layout of Embree's structures depends on how it was compiled: `RTCRayHit` has 96 bytes with
+//! instance arrays and 80 without. Bindings made elsewhere would be wrong for one of the two, and
+//! Embree would write past the end. A program should still check, by `RTC_DEVICE_PROPERTY_VERSION`,
+//! that the library it is run with is of `RTC_VERSION_MAJOR` and not older than `RTC_VERSION`.
+//!
+//! Names are those of the C header. An enum is a newtype over an integer, because C may return
+//! values that the header does not name; its values are associated constants
+//! (`RTCError::RTC_ERROR_NONE`), and flags combine with `|`. The header's inline helpers
+//! (`rtcInitIntersectArguments` and the like) are not bound; null arguments mean their defaults.
+//!
+//! Embree is looked for in this order: `EMBREE_DIR` (a prefix), `EMBREE_INCLUDE_DIR` with
+//! `EMBREE_LIB_DIR`, the workspace's `.deps/embree`, the system's usual prefixes. The build script
+//! of a crate that depends on this one reads what was found in:
+//!
+//! | variable | value |
+//! |---|---|
+//! | `DEP_EMBREE4_VERSION` | the version of the headers, such as `4.3.3` |
+//! | `DEP_EMBREE4_LIB_DIR` | the folder of the library |
+//! | `DEP_EMBREE4_RPATH` | the same where the dynamic loader needs to be told, else empty |
+
+mod bindings {
+    // Generated code is not held to the house rules:
+    #![allow(
+        // the names are Embree's,
+        non_camel_case_types,
+        non_snake_case,
+        non_upper_case_globals,
+        // so is the documentation, which has gaps and was not written as Markdown,
+        missing_docs,
+        rustdoc::all,
+        // and the style is bindgen's.
+        clippy::all,
+        clippy::undocumented_unsafe_blocks
+    )]
+    include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
+}
+
+pub use bindings::*;
+
+// What a safe layer takes for granted. bindgen has already held every structure against libclang's
+// view of the header; this holds that view against Embree's documentation.
+const _: () = {
+    use core::mem::offset_of;
+
+    // Embree loads rays and hits with aligned 16-byte instructions.
+    assert!(align_of::<RTCRay>() == 16);
+    assert!(align_of::<RTCHit>() == 16);
+    assert!(align_of::<RTCRayHit>() == 16);
+
+    assert!(size_of::<RTCRay>() == 48);
+    assert!(offset_of!(RTCRay, org_x) == 0);
+    assert!(offset_of!(RTCRay, tnear) == 12);
+    assert!(offset_of!(RTCRay, dir_x) == 16);
+    assert!(offset_of!(RTCRay, time) == 28);
+    assert!(offset_of!(RTCRay, tfar) == 32);
+    assert!(offset_of!(RTCRay, mask) == 36);
+    assert!(offset_of!(RTCRay, id) == 40);
+    assert!(offset_of!(RTCRay, flags) == 44);
+
+    assert!(offset_of!(RTCHit, Ng_x) == 0);
+    assert!(offset_of!(RTCHit, u) == 12);
+    assert!(offset_of!(RTCHit, v) == 16);
+    assert!(offset_of!(RTCHit, primID) == 20);
+    assert!(offset_of!(RTCHit, geomID) == 24);
+    assert!(offset_of!(RTCHit, instID) == 28);
+
+    // A hit has seven words, then an id for each level of instancing, or two with instance arrays:
+    // at the usual single level, ray and hit come to 80 or 96 bytes.
+    let ids = RTC_MAX_INSTANCE_LEVEL_COUNT as usize * (1 + RTC_GEOMETRY_INSTANCE_ARRAY as usize);
+    assert!(offset_of!(RTCRayHit, ray) == 0);
+    assert!(offset_of!(RTCRayHit, hit) == 48);
+    assert!(size_of::<RTCRayHit>() == 48 + (4 * (7 + ids)).next_multiple_of(16));
+};

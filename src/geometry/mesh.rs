@@ -30,6 +30,7 @@ impl Mesh {
     }
 
     /// The point of triangle `prim` at barycentric coordinates `b1`, `b2` of its second and third corner.
+    #[inline(always)]
     pub fn surface_point(&self, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
         let corners = self.corners(prim);
         let [p0, p1, p2] = corners;
@@ -40,16 +41,19 @@ impl Mesh {
 impl SurfacePoint {
     /// The point at barycentric coordinates `b1`, `b2` of a flat triangle whose unit normal is `ng`.
     ///
-    /// The error bound is that of PBR4 eq. (6.25), `γ₇ Σ |bᵢ pᵢ|`, plus the part that comes from later tests of the
-    /// same triangle: an intersector subtracts the ray's origin from the corners, and rounds edges as long as the
-    /// triangle.
+    /// The error bound is that of PBR4 eq. (6.25), `γ₇ Σ |bᵢ pᵢ|` and two more roundings
+    /// for the move off the surface, plus a part that comes from later tests of the same
+    /// triangle: an intersector subtracts the ray's origin from the corners and rounds edges as long as the triangle.
+    /// That part is the same along all axes, so that no bound vanishes on a plane through the origin, where an
+    /// intersector that includes `t = 0` would find the surface again.
+    #[inline(always)]
     pub fn on_triangle([p0, p1, p2]: [Vec3; 3], ng: Vec3, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
         let magnitude = t0.abs() + t1.abs() + t2.abs();
-        let extent = (p1 - p0).abs().max((p2 - p0).abs());
+        let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         Self {
             p: t0 + t1 + t2,
-            error: gamma(7) * magnitude + gamma(3) * extent,
+            error: gamma(9) * magnitude + Vec3::splat(gamma(3) * extent),
             ng,
             ns: ng,
         }

@@ -1,29 +1,14 @@
 use super::SurfacePoint;
-use crate::math::{
-    Ray, Vec3,
-    float::{gamma, next_down, next_up},
-};
+use crate::math::{Ray, Vec3, float::gamma};
 
 /// Moves a point off its surface along the normal, to the side that `w` points to, just beyond its error bound.
 ///
 /// A ray that starts there cannot meet the surface it left, and skips nothing wider than the rounding error
-/// (PBR4 §6.8.6).
+/// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
     // The box of half-width `error` around p is cleared by this much along the normal.
     let distance = s.ng.abs().dot(s.error);
-    let offset = s.ng * distance.copysign(w.dot(s.ng));
-    let p = s.p + offset;
-    // The sum may have been rounded back into the box: take the next float outwards.
-    let away = |p: f32, offset: f32| {
-        if offset > 0.0 {
-            next_up(p)
-        } else if offset < 0.0 {
-            next_down(p)
-        } else {
-            p
-        }
-    };
-    Vec3::new(away(p.x, offset.x), away(p.y, offset.y), away(p.z, offset.z))
+    s.p + s.ng * distance.copysign(w.dot(s.ng))
 }
 
 /// The ray that leaves the surface at `s` in direction `w`.

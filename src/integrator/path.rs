@@ -11,7 +11,7 @@ use crate::sampling::mis::power_heuristic;
 use crate::scene::{Incident, Scene};
 
 /// Scatterings before Russian roulette may end a path.
-const ROULETTE_DEPTH: u32 = 3;
+const ROULETTE_DEPTH: u32 = 1;
 
 /// Unidirectional path tracing with next-event estimation: lights and BSDF are sampled at every vertex and combined
 /// by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).

@@ -59,6 +59,7 @@ pub enum Light {
 
 impl Light {
     /// Draws light that arrives at `p`; `None` where this light sends none.
+    #[inline(always)]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) => light.sample(p, u),

@@ -37,12 +37,17 @@ impl TriangleLight {
     }
 
     /// Draws a uniform point on the triangle, seen from `p`.
+    #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (b1, b2) = uniform_triangle(u);
         let q = SurfacePoint::on_triangle(self.corners, self.normal, b1, b2);
         let wi = (q.p - p).try_normalize()?;
         let pdf = self.pdf(p, q.p, wi);
-        (pdf > 0.0).then(|| LightSample {
+        // A light that faces away is the common reason to end here.
+        if pdf <= 0.0 {
+            return None;
+        }
+        Some(LightSample {
             wi,
             radiance: self.radiance,
             pdf,

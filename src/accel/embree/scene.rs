@@ -1,7 +1,7 @@
 use super::device::{Device, EmbreeError};
 use crate::accel::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
-use crate::math::{Ray, Vec3};
+use crate::math::{Ray, Vec3, Vec4};
 use crate::scene::Scene;
 use embree4_sys::*;
 use std::ptr;
@@ -111,22 +111,30 @@ fn fill_buffer<T: Copy>(
 // What fill_buffer takes for granted.
 const _: () = assert!(size_of::<Vec3>() == 12 && align_of::<Vec3>() == 4);
 
-/// An Embree ray for `ray`: time 0, all masks, no flags.
+/// The words of an `RTCRay`, sixteen bytes at a time.
+///
+/// Embree loads a ray in 16-byte words. Stored in such words, it is forwarded from the store buffer; field by field it
+/// would have to reach the cache first, at every query.
+#[repr(C, align(16))]
+struct RayWords {
+    origin_tnear: Vec4,
+    direction_time: Vec4,
+    tfar_mask_id_flags: Vec4,
+}
+
+const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
+
+/// An Embree ray for `ray`: time 0, all masks, no id and no flags.
+#[inline(always)]
 fn to_embree(ray: &Ray) -> RTCRay {
-    RTCRay {
-        org_x: ray.origin.x,
-        org_y: ray.origin.y,
-        org_z: ray.origin.z,
-        tnear: ray.t_min,
-        dir_x: ray.direction.x,
-        dir_y: ray.direction.y,
-        dir_z: ray.direction.z,
-        time: 0.0,
-        tfar: ray.t_max,
-        mask: u32::MAX,
-        id: 0,
-        flags: 0,
-    }
+    let words = RayWords {
+        origin_tnear: ray.origin.extend(ray.t_min),
+        direction_time: ray.direction.extend(0.0),
+        tfar_mask_id_flags: Vec4::new(ray.t_max, f32::from_bits(u32::MAX), 0.0, 0.0),
+    };
+    // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay, of the same size and
+    // alignment, and every bit pattern is a value of their fields.
+    unsafe { std::mem::transmute::<RayWords, RTCRay>(words) }
 }
 
 impl Accel for EmbreeAccel {

@@ -45,8 +45,23 @@ mod tests {
         };
         let s = mesh.surface_point(PrimId(0), 0.25, 0.5);
         assert_eq!(s.ng, Vec3::X);
-        assert!(offset_origin(&s, Vec3::new(0.1, 5.0, 0.0)).x > 1e3 + s.error.x);
-        assert!(offset_origin(&s, Vec3::new(-0.1, 5.0, 0.0)).x < 1e3 - s.error.x);
+        let right = offset_origin(&s, Vec3::new(0.1, 5.0, 0.0)).x - 1e3;
+        let left = 1e3 - offset_origin(&s, Vec3::new(-0.1, 5.0, 0.0)).x;
+        // Up to the rounding of the sum, half a unit in the last place of 1000.
+        for distance in [left, right] {
+            assert!(
+                (distance - s.error.x).abs() <= 3.1e-5 && distance > 0.0,
+                "{distance} against {}",
+                s.error.x
+            );
+        }
+        // On a plane through the origin too.
+        let flat = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X],
+            triangles: vec![[0, 1, 2]],
+        };
+        let floor = flat.surface_point(PrimId(0), 0.2, 0.2);
+        assert!(offset_origin(&floor, Vec3::Y).y > 0.0 && offset_origin(&floor, Vec3::NEG_Y).y < 0.0);
         let ray = ray_between(&s, Vec3::new(2e3, 0.0, 0.0));
         assert!(ray.t_max < 1.0 && ray.t_max > 0.99999);
     }

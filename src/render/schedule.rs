@@ -1,12 +1,12 @@
 use std::ops::Range;
 
 /// Samples whose sum is one term of a pixel's total.
-pub const BLOCK: u32 = 64;
+const BLOCK: u32 = 64;
 
 /// Cuts sample indices `samples` into passes over the image.
 ///
 /// The cuts are a fixed property of the indices: at 1, 2, 4, 8, 16, 32 within the first block, so that a whole image is
-/// there soon, then at every multiple of [`BLOCK`]. A pass is summed by itself before it is added to the film, so the
+/// there soon, then at every multiple of 64. A pass is summed by itself before it is added to the film, so the
 /// same cuts give the same bits whenever, and on whichever machine, a pass is rendered.
 pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let mut start = samples.start;

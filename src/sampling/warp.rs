@@ -122,7 +122,8 @@ mod tests {
                 0.0
             }
         }));
-        assert!((cap - 1.4 * std::f64::consts::PI).abs() < 0.01, "{cap}");
+        // The grid resolves the edge of the cap to some 0.001, where a direction weighs π / 0.3.
+        assert!((cap - 1.4 * std::f64::consts::PI).abs() < 0.03, "{cap}");
     }
 
     #[test]

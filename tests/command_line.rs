@@ -1,0 +1,475 @@
+//! Drives the real program: what it writes, says and returns.
+
+mod support;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use support::{read_channel, read_rgb};
+use tempfile::TempDir;
+
+fn embrasure(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
+    command.current_dir(folder).stdin(Stdio::null());
+    command
+}
+
+/// A folder with a small scene: a lit floor, `s.toml`, `a.obj`, `a.mtl`.
+fn scene() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "a.mtl",
+        "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
+    );
+    write(
+        "a.obj",
+        "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
+         usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
+    );
+    write(
+        "s.toml",
+        "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
+         [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
+    );
+    folder
+}
+
+fn run(folder: &Path, args: &[&str]) -> Output {
+    embrasure(folder).args(args).output().unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program was killed")
+}
+
+#[test]
+fn renders_exr_png_and_statistics() {
+    let folder = scene();
+    let out = run(
+        folder.path(),
+        &["render", "s.toml", "-o", "x.exr", "-o", "x.png", "--stats", "x.json"],
+    );
+    assert_eq!(code(&out), 0, "{}", words(&out));
+
+    let exr = folder.path().join("x.exr");
+    let names = [
+        "R",
+        "G",
+        "B",
+        "albedo.R",
+        "albedo.G",
+        "albedo.B",
+        "N.X",
+        "N.Y",
+        "N.Z",
+        "Z",
+        "variance.R",
+        "variance.G",
+        "variance.B",
+        "samples",
+    ];
+    for name in names {
+        let values = read_channel(&exr, name);
+        assert_eq!(values.len(), 40 * 24);
+        assert!(values.iter().all(|v| v.is_finite()), "{name}");
+    }
+    assert!(read_channel(&exr, "samples").iter().all(|&n| n == 4.0));
+    // The floor is below the lamp, so the picture is not upside down; its normal points up.
+    assert_eq!(read_channel(&exr, "N.Y")[14 * 40 + 20], 1.0);
+    assert!((read_channel(&exr, "albedo.B")[14 * 40 + 20] - 0.3).abs() < 1e-6);
+
+    let png = png::Decoder::new(std::io::BufReader::new(
+        fs::File::open(folder.path().join("x.png")).unwrap(),
+    ));
+    let reader = png.read_info().unwrap();
+    assert_eq!((reader.info().width, reader.info().height), (40, 24));
+
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    let keys = [
+        "version",
+        "backend",
+        "backend_version",
+        "isa",
+        "integrator",
+        "sampler",
+        "spp",
+        "threads",
+        "width",
+        "height",
+        "triangles",
+        "lights",
+        "load_s",
+        "build_s",
+        "render_s",
+        "total_s",
+        "rays",
+        "samples",
+        "bvh_bytes",
+        "peak_rss_bytes",
+        "dropped_samples",
+        "warnings",
+    ];
+    for key in keys {
+        assert!(!stats[key].is_null(), "{key} is missing");
+    }
+    assert_eq!(stats["triangles"], 4);
+    assert_eq!(stats["samples"], 4 * 40 * 24);
+    assert_eq!(stats["rays"]["camera"], 4 * 40 * 24);
+    assert_eq!(stats["dropped_samples"], 0);
+}
+
+#[test]
+fn metadata_tell_how_the_picture_came_to_be() {
+    use exr::prelude::*;
+    let folder = scene();
+    let out = run(
+        folder.path(),
+        &[
+            "render",
+            "s.toml",
+            "--seed",
+            "18446744073709551615",
+            "--crop",
+            "10,4,30,20",
+        ],
+    );
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    let path = folder.path().join("s.exr");
+    let image = read_first_flat_layer_from_file(&path).unwrap();
+    assert_eq!(image.attributes.display_window.size, Vec2(40, 24));
+    assert_eq!(image.layer_data.attributes.layer_position, Vec2(10, 4));
+    assert_eq!(image.layer_data.size, Vec2(20, 16));
+    let text = |name: &str| match &image.layer_data.attributes.other[&Text::from(name)] {
+        AttributeValue::Text(text) => text.to_string(),
+        other => panic!("{name}: {other:?}"),
+    };
+    assert_eq!(text("embrasure.seed"), "18446744073709551615");
+    assert_eq!(text("embrasure.samples"), "0..4");
+    assert_eq!(text("embrasure.version"), env!("CARGO_PKG_VERSION"));
+    assert_eq!(text("embrasure.sceneHash").len(), 64);
+    assert!(text("embrasure.settings").contains("integrator=path"));
+
+    // A crop shows the pixels of the full picture.
+    run(
+        folder.path(),
+        &["render", "s.toml", "--seed", "18446744073709551615", "-o", "full.exr"],
+    );
+    let (full, crop) = (
+        read_channel(&folder.path().join("full.exr"), "R"),
+        read_channel(&path, "R"),
+    );
+    for (i, value) in crop.iter().enumerate() {
+        assert_eq!(full[(4 + i / 20) * 40 + 10 + i % 20].to_bits(), value.to_bits());
+    }
+}
+
+#[test]
+fn bits_depend_on_the_seed_alone() {
+    let folder = scene();
+    let render = |name: &str, flags: &[&str]| {
+        let args = [&["render", "s.toml", "--spp", "70", "-o", name], flags].concat();
+        let out = run(folder.path(), &args);
+        assert_eq!(code(&out), 0, "{}", words(&out));
+        read_rgb(&folder.path().join(name)).map(|c| c.iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+    };
+    let one = render("1.exr", &["--threads", "1"]);
+    assert_eq!(one, render("2.exr", &["--threads", "2"]));
+    assert_eq!(one, render("3.exr", &["--threads", "3"]));
+    assert_eq!(one, render("again.exr", &["--threads", "3"]));
+    assert_ne!(one, render("seed.exr", &["--seed", "1"]));
+}
+
+#[test]
+fn a_bare_obj_is_framed_and_lit() {
+    let folder = scene();
+    fs::write(folder.path().join("b.obj"), "v 10 0 0\nv 11 0 0\nv 10 1 0\nf 1 2 3\n").unwrap();
+    let out = run(folder.path(), &["render", "b.obj", "--size", "32x64", "--spp", "16"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    assert!(words(&out).contains("constant white environment"), "{}", words(&out));
+    let albedo = read_channel(&folder.path().join("b.exr"), "albedo.R");
+    let covered = albedo.iter().filter(|&&a| a > 0.0).count();
+    assert!(covered > 100, "{covered} of {} pixels show the triangle", albedo.len());
+    // The whole of it is in the picture: nothing touches the border.
+    let border = (0..32)
+        .map(|x| (x, 0))
+        .chain((0..64).map(|y| (0, y)))
+        .chain((0..64).map(|y| (31, y)));
+    assert!(border.into_iter().all(|(x, y)| albedo[y * 32 + x] == 0.0));
+}
+
+/// Every mistake: its arguments, what to change in the scene folder, the exit code, and words of the message.
+#[test]
+fn mistakes_are_named_and_leave_no_files() {
+    type Change = fn(&Path);
+    let keep: Change = |_| {};
+    let cases: &[(&[&str], Change, i32, &[&str])] = &[
+        (&["render", "gone.toml"], keep, 1, &["gone.toml", "cannot read"]),
+        (&["render", "gone.obj"], keep, 1, &["gone.obj", "help:"]),
+        (&["render", "."], keep, 1, &["directory", "help:"]),
+        (&["render", "a.mtl"], keep, 1, &["a.mtl", "help:"]),
+        (&["render"], keep, 2, &["Usage"]),
+        (&["render", "s.toml", "--spp", "0"], keep, 2, &["--spp 0", "help:"]),
+        (&["render", "s.toml", "--spp", "many"], keep, 2, &["--spp"]),
+        (
+            &["render", "s.toml", "--size", "0x10"],
+            keep,
+            2,
+            &["no pixels", "help:"],
+        ),
+        (&["render", "s.toml", "--size", "10"], keep, 2, &["--size"]),
+        (
+            &["render", "s.toml", "--crop", "0,0,41,10"],
+            keep,
+            2,
+            &["--crop", "help:"],
+        ),
+        (&["render", "s.toml", "--threads", "0"], keep, 2, &["--threads 0"]),
+        (
+            &["render", "s.toml", "--integrator", "magic"],
+            keep,
+            2,
+            &["magic", "path"],
+        ),
+        (
+            &["render", "s.toml", "--sampler", "dice"],
+            keep,
+            2,
+            &["dice", "independent"],
+        ),
+        (
+            &["render", "s.toml", "--backend", "abacus"],
+            keep,
+            2,
+            &["abacus", "brute"],
+        ),
+        (&["render", "s.toml", "--fov", "180"], keep, 2, &["180", "--fov"]),
+        (
+            &["render", "s.toml", "--position", "0,0.3,0", "--look-at", "0,0.3,0"],
+            keep,
+            2,
+            &["different points"],
+        ),
+        (&["render", "s.toml", "-o", "x.jpg"], keep, 2, &["x.jpg", ".exr"]),
+        (
+            &["render", "s.toml", "-o", "no/such/x.exr"],
+            keep,
+            1,
+            &["no/such", "mkdir -p"],
+        ),
+        (
+            &["render", "s.toml", "--stats", "no/x.json"],
+            keep,
+            1,
+            &["no/x.json", "mkdir -p"],
+        ),
+        (&["bogus"], keep, 2, &["bogus"]),
+        (
+            &["render", "s.toml"],
+            |f| fs::remove_file(f.join("a.obj")).unwrap(),
+            1,
+            &["s.toml:11:7", "a.obj", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| fs::write(f.join("a.obj"), "").unwrap(),
+            1,
+            &["a.obj", "no faces", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "a.obj", "f 1 2 99\n"),
+            1,
+            &["a.obj:12", "99", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "a.obj", "v nan 0 0\nf 1 2 7\n"),
+            1,
+            &["a.obj:12", "nan", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "a.mtl", "Kd 0.5 red\n"),
+            1,
+            &["a.mtl:6", "red", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "a.mtl", "Ke -1 0 0\n"),
+            1,
+            &["a.mtl", "lamp", "Ke"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "shiny = 1\n"),
+            1,
+            &["s.toml:12", "shiny", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[[light]]\ntype = \"sun\"\n"),
+            1,
+            &["s.toml:13", "sun", "point"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[[light]]\ntype = \"point\"\n"),
+            1,
+            &["s.toml:13", "position"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "matrix = [[0,0,0,0],[0,0,0,0],[0,0,0,0],[0,0,0,1]]\n"),
+            1,
+            &["s.toml:12", "flattens"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "width = 40", "width = 0"),
+            1,
+            &["s.toml:6", "no pixels", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "samples = 4", "samples = 0"),
+            1,
+            &["s.toml:9", "samples = 0"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "look_at = [0, 0.3, 0]", "look_at = [0, 1, 4]"),
+            1,
+            &["s.toml:3"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "version = 1", "version = 7"),
+            1,
+            &["s.toml:1", "version 7"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "width = 40", "filter = \"sharp\""),
+            1,
+            &["s.toml:6", "sharp", "box"],
+        ),
+    ];
+    for (args, change, expected, needles) in cases {
+        let folder = scene();
+        change(folder.path());
+        let out = run(folder.path(), args);
+        let said = words(&out);
+        assert_eq!(code(&out), *expected, "{args:?}: {said}");
+        for needle in *needles {
+            assert!(said.contains(needle), "{args:?}: no `{needle}` in: {said}");
+        }
+        assert!(!said.contains("panicked"), "{said}");
+        let files: Vec<PathBuf> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|e| e.unwrap().path())
+            .collect();
+        assert!(files.len() <= 3, "{args:?} left files: {files:?}");
+    }
+}
+
+fn append(folder: &Path, file: &str, text: &str) {
+    let old = fs::read_to_string(folder.join(file)).unwrap();
+    fs::write(folder.join(file), old + text).unwrap();
+}
+
+fn replace(folder: &Path, from: &str, to: &str) {
+    let old = fs::read_to_string(folder.join("s.toml")).unwrap();
+    assert!(old.contains(from));
+    fs::write(folder.join("s.toml"), old.replace(from, to)).unwrap();
+}
+
+#[test]
+fn a_missing_library_is_a_warning() {
+    let folder = scene();
+    fs::remove_file(folder.path().join("a.mtl")).unwrap();
+    let out = run(folder.path(), &["render", "s.toml"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    for needle in [
+        "a.obj:1: material library",
+        "a.mtl",
+        "material `floor` is not defined",
+        "`default`",
+    ] {
+        assert!(words(&out).contains(needle), "no `{needle}` in: {}", words(&out));
+    }
+    assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
+}
+
+#[test]
+fn a_scene_file_overrides_materials() {
+    let folder = scene();
+    append(
+        folder.path(),
+        "s.toml",
+        "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\n[material.unused]\n",
+    );
+    let out = run(folder.path(), &["render", "s.toml"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    assert!(words(&out).contains("no face uses the material `unused`"));
+    assert_eq!(
+        read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
+        0.75
+    );
+}
+
+#[test]
+fn quiet_is_quiet_and_version_tells_the_backends() {
+    let folder = scene();
+    let out = run(folder.path(), &["render", "s.toml", "-q"]);
+    assert_eq!((code(&out), words(&out).as_str()), (0, ""));
+    let out = run(folder.path(), &["--version"]);
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(
+        text.starts_with(&format!("embrasure {}", env!("CARGO_PKG_VERSION"))),
+        "{text}"
+    );
+    assert!(text.contains("brute"));
+    assert_eq!(text.contains("embree 4."), cfg!(feature = "embree"), "{text}");
+}
+
+#[test]
+fn info_counts_what_is_there() {
+    let folder = scene();
+    let out = run(folder.path(), &["info", "s.toml", "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(
+        (&info["triangles"], &info["lights"]["triangle"]),
+        (&4.into(), &2.into())
+    );
+    assert_eq!(info["bounds"][1], serde_json::json!([1.0, 1.0, 1.0]));
+    assert_eq!(code(&run(folder.path(), &["info", "s.toml"])), 0);
+}
+
+/// An interrupt ends the render, writes what is there, and says so by the exit code.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_writes_what_is_done() {
+    let folder = scene();
+    let mut child = embrasure(folder.path())
+        .args(["render", "s.toml", "--spp", "100000000", "--stats", "x.json"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let interrupted = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(interrupted.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let samples = read_channel(&folder.path().join("s.exr"), "samples");
+    assert!(samples.iter().all(|&n| (1.0..100_000_000.0).contains(&n)));
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    assert_eq!(stats["complete"], false);
+}

@@ -1,0 +1,74 @@
+//! The comparison suite, where this machine has it: means against converged references, and convergence.
+#![cfg(feature = "embree")]
+
+mod support;
+
+use std::path::Path;
+use std::process::Command;
+use support::{read_rgb, rel_mse, shared};
+
+/// Renders `toml` and reads the picture.
+fn render(toml: &Path, spp: u32) -> [Vec<f32>; 3] {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("x.exr");
+    let status = Command::new(env!("CARGO_BIN_EXE_embrasure"))
+        .args(["render", "-q", "--spp", &spp.to_string(), "-o"])
+        .args([&out, toml])
+        .status()
+        .unwrap();
+    assert!(status.success());
+    read_rgb(&out)
+}
+
+fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], tolerance: f64) {
+    for c in 0..3 {
+        let mean = |x: &[f32]| x.iter().map(|&v| v as f64).sum::<f64>() / x.len() as f64;
+        let ratio = mean(&image[c]) / mean(&reference[c]);
+        println!("{what}: channel {c} has {ratio:.5} of the reference's mean");
+        assert!(
+            (ratio - 1.0).abs() < tolerance,
+            "{what}: channel {c} has {ratio} of the reference's mean"
+        );
+    }
+}
+
+#[test]
+fn cornell_converges_to_the_reference() {
+    let Some(folder) = shared("suite/cornell") else { return };
+    let (toml, reference) = (folder.join("cornell.toml"), read_rgb(&folder.join("reference.exr")));
+    let counts = [16, 64, 256, 1024];
+    let images = counts.map(|spp| render(&toml, spp));
+    assert_means("1024 spp", &images[3], &reference, 0.003);
+
+    // The error of independent samples falls as 1/spp. The reference has 4096 samples and some error of its own, which
+    // is a quarter of that at 1024: it is taken out before the slope is fitted in logarithms.
+    let raw = images.map(|image| rel_mse(&image, &reference));
+    println!("relMSE at {counts:?} spp: {raw:.5?}");
+    let floor = raw[3] / 5.0;
+    let points: Vec<(f64, f64)> = counts
+        .iter()
+        .zip(raw)
+        .map(|(&n, e)| ((n as f64).ln(), (e - floor).max(1e-12).ln()))
+        .collect();
+    let (mx, my) = (
+        points.iter().map(|p| p.0).sum::<f64>() / 4.0,
+        points.iter().map(|p| p.1).sum::<f64>() / 4.0,
+    );
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+        / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+    println!("slope {slope:.3}");
+    assert!((slope + 1.0).abs() < 0.05, "relMSE {raw:?} falls as spp^{slope}");
+}
+
+#[test]
+fn hall_and_sponza_have_the_means_of_their_references() {
+    for name in ["hall", "sponza"] {
+        let Some(folder) = shared(&format!("suite/{name}")) else {
+            return;
+        };
+        let reference = read_rgb(&folder.join("reference.exr"));
+        let image = render(&folder.join(format!("{name}.toml")), 64);
+        // Fireflies of many small lights: the mean of 64 samples is good to some 0.1 %.
+        assert_means(name, &image, &reference, 0.006);
+    }
+}

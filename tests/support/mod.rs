@@ -1,0 +1,234 @@
+//! What several test programs need: scenes made in code, renders of them, images read back, the shared folder.
+
+#![allow(dead_code, missing_docs)] // Each test program uses a part of it.
+
+use embrasure::accel::Accel;
+use embrasure::camera::{Camera, CameraParameters};
+use embrasure::color::Spectrum;
+use embrasure::film::{Film, Rect};
+use embrasure::geometry::Mesh;
+use embrasure::integrator::PathIntegrator;
+use embrasure::material::Material;
+use embrasure::math::{UVec2, Vec3};
+use embrasure::render::{Observer, Outcome, render};
+use embrasure::sampler::Independent;
+use embrasure::scene::{Scene, SceneBuilder};
+use std::path::{Path, PathBuf};
+
+/// The backend this program was built with, or the oracle.
+#[cfg(feature = "embree")]
+pub fn backend(scene: &Scene) -> impl Accel {
+    embrasure::accel::embree::EmbreeAccel::new(scene, 2).expect("Embree")
+}
+
+/// The backend this program was built with, or the oracle.
+#[cfg(not(feature = "embree"))]
+pub fn backend(scene: &Scene) -> impl Accel {
+    embrasure::accel::brute::BruteForce::new(scene)
+}
+
+/// Never stops.
+struct Patient;
+
+impl Observer for Patient {
+    fn progress(&self, _: u64) {}
+
+    fn should_stop(&self) -> bool {
+        false
+    }
+}
+
+/// Renders `scene` with seed 0.
+pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp: u32, max_depth: Option<u32>) -> Film {
+    let resolution = UVec2::from(size);
+    let camera = Camera::new(camera, resolution).unwrap();
+    let accel = backend(scene);
+    let integrator = PathIntegrator {
+        scene,
+        accel: &accel,
+        camera: &camera,
+        max_depth,
+    };
+    let mut film = Film::new(resolution, Rect::full(resolution));
+    let (outcome, statistics) = render(&integrator, &Independent::new(0), &mut film, 0..spp, &Patient);
+    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    film
+}
+
+/// A pinhole at `position`.
+pub fn pinhole(position: Vec3, look_at: Vec3, vertical_fov: f32) -> CameraParameters {
+    let along_y = (look_at - position).cross(Vec3::Y).length() < 1e-3;
+    CameraParameters {
+        position,
+        look_at,
+        up: if along_y { Vec3::Z } else { Vec3::Y },
+        vertical_fov,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    }
+}
+
+pub fn material(diffuse: f32, emission: f32) -> Material {
+    Material {
+        name: "m".into(),
+        diffuse: Spectrum::splat(diffuse),
+        emission: Spectrum::splat(emission),
+    }
+}
+
+/// Adds triangles of one material.
+pub fn add(builder: &mut SceneBuilder, mesh: Mesh, material: Material) {
+    let id = builder.add_material(material).unwrap();
+    builder.add_mesh(mesh, id).unwrap();
+}
+
+/// A convex polygon as a fan, counter-clockwise seen from the front.
+pub fn polygon(corners: &[Vec3]) -> Mesh {
+    Mesh {
+        positions: corners.to_vec(),
+        triangles: (1..corners.len() as u32 - 1).map(|i| [0, i, i + 1]).collect(),
+    }
+}
+
+/// The box [-1, 1]³ whose faces look inwards.
+pub fn room() -> Mesh {
+    let positions = (0..8).map(|i| Vec3::new(sign(i), sign(i >> 1), sign(i >> 2))).collect();
+    let quads = [
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+    ];
+    let triangles = quads
+        .into_iter()
+        .flat_map(|[a, b, c, d]| [[a, c, b], [a, d, c]])
+        .collect();
+    Mesh { positions, triangles }
+}
+
+fn sign(bit: usize) -> f32 {
+    if bit & 1 == 1 { 1.0 } else { -1.0 }
+}
+
+/// A sphere of triangles: an octahedron, `levels` times subdivided, its front outside.
+pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
+    let octants = (0..8usize).map(|i| {
+        let [x, y, z] = [Vec3::X * sign(i), Vec3::Y * sign(i >> 1), Vec3::Z * sign(i >> 2)];
+        if sign(i) * sign(i >> 1) * sign(i >> 2) > 0.0 {
+            [x, y, z]
+        } else {
+            [x, z, y]
+        }
+    });
+    let mut faces: Vec<[Vec3; 3]> = octants.collect();
+    for _ in 0..levels {
+        let split = |[a, b, c]: [Vec3; 3]| {
+            let [ab, bc, ca] = [(a + b).normalize(), (b + c).normalize(), (c + a).normalize()];
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces = faces.into_iter().flat_map(split).collect();
+    }
+    Mesh {
+        positions: faces.iter().flatten().map(|&p| center + radius * p).collect(),
+        triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    }
+}
+
+/// z-scores of all pixels and channels against a known value.
+pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
+    let pixels = film.tiles().iter().flat_map(|t| t.iter()).map(|(_, a)| *a);
+    let z = pixels.flat_map(|a| [0, 1, 2].map(|c| (a.mean(c) - expected) / a.variance_of_mean(c).sqrt()));
+    // A pixel without variance must be right as it is: 0/0 is a pass, anything else infinite.
+    z.map(|z| if z.is_nan() { 0.0 } else { z }).collect()
+}
+
+/// Fails unless the z-scores look like those of a right estimator: hardly any beyond 3.5, and a mean near 0.
+pub fn assert_unbiased(what: &str, film: &Film, expected: f64) {
+    let z = z_scores(film, expected);
+    let beyond = z.iter().filter(|z| z.abs() > 3.5).count() as f64 / z.len() as f64;
+    // P(|z| > 3.5) is 0.0005 for a normal variable; means of a few hundred skewed samples have heavier tails.
+    assert!(
+        beyond <= 0.004,
+        "{what}: {:.2} % of the pixels are beyond 3.5 σ",
+        100.0 * beyond
+    );
+    let mean = film_mean(film, 0);
+    assert!(
+        (mean / expected - 1.0).abs() < 1e-3,
+        "{what}: mean {mean}, expected {expected}"
+    );
+}
+
+/// Mean of channel `c` over all pixels.
+pub fn film_mean(film: &Film, c: usize) -> f64 {
+    let means: Vec<f64> = film
+        .tiles()
+        .iter()
+        .flat_map(|t| t.iter())
+        .map(|(_, a)| a.mean(c))
+        .collect();
+    means.iter().sum::<f64>() / means.len() as f64
+}
+
+/// Standard error of [`film_mean`].
+pub fn film_error(film: &Film, c: usize) -> f64 {
+    let v: Vec<f64> = film
+        .tiles()
+        .iter()
+        .flat_map(|t| t.iter())
+        .map(|(_, a)| a.variance_of_mean(c))
+        .collect();
+    v.iter().sum::<f64>().sqrt() / v.len() as f64
+}
+
+/// A channel of an EXR file.
+pub fn read_channel(path: &Path, name: &str) -> Vec<f32> {
+    use exr::prelude::*;
+    let image = read_first_flat_layer_from_file(path).unwrap();
+    let channel = image.layer_data.channel_data.list.iter().find(|c| c.name.eq(name));
+    channel
+        .unwrap_or_else(|| panic!("{} has no channel {name}", path.display()))
+        .sample_data
+        .values_as_f32()
+        .collect()
+}
+
+/// Red, green and blue of an EXR file.
+pub fn read_rgb(path: &Path) -> [Vec<f32>; 3] {
+    ["R", "G", "B"].map(|name| read_channel(path, name))
+}
+
+/// The suite's error measure: mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, the worst 0.1 % of the
+/// pixels left out.
+pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
+    let pixel = |i: usize| {
+        let channel = |c: usize| {
+            let (x, r) = (image[c][i] as f64, reference[c][i] as f64);
+            (x - r).powi(2) / (r * r + 0.01)
+        };
+        (channel(0) + channel(1) + channel(2)) / 3.0
+    };
+    let mut errors: Vec<f64> = (0..image[0].len()).map(pixel).collect();
+    errors.sort_by(f64::total_cmp);
+    errors.truncate((errors.len() as f64 * 0.999).ceil() as usize);
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+/// A folder of scenes outside the project, if this machine has it.
+///
+/// A test that needs it skips with a word; where `EMBRASURE_REQUIRE_SHARED` is set, as in CI, its absence is a failure.
+pub fn shared(relative: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(relative);
+    if path.exists() {
+        return Some(path);
+    }
+    assert!(
+        std::env::var_os("EMBRASURE_REQUIRE_SHARED").is_none(),
+        "{} is required here and missing",
+        path.display()
+    );
+    eprintln!("skipped: {} is not on this machine", path.display());
+    None
+}

@@ -15,8 +15,8 @@ pub struct Mesh {
 pub struct SurfacePoint {
     /// Position in world space.
     pub p: Vec3,
-    /// Bound on the rounding error of `p`, per coordinate.
-    pub error: Vec3,
+    /// How far along the normal a ray must start from `p` to clear the surface: a bound on rounding errors.
+    pub clearance: f32,
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,
     /// Unit shading normal, on the side of `ng`.
@@ -41,10 +41,10 @@ impl Mesh {
 impl SurfacePoint {
     /// The point at barycentric coordinates `b1`, `b2` of a flat triangle whose unit normal is `ng`.
     ///
-    /// The error bound is that of PBR4 eq. (6.25), `γ₇ Σ |bᵢ pᵢ|` and two more roundings
-    /// for the move off the surface, plus a part that comes from later tests of the same
-    /// triangle: an intersector subtracts the ray's origin from the corners and rounds edges as long as the triangle.
-    /// That part is the same along all axes, so that no bound vanishes on a plane through the origin, where an
+    /// Rounding puts `p` into a box around the true point; its half-width is `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25) and two more
+    /// roundings for the move off the surface. A plane of normal `n` clears it by the half-width's `|n|`-weighted sum.
+    /// A second part comes from later tests of the same triangle: an intersector subtracts the ray's origin from the
+    /// corners and rounds edges as long as the triangle. It does not vanish on a plane through the origin, where an
     /// intersector that includes `t = 0` would find the surface again.
     #[inline(always)]
     pub fn on_triangle([p0, p1, p2]: [Vec3; 3], ng: Vec3, b1: f32, b2: f32) -> Self {
@@ -53,7 +53,8 @@ impl SurfacePoint {
         let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         Self {
             p: t0 + t1 + t2,
-            error: gamma(9) * magnitude + Vec3::splat(gamma(3) * extent),
+            // The components of a unit vector sum to √3 at most.
+            clearance: gamma(9) * ng.abs().dot(magnitude) + gamma(6) * extent,
             ng,
             ns: ng,
         }
@@ -99,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn surface_points_lie_within_their_error_bound() {
+    fn surface_points_are_nearer_to_the_plane_than_their_clearance() {
         let mesh = Mesh {
             positions: vec![
                 Vec3::new(-3.1, 100.7, 2.3),
@@ -108,12 +109,13 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2]],
         };
-        let d = mesh.positions.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>();
+        let d: Vec<_> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
+        let normal = (d[1] - d[0]).cross(d[2] - d[0]).normalize();
         for (b1, b2) in [(0.0f32, 0.0f32), (0.3, 0.6), (0.123_456_7, 0.2), (1.0, 0.0)] {
             let s = mesh.surface_point(PrimId(0), b1, b2);
-            let exact = (1.0 - b1 as f64 - b2 as f64) * d[0] + b1 as f64 * d[1] + b2 as f64 * d[2];
-            let off = (s.p.as_dvec3() - exact).abs();
-            assert!(off.cmple(s.error.as_dvec3()).all(), "{off} against {}", s.error);
+            let off = (s.p.as_dvec3() - d[0]).dot(normal).abs();
+            assert!(off < s.clearance as f64, "{off} against {}", s.clearance);
+            assert!(s.clearance < 2e-4, "{}", s.clearance);
         }
     }
 }

@@ -1,14 +1,12 @@
 use super::SurfacePoint;
 use crate::math::{Ray, Vec3, float::gamma};
 
-/// Moves a point off its surface along the normal, to the side that `w` points to, just beyond its error bound.
+/// Moves a point off its surface along the normal, to the side that `w` points to, just beyond its rounding error.
 ///
 /// A ray that starts there cannot meet the surface it left, and skips nothing wider than the rounding error
 /// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
-    // The box of half-width `error` around p is cleared by this much along the normal.
-    let distance = s.ng.abs().dot(s.error);
-    s.p + s.ng * distance.copysign(w.dot(s.ng))
+    s.p + s.ng * s.clearance.copysign(w.dot(s.ng))
 }
 
 /// The ray that leaves the surface at `s` in direction `w`.
@@ -50,9 +48,9 @@ mod tests {
         // Up to the rounding of the sum, half a unit in the last place of 1000.
         for distance in [left, right] {
             assert!(
-                (distance - s.error.x).abs() <= 3.1e-5 && distance > 0.0,
+                (distance - s.clearance).abs() <= 3.1e-5 && distance > 0.0,
                 "{distance} against {}",
-                s.error.x
+                s.clearance
             );
         }
         // On a plane through the origin too.

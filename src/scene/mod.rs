@@ -78,6 +78,7 @@ impl Scene {
     }
 
     /// The point that was hit.
+    #[inline(always)]
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         self.meshes[hit.geom.0 as usize].surface_point(hit.prim, hit.b1, hit.b2)
     }

@@ -43,7 +43,7 @@ impl Sampler for Independent {
 
     fn start(&mut self, key: SampleKey) {
         // Each input is hashed into the key by itself, so that no two of them can cancel.
-        let pixel = (key.y as u64) << 32 | key.x as u64;
+        let pixel = ((key.y as u64) << 32) | key.x as u64;
         let h = mix(self.seed.wrapping_add(GOLDEN_GAMMA));
         let h = mix(h ^ pixel);
         self.key = mix(h.wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);

@@ -46,7 +46,8 @@ impl EmbreeAccel {
     pub fn new(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
         let device = Device::new(threads)?;
         // SAFETY: the device is live; null is checked below.
-        let handle = SceneHandle(unsafe { rtcNewScene(device.handle()) });
+        let handle = unsafe { rtcNewScene(device.handle()) };
+        let handle = SceneHandle(handle);
         device.check("creating a scene")?;
         // SAFETY: the scene is live, not yet committed, and known to this thread alone.
         unsafe {
@@ -66,8 +67,8 @@ impl EmbreeAccel {
 
 fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Result<(), EmbreeError> {
     // SAFETY: the device is live; failure is reported through the error that is checked next.
-    let geometry =
-        GeometryHandle(unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) });
+    let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) };
+    let geometry = GeometryHandle(geometry);
     device.check("creating a geometry")?;
     let (vertex, index) = (
         RTCBufferType::RTC_BUFFER_TYPE_VERTEX,

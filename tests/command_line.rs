@@ -411,11 +411,16 @@ fn a_scene_file_overrides_materials() {
     append(
         folder.path(),
         "s.toml",
-        "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\n[material.unused]\n",
+        "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\nior = 1.5\n[material.unused]\n",
     );
     let out = run(folder.path(), &["render", "s.toml"]);
     assert_eq!(code(&out), 0, "{}", words(&out));
     assert!(words(&out).contains("no face uses the material `unused`"));
+    assert!(
+        words(&out).contains("s.toml:14:7: material `floor`: `ior` has no effect yet"),
+        "{}",
+        words(&out)
+    );
     assert_eq!(
         read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
         0.75
@@ -462,10 +467,9 @@ fn an_interrupt_writes_what_is_done() {
         .unwrap();
     // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
     std::thread::sleep(std::time::Duration::from_secs(2));
-    let interrupted = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
+    // The shell's own `kill`: the program of that name is not on every machine.
+    let interrupt = format!("kill -INT {}", child.id());
+    let interrupted = Command::new("sh").args(["-c", &interrupt]).status().unwrap();
     assert!(interrupted.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let samples = read_channel(&folder.path().join("s.exr"), "samples");

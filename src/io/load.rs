@@ -111,6 +111,24 @@ impl Loader<'_> {
     }
 
     fn material_from_section(&mut self, name: &str, section: &MaterialSection) -> Material {
+        let unused = [
+            ("specular", section.specular.as_ref().map(Spanned::span)),
+            ("exponent", section.exponent.as_ref().map(Spanned::span)),
+            ("transmission", section.transmission.as_ref().map(Spanned::span)),
+            ("ior", section.ior.as_ref().map(Spanned::span)),
+        ];
+        for (key, span) in unused {
+            if let Some(span) = span {
+                let warning = self
+                    .file
+                    .error(span, format!("material `{name}`: `{key}` has no effect yet"));
+                self.warnings.push(
+                    warning
+                        .help("only diffuse reflection and emission are rendered")
+                        .to_string(),
+                );
+            }
+        }
         Material {
             name: name.into(),
             diffuse: section.diffuse.map_or(Spectrum::ZERO, Spectrum::from),

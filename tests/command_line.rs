@@ -455,23 +455,33 @@ fn info_counts_what_is_there() {
     assert_eq!(code(&run(folder.path(), &["info", "s.toml"])), 0);
 }
 
+/// A process that does not outlive a failed test.
+struct KilledOnDrop(std::process::Child);
+
+impl Drop for KilledOnDrop {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+    }
+}
+
 /// An interrupt ends the render, writes what is there, and says so by the exit code.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_writes_what_is_done() {
     let folder = scene();
-    let mut child = embrasure(folder.path())
+    let child = embrasure(folder.path())
         .args(["render", "s.toml", "--spp", "100000000", "--stats", "x.json"])
-        .stderr(Stdio::piped())
+        .stderr(Stdio::null())
         .spawn()
         .unwrap();
+    let mut child = KilledOnDrop(child);
     // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
     std::thread::sleep(std::time::Duration::from_secs(2));
     // The shell's own `kill`: the program of that name is not on every machine.
-    let interrupt = format!("kill -INT {}", child.id());
+    let interrupt = format!("kill -INT {}", child.0.id());
     let interrupted = Command::new("sh").args(["-c", &interrupt]).status().unwrap();
     assert!(interrupted.success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(child.0.wait().unwrap().code(), Some(130));
     let samples = read_channel(&folder.path().join("s.exr"), "samples");
     assert!(samples.iter().all(|&n| (1.0..100_000_000.0).contains(&n)));
     let stats: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();

@@ -294,7 +294,7 @@ fn mistakes_are_named_and_leave_no_files() {
         ),
         (
             &["render", "s.toml"],
-            |f| append(f, "a.mtl", "Kd 0.5 red\n"),
+            |f| append(f, "a.mtl", "Kd 0.5 red 0\n"),
             1,
             &["a.mtl:6", "red", "help:"],
         ),
@@ -403,6 +403,27 @@ fn a_missing_library_is_a_warning() {
         assert!(words(&out).contains(needle), "no `{needle}` in: {}", words(&out));
     }
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
+}
+
+/// MTL allows a single number for a grey; two numbers are nothing.
+#[test]
+fn a_color_may_be_a_single_number() {
+    let folder = scene();
+    append(folder.path(), "a.mtl", "newmtl floor\nKd 0.25\n");
+    let out = run(folder.path(), &["render", "s.toml"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    assert_eq!(
+        read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
+        0.25
+    );
+    append(folder.path(), "a.mtl", "Kd 0.25 0.5\n");
+    let out = run(folder.path(), &["render", "s.toml"]);
+    assert_eq!(code(&out), 1, "{}", words(&out));
+    assert!(
+        words(&out).contains("a.mtl:8: `Kd 0.25 0.5` is no colour"),
+        "{}",
+        words(&out)
+    );
 }
 
 #[test]

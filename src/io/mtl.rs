@@ -18,9 +18,27 @@ pub(super) fn default_material(name: &str) -> Material {
 /// The materials of an MTL file, in its order.
 pub(super) fn load_mtl(path: &Path) -> Result<Vec<Material>, FileError> {
     let bytes = std::fs::read(path).map_err(|e| FileError::system(path, "cannot read the material library", &e))?;
-    let text = String::from_utf8_lossy(&bytes);
+    let text = complete_colors(path, &String::from_utf8_lossy(&bytes))?;
     let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| blame_line(path, &text, &error))?;
     materials.iter().map(|m| convert(path, m)).collect()
+}
+
+/// Writes greys, which MTL allows as a single number, as three numbers; tobj takes nothing less without a panic.
+fn complete_colors(path: &Path, text: &str) -> Result<String, FileError> {
+    let mut lines = Vec::new();
+    for (i, line) in text.lines().enumerate() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        match words[..] {
+            [key @ ("Ka" | "Kd" | "Ks" | "Ke"), grey] => lines.push(format!("{key} {grey} {grey} {grey}")),
+            ["Ka" | "Kd" | "Ks" | "Ke"] | ["Ka" | "Kd" | "Ks" | "Ke", _, _] => {
+                let message = format!("`{}` is no colour", line.trim());
+                let error = FileError::new(path, message).at(Position::line(i + 1));
+                return Err(error.help("give one number or three"));
+            }
+            _ => lines.push(line.to_string()),
+        }
+    }
+    Ok(lines.join("\n"))
 }
 
 /// The first line that the parser refuses when it stands alone.

@@ -11,7 +11,7 @@ use crate::sampling::mis::power_heuristic;
 use crate::scene::{Incident, Scene};
 
 /// Scatterings before Russian roulette may end a path. On the suite's cornell, hall and sponza 1 has the best product of
-/// error and time, or is within 4 % of it; 0, 3 and 5 were tried.
+/// error and time, or is some 4 % from it (docs/benchmarks.md).
 const ROULETTE_DEPTH: u32 = 1;
 
 /// Unidirectional path tracing with next-event estimation: lights and BSDF are sampled at every vertex and combined
@@ -74,7 +74,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         let mut scattering: Option<Scattering> = None;
 
         for depth in 0.. {
-            // Drawn before the ray is traced: the processor hashes them while it waits for the traversal.
+            // All draws of a vertex stand in one place, before its ray: none of them depends on what is hit.
             let u = VertexNumbers::draw(sampler, depth);
             out.ray(if depth == 0 { RayKind::Camera } else { RayKind::Bounce });
             let Some(hit) = self.accel.intersect(&ray) else {

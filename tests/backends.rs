@@ -119,10 +119,7 @@ fn rays_do_not_meet_the_surface_they_left() {
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
         // Axis-aligned ones too, through the origin or beside it.
         if i % 4 == 0 {
-            corners = corners.map(|p| Vec3 {
-                y: if i % 8 == 0 { 0.0 } else { scale },
-                ..p
-            });
+            corners = corners.map(|p| p.with_y(if i % 8 == 0 { 0.0 } else { scale }));
         }
         let scene = scene_of(vec![polygon(&corners)]);
         if scene.triangle_count() == 0 {

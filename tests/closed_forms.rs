@@ -41,6 +41,18 @@ fn roulette_keeps_the_mean_of_long_paths() {
 }
 
 #[test]
+fn paths_end_where_nothing_is_absorbed() {
+    let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
+    let film = render_film(&glowing_room(1.0, 1.0), camera, [8, 8], 16, None);
+    assert!(
+        film.develop()
+            .channels
+            .iter()
+            .all(|c| c.values.iter().all(|v| !v.is_nan()))
+    );
+}
+
+#[test]
 fn white_furnace_hides_a_white_object() {
     let mut b = SceneBuilder::new();
     add(&mut b, sphere(1.0, Vec3::ZERO, 3), material(1.0, 0.0));

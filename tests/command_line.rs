@@ -252,7 +252,13 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "--position", "0,0.3,0", "--look-at", "0,0.3,0"],
             keep,
             2,
-            &["different points"],
+            &["look_at must not be"],
+        ),
+        (
+            &["render", "s.toml", "-o", "x.exr", "-o", "x.exr"],
+            keep,
+            2,
+            &["x.exr", "twice"],
         ),
         (&["render", "s.toml", "-o", "x.jpg"], keep, 2, &["x.jpg", ".exr"]),
         (
@@ -336,6 +342,12 @@ fn mistakes_are_named_and_leave_no_files() {
         ),
         (
             &["render", "s.toml"],
+            |f| replace(f, "width = 40", "width = 70000"),
+            1,
+            &["s.toml:6", "70000", "65536"],
+        ),
+        (
+            &["render", "s.toml"],
             |f| replace(f, "samples = 4", "samples = 0"),
             1,
             &["s.toml:9", "samples = 0"],
@@ -344,7 +356,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml"],
             |f| replace(f, "look_at = [0, 0.3, 0]", "look_at = [0, 1, 4]"),
             1,
-            &["s.toml:3"],
+            &["s.toml:4", "look_at"],
         ),
         (
             &["render", "s.toml"],

@@ -2,6 +2,7 @@
 
 use crate::math::{Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
+use thiserror::Error;
 
 /// A perspective camera: a pinhole, or an ideal thin lens when its radius is positive.
 #[derive(Clone, Copy, Debug)]
@@ -34,35 +35,49 @@ pub struct CameraParameters {
     pub focus_distance: f32,
 }
 
+/// A camera parameter that no camera can have.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("camera {parameter} {message}")]
+pub struct CameraError {
+    /// The field of [`CameraParameters`].
+    pub parameter: &'static str,
+    message: String,
+}
+
 impl Camera {
     /// A camera for an image of `resolution` pixels.
     ///
-    /// `Err` says in words what is wrong with the parameters.
-    pub fn new(parameters: CameraParameters, resolution: UVec2) -> Result<Self, String> {
+    /// A parameter that no camera can have is an error.
+    pub fn new(parameters: CameraParameters, resolution: UVec2) -> Result<Self, CameraError> {
         let c = parameters;
-        let finite = [c.position, c.look_at, c.up].iter().all(|v| v.is_finite());
-        if !finite {
-            return Err("camera position, look_at and up must be finite numbers".into());
+        let error = |parameter, message: &str| {
+            Err(CameraError {
+                parameter,
+                message: message.into(),
+            })
+        };
+        for (parameter, v) in [("position", c.position), ("look_at", c.look_at), ("up", c.up)] {
+            if !v.is_finite() {
+                return error(parameter, &format!("must be finite numbers, not {v}"));
+            }
         }
         if !(c.vertical_fov > 0.0 && c.vertical_fov < 180.0) {
-            return Err(format!(
-                "vertical_fov must lie between 0 and 180 degrees, not {}",
-                c.vertical_fov
-            ));
+            let message = format!("must lie between 0 and 180 degrees, not {}", c.vertical_fov);
+            return error("vertical_fov", &message);
         }
         if !(c.lens_radius >= 0.0 && c.lens_radius.is_finite()) {
-            return Err(format!("lens_radius must be 0 or more, not {}", c.lens_radius));
+            return error("lens_radius", &format!("must be 0 or more, not {}", c.lens_radius));
         }
         if !(c.focus_distance > 0.0 && c.focus_distance.is_finite()) {
-            return Err(format!("focus_distance must be positive, not {}", c.focus_distance));
+            return error("focus_distance", &format!("must be positive, not {}", c.focus_distance));
         }
-        let forward = (c.look_at - c.position)
-            .try_normalize()
-            .ok_or("camera position and look_at must be different points")?;
-        let right =
-            c.up.try_normalize()
-                .and_then(|up| forward.cross(up).try_normalize())
-                .ok_or("camera up must not be zero or parallel to the view direction")?;
+        let Some(forward) = (c.look_at - c.position).try_normalize() else {
+            return error("look_at", "must not be the camera's position");
+        };
+        let right = c.up.try_normalize().and_then(|up| forward.cross(up).try_normalize());
+        let Some(right) = right else {
+            return error("up", "must not be zero or parallel to the view direction");
+        };
         let up = right.cross(forward);
 
         // The image plane at distance 1 is 2 tan(fov/2) high.

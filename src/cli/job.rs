@@ -1,7 +1,7 @@
 use super::args::RenderArgs;
 use super::backend::Backend;
 use super::error::CliError;
-use crate::camera::{Camera, CameraParameters};
+use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::Rect;
 use crate::integrator::{Integrator, PathIntegrator};
 use crate::io::{CameraSection, FileError, Format, Output, SceneFile};
@@ -135,23 +135,29 @@ impl Job {
         if self.scene.camera.as_ref().is_none_or(|c| c.focus_distance.is_none()) {
             parameters.focus_distance = focus_at_target(&parameters);
         }
-        let camera = Camera::new(parameters, self.resolution).map_err(|message| self.camera_error(message))?;
+        let camera = Camera::new(parameters, self.resolution).map_err(|error| self.camera_error(&error))?;
         Ok((parameters, camera))
     }
 
-    /// Blames the scene file's camera, unless flags had a say.
-    fn camera_error(&self, message: String) -> CliError {
+    /// Blames the key of the scene file's camera, unless flags had a say.
+    fn camera_error(&self, error: &CameraError) -> CliError {
         let flags = &self.camera;
         let flagged = flags.position.is_some() || flags.look_at.is_some() || flags.up.is_some() || flags.fov.is_some();
         match &self.scene.camera {
-            Some(section) if !flagged => self
-                .scene
-                .error(section.position.span(), message)
-                .help("correct the [camera]")
-                .into(),
-            _ => CliError::Usage(format!(
-                "{message}\n  help: correct --position, --look-at, --up or --fov"
-            )),
+            Some(section) if !flagged => {
+                let key = match error.parameter {
+                    "look_at" => Some(section.look_at.span()),
+                    "up" => section.up.as_ref().map(Spanned::span),
+                    "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
+                    "lens_radius" => section.lens_radius.as_ref().map(Spanned::span),
+                    "focus_distance" => section.focus_distance.as_ref().map(Spanned::span),
+                    _ => None,
+                };
+                let span = key.unwrap_or_else(|| section.position.span());
+                let blame = self.scene.error(span, error.to_string());
+                blame.help("correct the [camera]").into()
+            }
+            _ => CliError::Usage(format!("{error}\n  help: correct --position, --look-at, --up or --fov")),
         }
     }
 
@@ -183,8 +189,14 @@ pub(super) fn read_scene(path: &Path) -> Result<SceneFile, FileError> {
 }
 
 fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {
+    // EXR counts pixels in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
+    const MAX: u32 = 1 << 16;
     let from_file = |value: &Option<Spanned<u32>>| -> Result<u32, CliError> {
         match value {
+            Some(n) if *n.get_ref() > MAX => Err(scene
+                .error(n.span(), format!("{} pixels a side", n.get_ref()))
+                .help(format!("use at most {MAX}"))
+                .into()),
             Some(n) if *n.get_ref() == 0 => Err(scene
                 .error(n.span(), "the image has no pixels")
                 .help("use 1 or more")
@@ -202,11 +214,9 @@ fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {
             "--size {width}x{height}: the image has no pixels\n  help: use 1x1 or more"
         )));
     }
-    // EXR counts pixels in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
-    const MAX: u32 = 1 << 16;
     if width > MAX || height > MAX {
         return Err(CliError::Usage(format!(
-            "image size {width}x{height}\n  help: at most {MAX} pixels a side"
+            "--size {width}x{height}\n  help: at most {MAX} pixels a side"
         )));
     }
     Ok(UVec2::new(width, height))
@@ -236,6 +246,16 @@ fn outputs(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     } else {
         args.output.clone()
     };
+    if let Some(twice) = paths
+        .iter()
+        .enumerate()
+        .find_map(|(i, p)| paths[..i].contains(p).then_some(p))
+    {
+        let twice = twice.display();
+        return Err(CliError::Usage(format!(
+            "-o {twice} is given twice\n  help: name each file once"
+        )));
+    }
     // A name that is no image is wrong usage; a folder that cannot be written is a failure.
     let prepared = paths.iter().map(|path| {
         let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
@@ -282,11 +302,11 @@ fn check_name(
 fn parameters(section: &CameraSection) -> CameraParameters {
     CameraParameters {
         position: Vec3::from(*section.position.get_ref()),
-        look_at: section.look_at.into(),
-        up: section.up.map_or(Vec3::Y, Vec3::from),
-        vertical_fov: section.vertical_fov.unwrap_or(DEFAULT_FOV),
-        lens_radius: section.lens_radius.unwrap_or(0.0),
-        focus_distance: section.focus_distance.unwrap_or(1.0),
+        look_at: Vec3::from(*section.look_at.get_ref()),
+        up: section.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref())),
+        vertical_fov: section.vertical_fov.as_ref().map_or(DEFAULT_FOV, |v| *v.get_ref()),
+        lens_radius: section.lens_radius.as_ref().map_or(0.0, |v| *v.get_ref()),
+        focus_distance: section.focus_distance.as_ref().map_or(1.0, |v| *v.get_ref()),
     }
 }
 

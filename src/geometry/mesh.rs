@@ -70,7 +70,7 @@ pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {
         n * (1.0 / squared.sqrt())
     } else {
         let [p0, p1, p2] = [p0, p1, p2].map(Vec3::as_dvec3);
-        (p1 - p0).cross(p2 - p0).normalize_or_zero().as_vec3()
+        (p1 - p0).cross(p2 - p0).normalize_or_zero().as_vec3a()
     }
 }
 

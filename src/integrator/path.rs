@@ -14,6 +14,9 @@ use crate::scene::{Incident, Scene};
 /// error and time, or is some 4 % from it (docs/benchmarks.md).
 const ROULETTE_DEPTH: u32 = 1;
 
+/// Largest probability of going on past roulette, so that every path ends, also in a closed room that absorbs nothing.
+const MAX_SURVIVAL: f32 = 0.95;
+
 /// Unidirectional path tracing with next-event estimation: lights and BSDF are sampled at every vertex and combined
 /// by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
 #[derive(Clone, Copy, Debug)]
@@ -122,7 +125,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 
             // Russian roulette
             if depth >= ROULETTE_DEPTH {
-                let survival = beta.max_component().min(1.0);
+                let survival = beta.max_component().min(MAX_SURVIVAL);
                 if u.roulette >= survival {
                     break;
                 }

@@ -252,7 +252,7 @@ fn placement(file: &SceneFile, object: &ObjectSection) -> Result<Option<Affine3A
 fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
     let mirrored = transform.matrix3.determinant() < 0.0;
     Mesh {
-        positions: mesh.positions.iter().map(|&p| transform.transform_point3(p)).collect(),
+        positions: mesh.positions.iter().map(|&p| transform.transform_point3a(p)).collect(),
         triangles: match mirrored {
             false => mesh.triangles.clone(),
             true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),

@@ -9,6 +9,7 @@ mod obj_blame;
 mod output;
 mod png;
 mod scene_file;
+mod statements;
 
 pub use error::{FileError, Position};
 pub use exr::Metadata;

@@ -1,4 +1,5 @@
 use super::mtl::{library_path, load_mtl};
+use super::statements::{split_keyword, statements};
 use super::{FileError, Position, obj_blame};
 use crate::geometry::Mesh;
 use crate::material::Material;
@@ -36,6 +37,8 @@ struct Outline {
     libraries: Vec<(String, usize)>,
     /// The statements tobj is to read: a synthetic `mtllib` first, lines and points left out.
     geometry: String,
+    /// Faces of fewer than three corners: how many, and the line of the first.
+    too_short: (usize, usize),
 }
 
 /// Reads an OBJ file and the libraries it names.
@@ -51,6 +54,13 @@ pub(super) fn load_obj(path: &Path) -> Result<ObjFile, FileError> {
     let outline = Outline::read(&text);
     let mut warnings = Vec::new();
     let materials = load_libraries(path, &outline.libraries, &mut warnings)?;
+    if let (count @ 1.., line) = outline.too_short {
+        let short = FileError::new(
+            path,
+            format!("{count} faces of fewer than 3 corners are left out, the first is here"),
+        );
+        warnings.push(short.at(Position::line(line)).to_string());
+    }
 
     let named = |name: &String| tobj::Material {
         name: name.clone(),
@@ -90,12 +100,10 @@ impl Outline {
         let mut outline = Self::default();
         outline.geometry.reserve(text.len());
         outline.geometry.push_str("mtllib all\n");
-        for (index, line) in text.lines().enumerate() {
-            let statement = line.trim_start();
-            let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
-            let name = rest.trim();
+        for (line, statement) in statements(text) {
+            let (keyword, name) = split_keyword(&statement);
             match keyword {
-                "mtllib" => outline.libraries.push((name.into(), index + 1)),
+                "mtllib" => outline.libraries.push((name.into(), line)),
                 "usemtl" if !name.is_empty() => {
                     if !outline.used.iter().any(|used| used == name) {
                         outline.used.push(name.into());
@@ -104,8 +112,12 @@ impl Outline {
                     outline.geometry.push_str(name);
                     outline.geometry.push('\n');
                 }
+                "f" if name.split_whitespace().nth(2).is_none() => {
+                    let (count, first) = outline.too_short;
+                    outline.too_short = (count + 1, if count == 0 { line } else { first });
+                }
                 "v" | "vt" | "vn" | "f" => {
-                    outline.geometry.push_str(statement);
+                    outline.geometry.push_str(&statement);
                     outline.geometry.push('\n');
                 }
                 _ => {}
@@ -207,6 +219,16 @@ mod tests {
             [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]
         );
         assert_eq!([corner(2, 0), corner(2, 1)], [Vec3::ZERO, Vec3::X]);
+    }
+
+    #[test]
+    fn dialects_are_read() {
+        let text = format!("\u{feff}{SQUARE}usemtl a # red\nf 1 2 3 # one\nf 1 2 \\\n3 4\nf 1 2\n");
+        let file = load(&text).unwrap();
+        assert_eq!(file.groups[0].material.as_deref(), Some("a"));
+        assert_eq!(file.groups[0].mesh.triangles.len(), 3);
+        let warning = &file.warnings[0];
+        assert!(warning.contains("t.obj:9: 1 faces of fewer than 3"), "{warning}");
     }
 
     #[test]

@@ -1,3 +1,4 @@
+use super::statements::statements;
 use super::{FileError, Position};
 use std::path::Path;
 
@@ -5,13 +6,14 @@ use std::path::Path;
 ///
 /// tobj says what is wrong but not where; this is run only once a file was refused, so it may take its time.
 pub(super) fn blame(path: &Path, text: &str, error: Option<&tobj::LoadError>) -> FileError {
-    let total = Counts::of(text.lines());
+    let mut total = Counts::default();
+    statements(text).for_each(|(_, statement)| total.count(&statement));
     let mut so_far = Counts::default();
-    for (index, line) in text.lines().enumerate() {
-        so_far.count(line);
-        let problem = check_line(line, &so_far, &total);
+    for (line, statement) in statements(text) {
+        so_far.count(&statement);
+        let problem = check_line(&statement, &so_far, &total);
         if let Some((message, help)) = problem {
-            return FileError::new(path, message).at(Position::line(index + 1)).help(help);
+            return FileError::new(path, message).at(Position::line(line)).help(help);
         }
     }
     let message = error.map_or("a coordinate is not finite".to_string(), |e| e.to_string());
@@ -26,12 +28,6 @@ const KINDS: [&str; 3] = ["v", "vt", "vn"];
 const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 impl Counts {
-    fn of<'a>(lines: impl Iterator<Item = &'a str>) -> Self {
-        let mut counts = Self::default();
-        lines.for_each(|line| counts.count(line));
-        counts
-    }
-
     fn count(&mut self, line: &str) {
         let keyword = line.split_whitespace().next();
         if let Some(kind) = KINDS.iter().position(|&k| keyword == Some(k)) {

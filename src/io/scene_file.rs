@@ -46,15 +46,15 @@ pub struct CameraSection {
     /// Centre of the lens.
     pub position: Spanned<[f32; 3]>,
     /// The point in the middle of the image.
-    pub look_at: [f32; 3],
+    pub look_at: Spanned<[f32; 3]>,
     /// Up in the image.
-    pub up: Option<[f32; 3]>,
+    pub up: Option<Spanned<[f32; 3]>>,
     /// Degrees.
-    pub vertical_fov: Option<f32>,
+    pub vertical_fov: Option<Spanned<f32>>,
     /// 0 for a pinhole.
-    pub lens_radius: Option<f32>,
+    pub lens_radius: Option<Spanned<f32>>,
     /// Along the view axis.
-    pub focus_distance: Option<f32>,
+    pub focus_distance: Option<Spanned<f32>>,
 }
 
 /// `[image]`

@@ -6,7 +6,7 @@ pub fn affine_from_trs(translate: Vec3, rotate_degrees: Vec3, scale: Vec3) -> Af
     let r = rotate_degrees * std::f32::consts::PI / 180.0;
     // Fixed axes x, y, z are moving axes z, y, x.
     let rotation = Quat::from_euler(EulerRot::ZYX, r.z, r.y, r.x);
-    Affine3A::from_scale_rotation_translation(scale, rotation, translate)
+    Affine3A::from_scale_rotation_translation(scale.into(), rotation, translate.into())
 }
 
 /// From the four rows of a matrix that acts on column vectors; `None` unless the last row is `0 0 0 1`.
@@ -22,11 +22,11 @@ mod tests {
     fn order_is_scale_rotate_x_y_z_translate() {
         // x = (1,0,0): scaled to 2x, turned about z onto y, moved by 5z.
         let m = affine_from_trs(Vec3::new(0.0, 0.0, 5.0), Vec3::new(0.0, 0.0, 90.0), Vec3::splat(2.0));
-        let p = m.transform_point3(Vec3::X);
+        let p = m.transform_point3a(Vec3::X);
         assert!(p.distance(Vec3::new(0.0, 2.0, 5.0)) < 1e-6, "{p}");
         // y about x by 90° gives z; then about y by 90° gives x.
         let m = affine_from_trs(Vec3::ZERO, Vec3::new(90.0, 90.0, 0.0), Vec3::ONE);
-        let p = m.transform_point3(Vec3::Y);
+        let p = m.transform_point3a(Vec3::Y);
         assert!(p.distance(Vec3::X) < 1e-6, "{p}");
     }
 
@@ -39,7 +39,7 @@ mod tests {
             [0.0, 0.0, 0.0, 1.0],
         ])
         .unwrap();
-        assert_eq!(m.transform_point3(Vec3::Y), Vec3::new(3.0, 4.0, 6.0));
+        assert_eq!(m.transform_point3a(Vec3::Y), Vec3::new(3.0, 4.0, 6.0));
         assert!(affine_from_rows([[0.0; 4]; 4]).is_none());
     }
 }

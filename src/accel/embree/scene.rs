@@ -102,15 +102,16 @@ fn fill_buffer<T: Copy>(
             reason: "no memory was returned",
         });
     }
-    // SAFETY: the buffer is new, 16-byte aligned (T is made of 4-byte words), and holds `items.len()` items of T, which
-    // is what is written; it cannot overlap a Rust slice. Vec3 and [u32; 3] are three consecutive words, as
-    // RTC_FORMAT_FLOAT3 and RTC_FORMAT_UINT3 are.
+    assert!(buffer.cast::<T>().is_aligned(), "Embree aligns its buffers to 16 bytes");
+    // SAFETY: the buffer is new, aligned for T, and holds `items.len()` items of T, a stride of `size_of::<T>()` apart,
+    // which is what is written; it cannot overlap a Rust slice. Vec3 and [u32; 3] begin with three consecutive words, as
+    // RTC_FORMAT_FLOAT3 and RTC_FORMAT_UINT3 ask.
     unsafe { ptr::copy_nonoverlapping(items.as_ptr(), buffer.cast::<T>(), items.len()) };
     Ok(())
 }
 
 // What fill_buffer takes for granted.
-const _: () = assert!(size_of::<Vec3>() == 12 && align_of::<Vec3>() == 4);
+const _: () = assert!(size_of::<Vec3>() == 16 && size_of::<[u32; 3]>() == 12);
 
 /// The words of an `RTCRay`, sixteen bytes at a time.
 ///

@@ -318,6 +318,60 @@ fn mistakes_are_named_and_leave_no_files() {
         ),
         (
             &["render", "s.toml"],
+            |f| append(f, "s.toml", "[material.floor]\ndiffuse = [0.1, -0.5, 0]\n"),
+            1,
+            &["s.toml:13", "floor", "diffuse is", "-0.5"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[material.floor]\nexponent = -1.0\n"),
+            1,
+            &["s.toml:13", "exponent is -1"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[material.floor]\nior = 0.0\n"),
+            1,
+            &["s.toml:13", "ior is 0"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[material.floor]\nmodel = \"velvet\"\n"),
+            1,
+            &["s.toml:13", "velvet", "blinn"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[material.floor]\neta = [1, 1, 1]\n"),
+            1,
+            &["s.toml:13", "`eta` without `k`"],
+        ),
+        (
+            &["render", "s.toml", "--direct", "sometimes"],
+            keep,
+            2,
+            &["sometimes", "mis, light, none"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "distributed", "--max-depth", "none"],
+            keep,
+            2,
+            &["distributed", "--branching"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "ao", "--ao-distance", "0"],
+            keep,
+            2,
+            &["--ao-distance 0", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--pixel", "40,0"],
+            keep,
+            2,
+            &["--pixel 40,0", "columns 0 to 39"],
+        ),
+        (
+            &["render", "s.toml"],
             |f| append(f, "s.toml", "[[light]]\ntype = \"sun\"\n"),
             1,
             &["s.toml:13", "sun", "point"],
@@ -432,7 +486,7 @@ fn a_color_may_be_a_single_number() {
     let out = run(folder.path(), &["render", "s.toml"]);
     assert_eq!(code(&out), 1, "{}", words(&out));
     assert!(
-        words(&out).contains("a.mtl:8: `Kd 0.25 0.5` is no colour"),
+        words(&out).contains("a.mtl:8: material `floor`: Kd is `0.25 0.5`, which is no colour"),
         "{}",
         words(&out)
     );
@@ -444,19 +498,24 @@ fn a_scene_file_overrides_materials() {
     append(
         folder.path(),
         "s.toml",
-        "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\nior = 1.5\n[material.unused]\n",
+        "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\nspecular = [0.5, 0.5, 0.5]\n[material.unused]\n",
     );
     let out = run(folder.path(), &["render", "s.toml"]);
     assert_eq!(code(&out), 0, "{}", words(&out));
     assert!(words(&out).contains("no face uses the material `unused`"));
+    // 0.75 + 0.5 is more than there is: both lobes are scaled.
     assert!(
-        words(&out).contains("s.toml:14:7: material `floor`: `ior` has no effect yet"),
+        words(&out).contains("material `floor` scatters 1.25"),
         "{}",
         words(&out)
     );
     assert_eq!(
         read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
-        0.75
+        1.0
+    );
+    assert_eq!(
+        read_channel(&folder.path().join("s.exr"), "albedo.R")[14 * 40 + 20],
+        0.6
     );
 }
 

@@ -1,11 +1,11 @@
-use super::{BsdfSample, same_hemisphere};
+use super::{BsdfSample, Scattering, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
 use std::f32::consts::FRAC_1_PI;
 
 /// Ideal diffuse reflection (Lambert): `f = albedo / π`, alike on both sides of the surface.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
     /// Reflected share of the incident flux, each channel in [0, 1].
     pub albedo: Spectrum,
@@ -38,10 +38,6 @@ impl Lambert {
         let mut wi = cosine_hemisphere(u);
         wi.z = wi.z.copysign(wo.z);
         let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample {
-            f: self.albedo * FRAC_1_PI,
-            wi,
-            pdf,
-        })
+        (pdf > 0.0).then(|| BsdfSample::reflected(self.albedo * FRAC_1_PI, wi, pdf, Scattering::Diffuse))
     }
 }

@@ -1,14 +1,51 @@
 //! Scattering at a surface, in its local frame.
 //!
 //! Conventions: `wo` points to the viewer and `wi` to the light, both unit and away from the surface; +z is the shading
-//! normal; `f` excludes the cosine; densities are per solid angle.
+//! normal; `f` excludes the cosine; densities are per solid angle. A delta lobe scatters into single directions: there `f` is
+//! what makes `f |cos θi| / pdf` the weight of the direction, with the probability of choosing it as `pdf`.
 
+mod blinn;
+mod dielectric;
+mod fresnel;
 mod lambert;
+mod lobe;
+mod mirror;
+mod mix;
+mod phong;
+mod thin_sheet;
 
+pub use blinn::Blinn;
+pub use dielectric::Dielectric;
+pub use fresnel::Fresnel;
 pub use lambert::Lambert;
+pub use lobe::Lobe;
+pub use mirror::Mirror;
+pub use mix::Mix;
+pub use phong::Phong;
+pub use thin_sheet::ThinSheet;
 
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
+
+/// What is transported along the path that is being made: refraction changes radiance, but not importance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TransportMode {
+    /// The path starts at the camera.
+    Radiance,
+    /// The path starts at a light.
+    Importance,
+}
+
+/// How sharply a lobe scatters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scattering {
+    /// Into all directions alike.
+    Diffuse,
+    /// Mostly into some.
+    Glossy,
+    /// Into a single one: a delta distribution.
+    Specular,
+}
 
 /// A direction drawn from a BSDF.
 #[derive(Clone, Copy, Debug)]
@@ -17,48 +54,143 @@ pub struct BsdfSample {
     pub f: Spectrum,
     /// Direction drawn, local frame.
     pub wi: Vec3,
-    /// Density of `wi` per solid angle.
+    /// Density of `wi` per solid angle; its probability for a delta lobe.
     pub pdf: f32,
+    /// Of the lobe it comes from.
+    pub scattering: Scattering,
+    /// Index of refraction beyond the surface over the one on the side of `wo` if the sample was refracted, else 1.
+    pub eta: f32,
+}
+
+impl BsdfSample {
+    /// A sample that stays in its medium.
+    fn reflected(f: Spectrum, wi: Vec3, pdf: f32, scattering: Scattering) -> Self {
+        Self {
+            f,
+            wi,
+            pdf,
+            scattering,
+            eta: 1.0,
+        }
+    }
+
+    /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
+    pub fn is_delta(&self) -> bool {
+        self.scattering == Scattering::Specular
+    }
+
+    /// Factor of the throughput: `f |cos θi| / pdf`.
+    pub fn weight(&self) -> Spectrum {
+        self.f * (self.wi.z.abs() / self.pdf)
+    }
 }
 
 /// The scattering function at one surface point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// Ideal diffuse reflection, on both sides of the surface.
-    Lambert(Lambert),
+    /// One lobe.
+    Single(Lobe),
+    /// A sum of lobes.
+    Mix(Mix),
 }
 
 impl Bsdf {
-    /// Value of the BSDF, cosine excluded, sr⁻¹.
+    /// The lobes it is made of.
+    pub fn lobes(&self) -> impl Iterator<Item = &Lobe> {
+        let (single, mix) = match self {
+            Self::Single(lobe) => (Some(lobe), None),
+            Self::Mix(mix) => (None, Some(mix)),
+        };
+        single.into_iter().chain(mix.into_iter().flat_map(Mix::lobes))
+    }
+
+    /// Whether all its lobes are delta lobes: then light can be found by following them only.
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Single(lobe) => lobe.is_delta(),
+            Self::Mix(mix) => mix.lobes().all(Lobe::is_delta),
+        }
+    }
+
+    /// Value of the BSDF, cosine excluded, sr⁻¹; delta lobes count nothing.
+    #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {
-            Self::Lambert(lobe) => lobe.eval(wo, wi),
+            Self::Single(Lobe::Lambert(lobe)) => lobe.eval(wo, wi),
+            _ => self.eval_any(wo, wi),
         }
     }
 
-    /// Density with which [`Bsdf::sample`] draws `wi`, per solid angle.
+    /// Density with which [`Bsdf::sample`] draws `wi`, per solid angle; delta lobes count nothing.
+    #[inline(always)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Self::Lambert(lobe) => lobe.pdf(wo, wi),
+            Self::Single(Lobe::Lambert(lobe)) => lobe.pdf(wo, wi),
+            _ => self.pdf_any(wo, wi),
         }
     }
 
-    /// Draws `wi` for `wo`; `None` where nothing is scattered.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+    /// Draws `wi` for `wo`: `u_lobe` chooses a lobe, `u` a direction. `None` where nothing is scattered.
+    #[inline(always)]
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
-            Self::Lambert(lobe) => lobe.sample(wo, u),
+            Self::Single(Lobe::Lambert(lobe)) => lobe.sample(wo, u),
+            _ => self.sample_any(wo, u_lobe, u, mode),
         }
+    }
+
+    // Matte surfaces are what most paths meet. What others need is kept out of line, so that it does not take registers and
+    // cache from them.
+
+    #[inline(never)]
+    fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        match self {
+            Self::Single(lobe) => lobe.eval(wo, wi),
+            Self::Mix(mix) => mix.eval(wo, wi),
+        }
+    }
+
+    #[inline(never)]
+    fn pdf_any(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self {
+            Self::Single(lobe) => lobe.pdf(wo, wi),
+            Self::Mix(mix) => mix.pdf(wo, wi),
+        }
+    }
+
+    #[inline(never)]
+    fn sample_any(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        match self {
+            Self::Single(lobe) => lobe.sample(wo, u, mode),
+            Self::Mix(mix) => mix.sample(wo, u_lobe, u, mode),
+        }
+    }
+
+    /// Probability that [`Bsdf::sample`] chooses a lobe that is no delta lobe: it does for `u_lobe` below this.
+    pub fn smooth_probability(&self, wo: Vec3) -> f32 {
+        match self {
+            Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),
+            Self::Mix(mix) => mix.smooth_probability(wo),
+        }
+    }
+
+    /// Every single direction of the delta lobes, each with its share of the lobe's flux as density.
+    pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
+        self.lobes().flat_map(move |lobe| lobe.directions(wo, mode)).flatten()
     }
 
     /// Share of the light that is scattered, for uniform illumination; what denoisers call albedo.
     pub fn albedo(&self) -> Spectrum {
-        match self {
-            Self::Lambert(lobe) => lobe.albedo,
-        }
+        self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo())
     }
 }
 
 /// Whether both directions lie on the same side of the surface.
 fn same_hemisphere(wo: Vec3, wi: Vec3) -> bool {
     wo.z * wi.z > 0.0
+}
+
+/// `wo` mirrored by the normal.
+fn mirror_direction(wo: Vec3) -> Vec3 {
+    Vec3::new(-wo.x, -wo.y, wo.z)
 }

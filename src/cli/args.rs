@@ -63,17 +63,12 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
-    /// Estimator of light transport: path
-    #[arg(long, value_name = "NAME")]
-    pub integrator: Option<String>,
-
     /// Source of random numbers: independent
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
 
-    /// Scattering events at most; 0 shows emission alone, `none` leaves the end to roulette [default: 16]
-    #[arg(long, value_name = "N")]
-    pub max_depth: Option<MaxDepth>,
+    #[command(flatten)]
+    pub estimator: EstimatorArgs,
 
     /// Ray-tracing backend, of those built in (see --version)
     #[arg(long, value_name = "NAME")]
@@ -99,6 +94,14 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     pub fov: Option<f32>,
 
+    /// Trace one sample of this pixel alone, and print its rays and what they found
+    #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
+    pub pixel: Option<[u32; 2]>,
+
+    /// Which sample of --pixel [default: 0]
+    #[arg(long, value_name = "K", requires = "pixel")]
+    pub sample: Option<u32>,
+
     /// Write machine-readable statistics here, as JSON
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
@@ -110,6 +113,46 @@ pub(super) struct RenderArgs {
     /// More words
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
+}
+
+/// Which estimate of light transport is made.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(super) struct EstimatorArgs {
+    /// path, naive, whitted, distributed, direct, ao or debug [default: path]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub integrator: Option<String>,
+
+    /// Scattering events at most; 0 shows emission alone, `none` leaves the end to roulette [default: 16; distributed: 4]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub max_depth: Option<MaxDepth>,
+
+    /// Scattering events before Russian roulette may end a path [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub roulette_depth: Option<u32>,
+
+    /// How directions are drawn: bsdf, cosine or uniform [default: bsdf]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub directions: Option<String>,
+
+    /// How direct light is found: mis, light (sampling lights) or none (meeting them) [default: mis]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub direct: Option<String>,
+
+    /// How MIS weighs: power or balance [default: power]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub mis: Option<String>,
+
+    /// Rays that leave a vertex of the distributed integrator [default: 4]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub branching: Option<u32>,
+
+    /// How far away occludes, for ao [default: the size of the scene]
+    #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
+    pub ao_distance: Option<f32>,
+
+    /// What debug shows: normals, uv or ids [default: normals]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub view: Option<String>,
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -1,4 +1,3 @@
-use super::error::CliError;
 use crate::accel::brute;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
@@ -28,17 +27,6 @@ impl Backend {
             Self::Embree => embree::NAME,
             Self::Brute => brute::NAME,
         }
-    }
-
-    /// The backend called `name`.
-    pub fn by_name(name: &str) -> Result<Self, CliError> {
-        Self::ALL.iter().copied().find(|b| b.name() == name).ok_or_else(|| {
-            let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
-            CliError::Usage(format!(
-                "backend `{name}` is not built in\n  help: this program has {}",
-                names.join(", ")
-            ))
-        })
     }
 }
 

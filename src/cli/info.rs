@@ -28,6 +28,11 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
         "materials": scene.materials().iter().map(|m| json!({
             "name": m.name,
             "diffuse": decimal(m.diffuse.to_array()),
+            "specular": decimal(m.specular.to_array()),
+            "gloss": format!("{:?}", m.gloss),
+            "transmission": decimal(m.transmission.to_array()),
+            "ior": m.ior,
+            "thin": m.thin,
             "emission": decimal(m.emission.to_array()),
         })).collect::<Vec<_>>(),
         "lights": {
@@ -79,9 +84,13 @@ fn print_text(info: &serde_json::Value) {
     println!("  materials");
     for m in info["materials"].as_array().into_iter().flatten() {
         println!(
-            "    {}: diffuse {}, emission {}",
+            "    {}: diffuse {}, specular {} ({}), transmission {} (ior {}), emission {}",
             text(&m["name"]),
             m["diffuse"],
+            m["specular"],
+            text(&m["gloss"]),
+            m["transmission"],
+            m["ior"],
             m["emission"]
         );
     }

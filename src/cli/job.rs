@@ -1,9 +1,9 @@
 use super::args::RenderArgs;
 use super::backend::Backend;
 use super::error::CliError;
+use super::estimator::Estimator;
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::Rect;
-use crate::integrator::{Integrator, PathIntegrator};
 use crate::io::{CameraSection, FileError, Format, Output, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{Independent, Sampler};
@@ -26,9 +26,10 @@ pub(super) struct Job {
     pub crop: Rect,
     pub samples: Range<u32>,
     pub seed: u64,
-    pub integrator: &'static str,
     pub sampler: &'static str,
-    pub max_depth: Option<u32>,
+    pub estimator: Estimator,
+    /// The pixel and sample to explain instead of rendering.
+    pub pixel: Option<([u32; 2], u32)>,
     pub backend: Backend,
     pub threads: usize,
     pub quiet: bool,
@@ -52,7 +53,7 @@ impl Job {
         let resolution = resolution(args, &scene)?;
         let crop = crop(args, resolution)?;
         if let Some(filter) = &scene.image.filter {
-            check_name(&scene, filter, "filter", &["box"])?;
+            check_name(&scene, filter, "filter", &[("box", ())])?;
         }
 
         let settings = &scene.render;
@@ -72,21 +73,10 @@ impl Job {
             (None, Some(n)) => *n.get_ref(),
             (None, None) => 64,
         };
-        let integrator = choose(
-            &scene,
-            "integrator",
-            &args.integrator,
-            &settings.integrator,
-            &[INTEGRATOR],
-        )?;
-        let sampler = choose(
-            &scene,
-            "sampler",
-            &args.sampler,
-            &settings.sampler,
-            &[Independent::NAME],
-        )?;
-        let backends: Vec<&'static str> = Backend::ALL.iter().map(|b| b.name()).collect();
+        let estimator = Estimator::new(&args.estimator, &scene)?;
+        let samplers = [(Independent::NAME, Independent::NAME)];
+        let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, &samplers)?;
+        let backends: Vec<(&str, Backend)> = Backend::ALL.iter().map(|&b| (b.name(), b)).collect();
         let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends)?;
         if args.threads == Some(0) {
             return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
@@ -95,14 +85,14 @@ impl Job {
         Ok(Self {
             outputs: outputs(args)?,
             stats: args.stats.as_deref().map(Output::prepare).transpose()?,
+            pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             resolution,
             crop,
             samples: 0..spp,
             seed: args.seed.or(settings.seed).unwrap_or(0),
-            integrator,
+            estimator,
             sampler,
-            max_depth: args.max_depth.or(settings.max_depth).map_or(Some(16), |d| d.0),
-            backend: Backend::by_name(backend)?,
+            backend,
             threads: args
                 .threads
                 .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())),
@@ -163,15 +153,9 @@ impl Job {
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
-        let depth = crate::io::MaxDepth(self.max_depth);
-        format!(
-            "integrator={} sampler={} max_depth={depth} filter=box",
-            self.integrator, self.sampler
-        )
+        format!("{} sampler={} filter=box", self.estimator.settings(), self.sampler)
     }
 }
-
-const INTEGRATOR: &str = <PathIntegrator<'static, crate::accel::brute::BruteForce> as Integrator>::NAME;
 
 /// A scene file, or the scene that a bare OBJ stands for.
 pub(super) fn read_scene(path: &Path) -> Result<SceneFile, FileError> {
@@ -264,39 +248,63 @@ fn outputs(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     prepared.collect()
 }
 
-/// The flag's name, else the scene file's, else the first of those there are.
-fn choose(
+/// What the flag names, else the scene file, else the first of those there are.
+pub(super) fn choose<T: Copy>(
     scene: &SceneFile,
     what: &str,
     flag: &Option<String>,
     file: &Option<Spanned<String>>,
-    known: &[&'static str],
-) -> Result<&'static str, CliError> {
+    known: &[(&str, T)],
+) -> Result<T, CliError> {
     match (flag, file) {
-        (Some(name), _) => known.iter().copied().find(|k| k == name).ok_or_else(|| {
-            CliError::Usage(format!(
-                "unknown {what} `{name}`\n  help: there is {}",
-                known.join(", ")
-            ))
+        (Some(name), _) => find(known, name).ok_or_else(|| {
+            let names = join_names(known);
+            CliError::Usage(format!("unknown {what} `{name}`\n  help: there is {names}"))
         }),
         (None, Some(name)) => check_name(scene, name, what, known),
-        (None, None) => Ok(known[0]),
+        (None, None) => Ok(known[0].1),
     }
 }
 
-fn check_name(
+fn check_name<T: Copy>(
     scene: &SceneFile,
     name: &Spanned<String>,
     what: &str,
-    known: &[&'static str],
-) -> Result<&'static str, CliError> {
-    known.iter().copied().find(|k| *k == name.get_ref()).ok_or_else(|| {
+    known: &[(&str, T)],
+) -> Result<T, CliError> {
+    find(known, name.get_ref()).ok_or_else(|| {
         let message = format!("unknown {what} `{}`", name.get_ref());
-        scene
-            .error(name.span(), message)
-            .help(format!("there is {}", known.join(", ")))
-            .into()
+        let help = format!("there is {}", join_names(known));
+        scene.error(name.span(), message).help(help).into()
     })
+}
+
+fn find<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {
+    known.iter().find(|(k, _)| *k == name).map(|(_, value)| *value)
+}
+
+fn join_names<T>(known: &[(&str, T)]) -> String {
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
+}
+
+/// The flag's number, else the scene file's, which must be finite and above 0.
+pub(super) fn positive<T: Copy + Default + PartialOrd + std::fmt::Display>(
+    scene: &SceneFile,
+    what: &str,
+    flag: Option<T>,
+    file: &Option<Spanned<T>>,
+) -> Result<Option<T>, CliError> {
+    let is_good = |n: T| n > T::default() && n.to_string() != "inf";
+    match (flag, file) {
+        (Some(n), _) if !is_good(n) => Err(CliError::Usage(format!("--{what} {n}\n  help: use a number above 0"))),
+        (Some(n), _) => Ok(Some(n)),
+        (None, Some(n)) if !is_good(*n.get_ref()) => {
+            let message = format!("{} = {}", what.replace('-', "_"), n.get_ref());
+            Err(scene.error(n.span(), message).help("use a number above 0").into())
+        }
+        (None, file) => Ok(file.as_ref().map(|n| *n.get_ref())),
+    }
 }
 
 fn parameters(section: &CameraSection) -> CameraParameters {

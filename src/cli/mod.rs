@@ -3,6 +3,8 @@
 mod args;
 mod backend;
 mod error;
+mod estimator;
+mod explain;
 mod hash;
 mod info;
 mod job;

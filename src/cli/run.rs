@@ -1,6 +1,7 @@
 use super::args::RenderArgs;
 use super::backend::Backend;
 use super::error::CliError;
+use super::explain;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::stats::{Dropped, Rays, Stats, peak_rss_bytes};
@@ -10,9 +11,9 @@ use crate::accel::brute::BruteForce;
 use crate::accel::embree::EmbreeAccel;
 use crate::camera::Camera;
 use crate::film::Film;
-use crate::integrator::PathIntegrator;
+use crate::integrator::World;
 use crate::io::{FileError, Loaded, Metadata, load_scene};
-use crate::render::{self, Outcome, Statistics};
+use crate::render::{Outcome, Statistics};
 use crate::sampler::Independent;
 use crate::scene::Scene;
 use std::process::ExitCode;
@@ -27,6 +28,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(args)?;
     let Loaded { scene, mut warnings } = load_scene(&job.scene)?;
     let (parameters, camera) = job.camera(scene.bounds())?;
+    warnings.extend(job.estimator.check_lights(&scene)?);
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
@@ -74,21 +76,26 @@ struct Prepared<'a> {
 impl Prepared<'_> {
     fn render<A: Accel>(&self, accel: &A, build_s: f64, warnings: &mut Vec<String>) -> Result<ExitCode, CliError> {
         let job = self.job;
-        let integrator = PathIntegrator {
+        let world = World {
             scene: self.scene,
             accel,
             camera: self.camera,
-            max_depth: job.max_depth,
         };
-        let sampler = Independent::new(job.seed);
+        let mut sampler = Independent::new(job.seed);
+        if let Some((pixel, sample)) = job.pixel {
+            let key = explain::key(pixel, sample, job.crop)?;
+            explain::explain(&job.estimator, (self.scene, accel, self.camera), &mut sampler, key);
+            return Ok(ExitCode::SUCCESS);
+        }
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
 
         catch_interrupts();
         let render_start = Instant::now();
-        let (outcome, statistics) = self
-            .pool
-            .install(|| render::render(&integrator, &sampler, &mut film, job.samples.clone(), &progress));
+        let (outcome, statistics) = self.pool.install(|| {
+            let samples = job.samples.clone();
+            job.estimator.render(world, &sampler, &mut film, samples, &progress)
+        });
         let render_s = render_start.elapsed().as_secs_f64();
         progress.finish();
         if statistics.dropped > 0 {
@@ -120,7 +127,7 @@ impl Prepared<'_> {
             backend: info.name,
             backend_version: &info.version,
             isa: info.isa,
-            integrator: job.integrator,
+            integrator: job.estimator.name(),
             sampler: job.sampler,
             spp: job.samples.len() as u32,
             threads: job.threads,

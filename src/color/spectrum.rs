@@ -31,6 +31,11 @@ impl Spectrum {
         self.0.max_element()
     }
 
+    /// Mean of the channels.
+    pub fn mean(self) -> f32 {
+        self.0.element_sum() * (1.0 / 3.0)
+    }
+
     /// Relative luminance Y of Rec.709 primaries (ITU-R BT.709).
     pub fn luminance(self) -> f32 {
         self.0.dot(Vec3A::new(0.2126, 0.7152, 0.0722))

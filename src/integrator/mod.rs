@@ -1,9 +1,25 @@
 //! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
 
+mod ambient_occlusion;
+mod debug;
 mod direct;
+mod distributed;
+mod naive;
 mod path;
+mod roulette;
+mod strategy;
+mod whitted;
+mod world;
 
+pub use ambient_occlusion::AmbientOcclusion;
+pub use debug::{DebugIntegrator, DebugView};
+pub use distributed::DistributedIntegrator;
+pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
+pub use roulette::Roulette;
+pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
+pub use whitted::WhittedIntegrator;
+pub use world::World;
 
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
@@ -11,9 +27,6 @@ use crate::sampler::{SampleKey, Sampler};
 
 /// Computes one sample of one pixel: a key in, contributions out.
 pub trait Integrator: Sync {
-    /// The name users type.
-    const NAME: &'static str;
-
     /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 }

@@ -1,10 +1,9 @@
 use super::FileError;
 use super::mtl::default_material;
 use super::obj::{Group, ObjFile, load_obj};
-use super::scene_file::{LightSection, MaterialSection, ObjectSection, Scale, SceneFile};
-use crate::color::Spectrum;
+use super::scene_file::{LightSection, ObjectSection, Scale, SceneFile};
 use crate::geometry::Mesh;
-use crate::material::{Material, MaterialId};
+use crate::material::MaterialId;
 use crate::math::{Affine3A, Vec3, affine_from_rows, affine_from_trs};
 use crate::scene::{BuildError, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap};
@@ -84,7 +83,7 @@ impl Loader<'_> {
             return Ok(id);
         }
         let material = match section {
-            Some((_, section)) => self.material_from_section(name, section),
+            Some((_, section)) => section.material(name, self.file)?,
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
             None => match obj.materials.iter().rev().find(|m| m.name == name) {
                 Some(material) => material.clone(),
@@ -108,32 +107,6 @@ impl Loader<'_> {
         })?;
         self.used.insert((source, name.to_string()), id);
         Ok(id)
-    }
-
-    fn material_from_section(&mut self, name: &str, section: &MaterialSection) -> Material {
-        let unused = [
-            ("specular", section.specular.as_ref().map(Spanned::span)),
-            ("exponent", section.exponent.as_ref().map(Spanned::span)),
-            ("transmission", section.transmission.as_ref().map(Spanned::span)),
-            ("ior", section.ior.as_ref().map(Spanned::span)),
-        ];
-        for (key, span) in unused {
-            if let Some(span) = span {
-                let warning = self
-                    .file
-                    .error(span, format!("material `{name}`: `{key}` has no effect yet"));
-                self.warnings.push(
-                    warning
-                        .help("only diffuse reflection and emission are rendered")
-                        .to_string(),
-                );
-            }
-        }
-        Material {
-            name: name.into(),
-            diffuse: section.diffuse.map_or(Spectrum::ZERO, Spectrum::from),
-            emission: section.emission.map_or(Spectrum::ZERO, Spectrum::from),
-        }
     }
 
     fn add_lights(&mut self) -> Result<(), FileError> {
@@ -279,7 +252,7 @@ fn report_warnings(report: &SceneReport) -> Vec<String> {
     }
     for (name, largest) in &report.scaled_materials {
         warnings.push(format!(
-            "material `{name}` reflects {largest} of the light in some channel; all its channels are divided by that"
+            "material `{name}` scatters {largest} of the light in some channel; all its lobes are divided by that"
         ));
     }
     if report.default_light {

@@ -3,6 +3,7 @@
 mod error;
 mod exr;
 mod load;
+mod material_section;
 mod mtl;
 mod obj;
 mod obj_blame;
@@ -14,7 +15,6 @@ mod statements;
 pub use error::{FileError, Position};
 pub use exr::Metadata;
 pub use load::{Loaded, load_scene};
+pub use material_section::MaterialSection;
 pub use output::{Format, Output};
-pub use scene_file::{
-    CameraSection, ImageSection, LightSection, MaterialSection, MaxDepth, ObjectSection, RenderSection, SceneFile,
-};
+pub use scene_file::{CameraSection, ImageSection, LightSection, MaxDepth, ObjectSection, RenderSection, SceneFile};

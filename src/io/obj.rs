@@ -143,7 +143,9 @@ fn load_libraries(
         };
         for path in paths {
             if path.is_file() {
-                materials.extend(load_mtl(&path)?);
+                let (library, remarks) = load_mtl(&path)?;
+                materials.extend(library);
+                warnings.extend(remarks);
             } else {
                 let missing = FileError::new(obj, format!("material library `{}` is missing", path.display()))
                     .at(Position::line(*line))

@@ -1,4 +1,4 @@
-use super::{FileError, Position};
+use super::{FileError, MaterialSection, Position};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 use std::collections::BTreeMap;
@@ -82,6 +82,20 @@ pub struct RenderSection {
     pub max_depth: Option<MaxDepth>,
     /// Name of the integrator.
     pub integrator: Option<Spanned<String>>,
+    /// Scattering events before roulette.
+    pub roulette_depth: Option<u32>,
+    /// How directions are drawn.
+    pub directions: Option<Spanned<String>>,
+    /// How direct light is found.
+    pub direct: Option<Spanned<String>>,
+    /// How multiple importance sampling weighs.
+    pub mis: Option<Spanned<String>>,
+    /// Rays that leave a vertex of a branching integrator.
+    pub branching: Option<Spanned<u32>>,
+    /// How far away occludes, scene units.
+    pub ao_distance: Option<Spanned<f32>>,
+    /// What a debug picture shows.
+    pub view: Option<Spanned<String>>,
     /// Name of the sampler.
     pub sampler: Option<Spanned<String>>,
     /// Name of the ray-tracing backend.
@@ -120,24 +134,6 @@ pub enum Scale {
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),
-}
-
-/// `[material.NAME]`
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialSection {
-    /// Diffuse reflectance.
-    pub diffuse: Option<[f32; 3]>,
-    /// Emitted radiance.
-    pub emission: Option<[f32; 3]>,
-    /// Phong reflectance.
-    pub specular: Option<Spanned<[f32; 3]>>,
-    /// Phong exponent.
-    pub exponent: Option<Spanned<f32>>,
-    /// Transmittance.
-    pub transmission: Option<Spanned<[f32; 3]>>,
-    /// Index of refraction.
-    pub ior: Option<Spanned<f32>>,
 }
 
 /// `[[light]]`; which keys belong to it depends on its type.

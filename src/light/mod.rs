@@ -68,6 +68,20 @@ impl Light {
         }
     }
 
+    /// Whether no ray can meet it.
+    pub fn is_delta(&self) -> bool {
+        matches!(self, Self::Point(_))
+    }
+
+    /// Its type, as users write it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Triangle(_) => "triangle",
+            Self::Point(_) => "point",
+            Self::Constant(_) => "constant",
+        }
+    }
+
     /// Emitted power in watts, luminance-weighted; infinitely distant lights count what crosses a disk of
     /// `scene_radius`.
     pub fn power(&self, scene_radius: f32) -> f64 {

@@ -23,6 +23,11 @@ impl LightSelection {
         Some((LightId(index as u32), pmf))
     }
 
+    /// Every light that is to be sampled, where all of them are.
+    pub fn each(&self) -> Option<impl Iterator<Item = LightId> + '_> {
+        None::<std::iter::Empty<LightId>>
+    }
+
     /// Probability of choosing `light`.
     pub fn pmf(&self, light: LightId) -> f32 {
         self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize))

@@ -66,6 +66,12 @@ impl Dimension {
         )
     }
 
+    /// Dimension `index` of those that repeat this one, where a decision is taken several times.
+    pub fn nth(self, index: u32) -> Self {
+        // Above all depths of paths that are short enough to be waited for
+        Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
+    }
+
     /// Number of the dimension: camera block first, then a block per bounce.
     pub fn index(self) -> u32 {
         self.0

@@ -1,5 +1,13 @@
 //! Weights of multiple importance sampling (Veach 1997, §9.2), one sample from each strategy.
 
+/// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as in [`power_heuristic`].
+pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
+    if pdf <= 0.0 {
+        return 0.0;
+    }
+    1.0 / (1.0 + other / pdf)
+}
+
 /// Power heuristic with β = 2: the weight of the strategy whose density is `pdf`, against `other`.
 ///
 /// 0 where `pdf` is 0; 1 where `other` is 0. Ratios are formed first, so that large densities do not overflow.
@@ -25,10 +33,13 @@ mod tests {
             (0.0, 3.0),
             (2.0, 0.0),
         ] {
-            let sum = power_heuristic(a, b) + power_heuristic(b, a);
-            assert!((sum - 1.0).abs() < 1e-6, "{a} {b} {sum}");
+            for heuristic in [balance_heuristic, power_heuristic] {
+                let sum = heuristic(a, b) + heuristic(b, a);
+                assert!((sum - 1.0).abs() < 1e-6, "{a} {b} {sum}");
+            }
         }
         assert_eq!(power_heuristic(0.0, 0.0), 0.0);
         assert_eq!(power_heuristic(3.0, 1.0), 0.9);
+        assert_eq!(balance_heuristic(3.0, 1.0), 0.75);
     }
 }

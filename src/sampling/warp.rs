@@ -44,6 +44,30 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
+/// Direction on the upper hemisphere with density proportional to `cosⁿ θ`, by `cos θ = (1 − ξ)^{1/(n+1)}`.
+pub fn cosine_power_hemisphere(u: Vec2, exponent: f32) -> Vec3 {
+    let z = (1.0 - u.x).powf(1.0 / (exponent + 1.0)).min(1.0);
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`cosine_power_hemisphere`] per solid angle, `(n + 1) / 2π · cosⁿ θ` for `cos θ > 0`.
+pub fn cosine_power_hemisphere_pdf(cos_theta: f32, exponent: f32) -> f32 {
+    if cos_theta <= 0.0 {
+        return 0.0;
+    }
+    (exponent + 1.0) / (2.0 * PI) * cos_theta.powf(exponent)
+}
+
+/// Uniform direction on the upper hemisphere. Density [`UNIFORM_HEMISPHERE_PDF`].
+pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
+    cosine_power_hemisphere(u, 0.0)
+}
+
+/// Density of [`uniform_hemisphere`] per solid angle, `1 / 2π`.
+pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
+
 /// Uniform direction on the unit sphere. Density [`UNIFORM_SPHERE_PDF`].
 pub fn uniform_sphere(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;

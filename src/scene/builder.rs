@@ -1,8 +1,9 @@
 use super::{Scene, Shape};
+use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::geometry::{GeomId, Mesh, PrimId, triangle_area};
 use crate::light::{ConstantLight, Light, LightId, LightSelection, PointLight, TriangleLight};
-use crate::material::{Material, MaterialId};
+use crate::material::{Gloss, Material, MaterialId};
 use crate::math::Vec3;
 use thiserror::Error;
 
@@ -31,14 +32,16 @@ pub enum BuildError {
         position: Vec3,
     },
     /// A material has a value that no surface can have.
-    #[error("material `{material}`: {key} is {value:?}, but every channel must be a finite number, 0 or more")]
+    #[error("material `{material}`: {key} is {value}, but must be {rule}")]
     BadMaterial {
         /// Its name.
         material: String,
         /// The quantity.
         key: &'static str,
         /// What it was set to.
-        value: [f32; 3],
+        value: String,
+        /// What it should be.
+        rule: &'static str,
     },
     /// A light has a value that no light can have.
     #[error("{light} light: {key} is {value:?}, but {rule}")]
@@ -62,7 +65,7 @@ pub enum BuildError {
 pub struct SceneReport {
     /// Triangles without area, left out.
     pub degenerate_triangles: u64,
-    /// Materials whose reflectance was above 1 in some channel and was scaled down: name and largest channel.
+    /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and largest channel.
     pub scaled_materials: Vec<(String, f32)>,
     /// Nothing emitted, so a constant environment of radiance 1 was added.
     pub default_light: bool,
@@ -83,21 +86,18 @@ impl SceneBuilder {
         Self::default()
     }
 
-    /// Adds a material; a reflectance above 1 is scaled down and reported.
+    /// Adds a material; lobes that sum to more than 1 in some channel are scaled down and reported.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
-        for (key, value) in [("diffuse", material.diffuse), ("emission", material.emission)] {
-            if !value.is_valid() {
-                return Err(BuildError::BadMaterial {
-                    material: material.name,
-                    key,
-                    value: value.to_array(),
-                });
-            }
+        check_material(&material)?;
+        let scattered = (material.diffuse + material.specular + material.transmission).max_component();
+        if scattered > 1.0 {
+            material.diffuse = material.diffuse / scattered;
+            material.specular = material.specular / scattered;
+            material.transmission = material.transmission / scattered;
         }
-        let reflected = material.diffuse.max_component();
-        if reflected > 1.0 {
-            material.diffuse = material.diffuse / reflected;
-            self.report.scaled_materials.push((material.name.clone(), reflected));
+        // Parts that sum to 1 up to rounding are what was meant.
+        if scattered > 1.0 + 4.0 * f32::EPSILON {
+            self.report.scaled_materials.push((material.name.clone(), scattered));
         }
         self.materials.push(material);
         Ok(MaterialId(self.materials.len() as u32 - 1))
@@ -167,6 +167,7 @@ impl SceneBuilder {
             bounds: self.meshes.iter().flat_map(|(m, _)| used_positions(m)).collect(),
             meshes: Vec::with_capacity(self.meshes.len()),
             shapes: Vec::with_capacity(self.meshes.len()),
+            bsdfs: self.materials.iter().map(Material::bsdf).collect(),
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),
@@ -208,6 +209,48 @@ impl SceneBuilder {
     }
 }
 
+fn check_material(material: &Material) -> Result<(), BuildError> {
+    let bad = |key, value: String, rule| BuildError::BadMaterial {
+        material: material.name.clone(),
+        key,
+        value,
+        rule,
+    };
+    for (key, color) in [
+        ("diffuse", material.diffuse),
+        ("specular", material.specular),
+        ("transmission", material.transmission),
+        ("emission", material.emission),
+    ] {
+        if !color.is_valid() {
+            let value = format!("{:?}", color.to_array());
+            return Err(bad(key, value, "finite and 0 or more in every channel"));
+        }
+    }
+    let (exponent, fresnel) = match material.gloss {
+        Gloss::Phong(n) => (n, Fresnel::Full),
+        Gloss::Blinn(n, fresnel) => (n, fresnel),
+        Gloss::Mirror(fresnel) => (0.0, fresnel),
+    };
+    if !(exponent.is_finite() && exponent >= 0.0) {
+        return Err(bad("exponent", exponent.to_string(), "finite and 0 or more"));
+    }
+    let (eta, k) = match fresnel {
+        Fresnel::Full => ([1.0; 3], [0.0; 3]),
+        Fresnel::Dielectric { eta } => ([eta; 3], [0.0; 3]),
+        Fresnel::Conductor { eta, k } => (eta, k),
+    };
+    for (key, index) in [("ior", [material.ior; 3]), ("eta", eta)] {
+        if !index.iter().all(|n| n.is_finite() && *n > 0.0) {
+            return Err(bad(key, format!("{index:?}"), "finite and above 0"));
+        }
+    }
+    if !k.iter().all(|n| n.is_finite() && *n >= 0.0) {
+        return Err(bad("k", format!("{k:?}"), "finite and 0 or more"));
+    }
+    Ok(())
+}
+
 fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
     if value.is_valid() {
         return Ok(());
@@ -240,6 +283,7 @@ mod tests {
             name: "m".into(),
             diffuse: Spectrum::splat(diffuse),
             emission: Spectrum::splat(emission),
+            ..Material::default()
         }
     }
 
@@ -278,6 +322,82 @@ mod tests {
             assert!(b.add_point_light(Vec3::ZERO, Spectrum::splat(bad)).is_err());
         }
         assert!(b.add_point_light(Vec3::NAN, Spectrum::ONE).is_err());
+    }
+
+    #[test]
+    fn materials_that_cannot_be_are_refused() {
+        let mut b = SceneBuilder::new();
+        let base = Material::default;
+        let metal = |eta, k| {
+            Gloss::Mirror(Fresnel::Conductor {
+                eta: [eta; 3],
+                k: [k; 3],
+            })
+        };
+        for (bad, key) in [
+            (
+                Material {
+                    specular: Spectrum::splat(-0.1),
+                    ..base()
+                },
+                "specular",
+            ),
+            (
+                Material {
+                    transmission: Spectrum::splat(f32::NAN),
+                    ..base()
+                },
+                "transmission",
+            ),
+            (Material { ior: 0.0, ..base() }, "ior"),
+            (
+                Material {
+                    gloss: Gloss::Phong(-1.0),
+                    ..base()
+                },
+                "exponent",
+            ),
+            (
+                Material {
+                    gloss: Gloss::Blinn(f32::INFINITY, Fresnel::Full),
+                    ..base()
+                },
+                "exponent",
+            ),
+            (
+                Material {
+                    gloss: metal(0.0, 1.0),
+                    ..base()
+                },
+                "eta",
+            ),
+            (
+                Material {
+                    gloss: metal(1.0, -1.0),
+                    ..base()
+                },
+                "k",
+            ),
+        ] {
+            let error = b.add_material(bad).unwrap_err();
+            assert!(error.to_string().contains(&format!("{key} is")), "{error}");
+        }
+    }
+
+    #[test]
+    fn mixtures_keep_their_energy() {
+        let mut b = SceneBuilder::new();
+        let glossy = Material {
+            specular: Spectrum::splat(0.6),
+            transmission: Spectrum::rgb(0.6, 0.0, 0.0),
+            ..material(0.8, 0.0)
+        };
+        b.add_material(glossy).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.scaled_materials, [("m".to_string(), 2.0)]);
+        let m = &scene.materials()[0];
+        assert_eq!((m.diffuse, m.specular.to_array()[1]), (Spectrum::splat(0.4), 0.3));
+        assert_eq!(scene.bsdfs[0].lobes().count(), 3);
     }
 
     #[test]

@@ -4,6 +4,7 @@ mod builder;
 
 pub use builder::{BuildError, SceneBuilder, SceneReport};
 
+use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{GeomId, Hit, Mesh, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection};
@@ -25,6 +26,8 @@ pub struct Scene {
     meshes: Vec<Mesh>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
+    /// The BSDF of each material; none varies over a surface.
+    bsdfs: Vec<Bsdf>,
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
@@ -88,6 +91,12 @@ impl Scene {
         &self.materials[self.shape(hit.geom).material.0 as usize]
     }
 
+    /// Scattering at the surface that was hit.
+    #[inline(always)]
+    pub fn bsdf(&self, hit: &Hit) -> &Bsdf {
+        &self.bsdfs[self.shape(hit.geom).material.0 as usize]
+    }
+
     /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`.
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
@@ -103,8 +112,8 @@ impl Scene {
         })
     }
 
-    /// What infinitely distant lights send along a ray that leaves the scene, light by light.
-    pub fn escaped(&self) -> impl Iterator<Item = Incident> {
+    /// What infinitely distant lights send against the unit direction `_wi` of a ray that leaves the scene, light by light.
+    pub fn escaped(&self, _wi: Vec3) -> impl Iterator<Item = Incident> {
         self.infinite_lights
             .iter()
             .filter_map(|&id| match &self.lights[id.0 as usize] {

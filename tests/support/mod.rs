@@ -7,7 +7,7 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Rect};
 use embrasure::geometry::Mesh;
-use embrasure::integrator::PathIntegrator;
+use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::render::{Observer, Outcome, render};
@@ -38,19 +38,28 @@ impl Observer for Patient {
     }
 }
 
-/// Renders `scene` with seed 0.
+/// Renders `scene` by the default path tracer, with seed 0.
 pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp: u32, max_depth: Option<u32>) -> Film {
     let resolution = UVec2::from(size);
     let camera = Camera::new(camera, resolution).unwrap();
     let accel = backend(scene);
     let integrator = PathIntegrator {
-        scene,
-        accel: &accel,
-        camera: &camera,
+        world: World {
+            scene,
+            accel: &accel,
+            camera: &camera,
+        },
+        strategy: Strategy::default(),
         max_depth,
+        roulette: Roulette::default(),
     };
+    film_of(&integrator, resolution, spp, 0)
+}
+
+/// Renders by any integrator.
+pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(&integrator, &Independent::new(0), &mut film, 0..spp, &Patient);
+    let (outcome, statistics) = render(integrator, &Independent::new(seed), &mut film, 0..spp, &Patient);
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }
@@ -73,6 +82,7 @@ pub fn material(diffuse: f32, emission: f32) -> Material {
         name: "m".into(),
         diffuse: Spectrum::splat(diffuse),
         emission: Spectrum::splat(emission),
+        ..Material::default()
     }
 }
 

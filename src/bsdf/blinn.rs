@@ -1,0 +1,62 @@
+use super::{BsdfSample, Fresnel, Scattering, same_hemisphere};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::warp::{cosine_power_hemisphere, cosine_power_hemisphere_pdf};
+use std::f32::consts::PI;
+
+/// Reflection by V-shaped grooves of mirrors whose normals are distributed as Blinn's `D = (n + 2) / 2π · cosⁿ θh`, alike on
+/// both sides of the surface (Torrance and Sparrow 1967; Blinn 1977; PBR3 §8.4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blinn {
+    /// Factor of all that is reflected.
+    pub reflectance: Spectrum,
+    /// `n` ≥ 0.
+    pub exponent: f32,
+    /// Share that a facet reflects.
+    pub fresnel: Fresnel,
+}
+
+impl Blinn {
+    /// Value of the lobe, sr⁻¹: `D G F / (4 cos θi cos θo)`.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some((wh, cos_oh)) = half_vector(wo, wi) else {
+            return Spectrum::ZERO;
+        };
+        let (cos_o, cos_i, cos_h) = (wo.z.abs(), wi.z.abs(), wh.z.abs());
+        let d = (self.exponent + 2.0) / (2.0 * PI) * cos_h.powf(self.exponent);
+        // Shadowing and masking in V-shaped cavities
+        let g = (2.0 * cos_h * cos_o.min(cos_i) / cos_oh).min(1.0);
+        self.reflectance * self.fresnel.reflectance(cos_oh) * (d * g / (4.0 * cos_i * cos_o))
+    }
+
+    /// Density of [`Blinn::sample`]: that of the half vector, `D cos θh`, by the Jacobian `1 / (4 wo·wh)`.
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        half_vector(wo, wi).map_or(0.0, |(wh, cos_oh)| {
+            cosine_power_hemisphere_pdf(wh.z.abs(), self.exponent + 1.0) / (4.0 * cos_oh)
+        })
+    }
+
+    /// Draws a facet and reflects `wo` by it; what falls below the horizon carries nothing.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+        let mut wh = cosine_power_hemisphere(u, self.exponent + 1.0);
+        wh.z = wh.z.copysign(wo.z);
+        let cos_oh = wo.dot(wh);
+        // The back of a facet reflects nothing.
+        if cos_oh <= 0.0 {
+            return None;
+        }
+        let wi = (2.0 * cos_oh * wh - wo).normalize();
+        let pdf = self.pdf(wo, wi);
+        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::reflected(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+    }
+}
+
+/// The facet normal that reflects `wi` to `wo`, and its cosine with both; `None` where no facet does.
+fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
+    if !same_hemisphere(wo, wi) {
+        return None;
+    }
+    let wh = (wo + wi).try_normalize()?;
+    let cos_oh = wo.dot(wh);
+    (cos_oh > 0.0).then_some((wh, cos_oh))
+}

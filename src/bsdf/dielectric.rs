@@ -1,0 +1,48 @@
+use super::{BsdfSample, Scattering, TransportMode, fresnel, mirror_direction};
+use crate::color::Spectrum;
+use crate::math::Vec3;
+
+/// A smooth boundary of a dielectric: reflects by Fresnel's equations, and refracts the rest by Snell's law.
+///
+/// +z is the outside. Radiance that crosses the boundary changes with the square of the index (PBR4 §9.5.2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    /// Factor of what is reflected.
+    pub reflectance: Spectrum,
+    /// Factor of what is refracted.
+    pub transmittance: Spectrum,
+    /// Index of refraction inside over the one outside.
+    pub ior: f32,
+}
+
+impl Dielectric {
+    /// The reflected and the refracted direction, each with its share of the flux as density.
+    pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
+        let cos_o = wo.z.abs();
+        if cos_o == 0.0 {
+            return [None, None];
+        }
+        // Index on the other side over the one on the side of wo
+        let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
+        let (r, cos_t) = fresnel::dielectric(cos_o, eta);
+        let f = self.reflectance * (r / cos_o);
+        let reflected = BsdfSample::reflected(f, mirror_direction(wo), r, Scattering::Specular);
+        if r >= 1.0 || cos_t <= 0.0 {
+            return [Some(reflected), None];
+        }
+
+        // Radiance is spread over, or gathered from, another solid angle; importance is not.
+        let scale = match mode {
+            TransportMode::Radiance => 1.0 / (eta * eta),
+            TransportMode::Importance => 1.0,
+        };
+        let refracted = BsdfSample {
+            f: self.transmittance * (scale * (1.0 - r) / cos_t),
+            wi: Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)),
+            pdf: 1.0 - r,
+            scattering: Scattering::Specular,
+            eta,
+        };
+        [(r > 0.0).then_some(reflected), Some(refracted)]
+    }
+}

@@ -1,0 +1,118 @@
+use crate::color::Spectrum;
+
+/// Share of unpolarised light that a smooth boundary reflects.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Fresnel {
+    /// All of it, at every angle.
+    #[default]
+    Full,
+    /// Between dielectrics.
+    Dielectric {
+        /// Index of refraction behind the boundary over the one before it.
+        eta: f32,
+    },
+    /// Into a conductor.
+    Conductor {
+        /// Index of refraction, for each channel.
+        eta: [f32; 3],
+        /// Extinction coefficient, for each channel.
+        k: [f32; 3],
+    },
+}
+
+impl Fresnel {
+    /// Reflected share at an angle of incidence whose cosine is `cos_i` ≥ 0.
+    pub fn reflectance(&self, cos_i: f32) -> Spectrum {
+        match *self {
+            Self::Full => Spectrum::ONE,
+            Self::Dielectric { eta } => Spectrum::splat(dielectric(cos_i, eta).0),
+            Self::Conductor { eta, k } => {
+                Spectrum::from([0, 1, 2].map(|channel| conductor(cos_i, eta[channel], k[channel])))
+            }
+        }
+    }
+}
+
+/// Reflected share and cosine of the refracted direction, for light that comes in at cosine `cos_i` ≥ 0 and meets a medium
+/// of relative index `eta` = η_t/η_i. Under total reflection the share is 1 and the cosine 0 (PBR4 eq. 9.6).
+pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
+    // Snell's law
+    let cos2_t = 1.0 - (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
+    if cos2_t <= 0.0 {
+        return (1.0, 0.0);
+    }
+    let cos_t = cos2_t.sqrt();
+    // Amplitudes of the two polarisations
+    let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
+}
+
+/// Reflected share at a conductor of complex index `eta + i k`, relative to the medium before it.
+///
+/// The exact solution in real arithmetic, f64 inside (Lagarde 2013, "Memo on Fresnel equations"; Born and Wolf, §14.2).
+pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
+    let (cos_i, eta, k) = (cos_i.clamp(0.0, 1.0) as f64, eta as f64, k as f64);
+    let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);
+    let t0 = eta * eta - k * k - sin2;
+    let a2_plus_b2 = (t0 * t0 + 4.0 * eta * eta * k * k).sqrt();
+    let a = (0.5 * (a2_plus_b2 + t0)).max(0.0).sqrt();
+    let (t1, t2) = (a2_plus_b2 + cos2, 2.0 * cos_i * a);
+    let perpendicular = (t1 - t2) / (t1 + t2);
+    let (t3, t4) = (cos2 * a2_plus_b2 + sin2 * sin2, t2 * sin2);
+    let parallel = if t3 + t4 > 0.0 {
+        perpendicular * (t3 - t4) / (t3 + t4)
+    } else {
+        perpendicular
+    };
+    (0.5 * (parallel + perpendicular)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f32::consts::FRAC_1_SQRT_2;
+
+    #[test]
+    fn dielectric_known_values() {
+        let close = |a: f32, b: f32| assert!((a - b).abs() < 1e-6, "{a} against {b}");
+        close(dielectric(1.0, 1.5).0, 0.04);
+        close(dielectric(1.0, 1.0 / 1.5).0, 0.04);
+        close(dielectric(FRAC_1_SQRT_2, 1.5).0, 0.050_240);
+        close(dielectric(0.0, 1.5).0, 1.0);
+        // From inside, 45° lies beyond the critical angle of 41.8°.
+        assert_eq!(dielectric(FRAC_1_SQRT_2, 1.0 / 1.5), (1.0, 0.0));
+        // Brewster's angle: half of what perpendicular polarisation reflects.
+        let cos_brewster = 1.0 / (1.0f32 + 1.5 * 1.5).sqrt();
+        let (r, cos_t) = dielectric(cos_brewster, 1.5);
+        close(r, 0.5 * ((1.0 - 2.25f32) / (1.0 + 2.25)).powi(2));
+        close(cos_t, (1.0 - cos_brewster * cos_brewster).sqrt());
+        // Nothing is reflected where nothing changes.
+        close(dielectric(0.3, 1.0).0, 0.0);
+    }
+
+    #[test]
+    fn the_same_share_is_reflected_from_both_sides() {
+        for cos_i in [0.05, 0.3, 0.7, 0.99] {
+            let (r, cos_t) = dielectric(cos_i, 1.7);
+            let (back, cos_back) = dielectric(cos_t, 1.0 / 1.7);
+            assert!((r - back).abs() < 1e-5 && (cos_back - cos_i).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn conductor_known_values() {
+        // Normal incidence: ((η − 1)² + k²) / ((η + 1)² + k²).
+        let normal = |eta: f32, k: f32| ((eta - 1.0).powi(2) + k * k) / ((eta + 1.0).powi(2) + k * k);
+        for (eta, k) in [(0.2, 3.9), (1.5, 0.0), (0.14, 4.1), (2.9, 3.1)] {
+            assert!((conductor(1.0, eta, k) - normal(eta, k)).abs() < 1e-6);
+            assert!((conductor(0.0, eta, k) - 1.0).abs() < 1e-6);
+        }
+        // Without absorption it is a dielectric.
+        for cos_i in [0.1, 0.5, 0.9] {
+            assert!((conductor(cos_i, 1.5, 0.0) - dielectric(cos_i, 1.5).0).abs() < 1e-6);
+        }
+        // And one that nothing sets apart from vacuum is not there.
+        assert!(conductor(0.5, 1.0, 0.0).abs() < 1e-6);
+    }
+}

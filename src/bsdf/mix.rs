@@ -1,0 +1,90 @@
+use super::{BsdfSample, Lobe, TransportMode};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+
+/// The sum of up to three lobes: diffuse, glossy or mirror-like, and transmitting.
+///
+/// To sample it, one lobe is chosen with a probability proportional to its albedo. Smooth lobes cover each other, so the
+/// value and density of a direction are those of all of them; a delta lobe's directions are its own. What no lobe scatters
+/// is absorbed: the throughput carries it, and roulette acts on that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// Smooth ones first.
+    lobes: [Option<Lobe>; 3],
+}
+
+impl Mix {
+    /// Of a diffuse, a glossy or mirror-like and a transmitting lobe, in this order.
+    pub fn new(lobes: [Option<Lobe>; 3]) -> Self {
+        Self { lobes }
+    }
+
+    /// The lobes.
+    pub fn lobes(&self) -> impl Iterator<Item = &Lobe> {
+        self.lobes.iter().flatten()
+    }
+
+    /// Probability of choosing each lobe.
+    fn choice(&self, wo: Vec3) -> [f32; 3] {
+        let weight = |lobe: &Lobe| lobe.albedo_towards(wo).mean();
+        let weights = self.lobes.each_ref().map(|lobe| lobe.as_ref().map_or(0.0, weight));
+        let total: f32 = weights.iter().sum();
+        weights.map(|w| if total > 0.0 { w / total } else { 0.0 })
+    }
+
+    /// Sum over lobes.
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        self.lobes().fold(Spectrum::ZERO, |f, lobe| f + lobe.eval(wo, wi))
+    }
+
+    /// Sum over lobes, each with its probability.
+    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.pdf_for(&self.choice(wo), wo, wi)
+    }
+
+    fn pdf_for(&self, choice: &[f32; 3], wo: Vec3, wi: Vec3) -> f32 {
+        let lobes = self.lobes.iter().zip(choice);
+        lobes.fold(0.0, |pdf, (lobe, p)| {
+            pdf + lobe.as_ref().map_or(0.0, |l| p * l.pdf(wo, wi))
+        })
+    }
+
+    /// Probability that a smooth lobe is chosen.
+    pub(super) fn smooth_probability(&self, wo: Vec3) -> f32 {
+        if !self.lobes().any(Lobe::is_delta) {
+            return 1.0;
+        }
+        let lobes = self.lobes.iter().zip(self.choice(wo));
+        let smooth = |(lobe, p): (&Option<Lobe>, f32)| lobe.as_ref().is_some_and(|l| !l.is_delta()).then_some(p);
+        lobes.filter_map(smooth).sum()
+    }
+
+    pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        let choice = self.choice(wo);
+        let (lobe, p) = chosen(&self.lobes, &choice, u_lobe)?;
+        let mut sample = lobe.sample(wo, u, mode)?;
+        if lobe.is_delta() {
+            sample.pdf *= p;
+        } else {
+            sample.f = self.eval(wo, sample.wi);
+            sample.pdf = self.pdf_for(&choice, wo, sample.wi);
+        }
+        Some(sample)
+    }
+}
+
+/// The lobe whose share of [0, 1) holds `u`, and its probability.
+fn chosen<'a>(lobes: &'a [Option<Lobe>; 3], choice: &[f32; 3], u: f32) -> Option<(&'a Lobe, f32)> {
+    let mut below = 0.0;
+    let mut last = None;
+    for (lobe, &p) in lobes.iter().zip(choice) {
+        if let (Some(lobe), true) = (lobe, p > 0.0) {
+            below += p;
+            last = Some((lobe, p));
+            if u < below {
+                break;
+            }
+        }
+    }
+    last
+}

@@ -1,0 +1,36 @@
+use super::{BsdfSample, Scattering, fresnel, mirror_direction};
+use crate::color::Spectrum;
+use crate::math::Vec3;
+
+/// A sheet of a dielectric so thin that light leaves it straight on, after all reflections between its faces.
+///
+/// Each face reflects `R`, so the sheet reflects `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3 §8.2.2). With an index of 1 it is
+/// a veil that lets light pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinSheet {
+    /// Factor of what is reflected.
+    pub reflectance: Spectrum,
+    /// Factor of what goes on.
+    pub transmittance: Spectrum,
+    /// Index of refraction of the sheet.
+    pub ior: f32,
+}
+
+impl ThinSheet {
+    /// The reflected direction and the one straight on, each with its share of the flux as density.
+    pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
+        let cos = wo.z.abs();
+        if cos == 0.0 {
+            return [None, None];
+        }
+        let (face, _) = fresnel::dielectric(cos, self.ior);
+        let r = 2.0 * face / (1.0 + face);
+        let sample = |f: Spectrum, wi, pdf| {
+            (pdf > 0.0).then(|| BsdfSample::reflected(f * (pdf / cos), wi, pdf, Scattering::Specular))
+        };
+        [
+            sample(self.reflectance, mirror_direction(wo), r),
+            sample(self.transmittance, -wo, 1.0 - r),
+        ]
+    }
+}

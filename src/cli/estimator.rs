@@ -1,0 +1,295 @@
+use super::args::EstimatorArgs;
+use super::error::CliError;
+use super::job::{choose, positive};
+use crate::accel::Accel;
+use crate::film::Film;
+use crate::integrator::{
+    AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
+    Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+};
+use crate::io::{MaxDepth, SceneFile};
+use crate::render::{self, Observer, Outcome, Statistics};
+use crate::sampler::{SampleKey, Sampler};
+use crate::scene::Scene;
+use std::ops::Range;
+
+/// An integrator and its switches, as users choose them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Estimator {
+    pub kind: Kind,
+    pub strategy: Strategy,
+    pub max_depth: Option<u32>,
+    pub roulette: Roulette,
+    pub branching: u32,
+    /// Scene units; `None`: the size of the scene.
+    pub ao_distance: Option<f32>,
+    pub view: DebugView,
+}
+
+/// What `--integrator` names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Path,
+    Naive,
+    Whitted,
+    Distributed,
+    Direct,
+    AmbientOcclusion,
+    Debug,
+}
+
+/// Names of integrators; the first is the default.
+const KINDS: &[(&str, Kind)] = &[
+    ("path", Kind::Path),
+    ("naive", Kind::Naive),
+    ("whitted", Kind::Whitted),
+    ("distributed", Kind::Distributed),
+    ("direct", Kind::Direct),
+    ("ao", Kind::AmbientOcclusion),
+    ("debug", Kind::Debug),
+];
+const DIRECTIONS: &[(&str, Directions)] = &[
+    ("bsdf", Directions::Bsdf),
+    ("cosine", Directions::Cosine),
+    ("uniform", Directions::Uniform),
+];
+const DIRECT: &[(&str, DirectLight)] = &[
+    ("mis", DirectLight::Mis),
+    ("light", DirectLight::Light),
+    ("none", DirectLight::None),
+];
+const HEURISTICS: &[(&str, Heuristic)] = &[("power", Heuristic::Power), ("balance", Heuristic::Balance)];
+const VIEWS: &[(&str, DebugView)] = &[
+    ("normals", DebugView::Normals),
+    ("uv", DebugView::Uv),
+    ("ids", DebugView::Ids),
+];
+
+/// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
+const DEFAULT_DEPTH: u32 = 16;
+const DEFAULT_DEPTH_BRANCHING: u32 = 4;
+const DEFAULT_BRANCHING: u32 = 4;
+/// Rays that the last vertices of one sample may send at most: seconds for a single sample.
+const MOST_BRANCHES: f64 = 1e7;
+
+impl Default for Estimator {
+    /// The best one.
+    fn default() -> Self {
+        Self {
+            kind: Kind::Path,
+            strategy: Strategy::default(),
+            max_depth: Some(DEFAULT_DEPTH),
+            roulette: Roulette::default(),
+            branching: DEFAULT_BRANCHING,
+            ao_distance: None,
+            view: DebugView::default(),
+        }
+    }
+}
+
+impl Estimator {
+    /// Flags over the scene file over the defaults.
+    pub fn new(args: &EstimatorArgs, scene: &SceneFile) -> Result<Self, CliError> {
+        let file = &scene.render;
+        let kind = choose(scene, "integrator", &args.integrator, &file.integrator, KINDS)?;
+        let default_depth = if kind == Kind::Distributed {
+            DEFAULT_DEPTH_BRANCHING
+        } else {
+            DEFAULT_DEPTH
+        };
+        let max_depth = args
+            .max_depth
+            .or(file.max_depth)
+            .unwrap_or(MaxDepth(Some(default_depth)));
+        let estimator = Self {
+            kind,
+            strategy: Strategy {
+                directions: choose(scene, "directions", &args.directions, &file.directions, DIRECTIONS)?,
+                direct: choose(scene, "direct", &args.direct, &file.direct, DIRECT)?,
+                heuristic: choose(scene, "mis", &args.mis, &file.mis, HEURISTICS)?,
+            },
+            max_depth: max_depth.0,
+            roulette: args
+                .roulette_depth
+                .or(file.roulette_depth)
+                .map_or_else(Roulette::default, |depth| Roulette { depth }),
+            branching: positive(scene, "branching", args.branching, &file.branching)?.unwrap_or(DEFAULT_BRANCHING),
+            ao_distance: positive(scene, "ao-distance", args.ao_distance, &file.ao_distance)?,
+            view: choose(scene, "view", &args.view, &file.view, VIEWS)?,
+        };
+        estimator.check_branches()?;
+        Ok(estimator)
+    }
+
+    /// Refuses trees that nobody can wait for.
+    fn check_branches(&self) -> Result<(), CliError> {
+        let rays = |depth: u32| (self.branching as f64).powf(depth as f64);
+        let depth = MaxDepth(self.max_depth);
+        match self.max_depth {
+            _ if self.kind != Kind::Distributed => Ok(()),
+            Some(d) if rays(d) <= MOST_BRANCHES => Ok(()),
+            _ => Err(CliError::Usage(format!(
+                "--integrator distributed sends {} rays from every vertex, to a depth of {depth}: too many to wait for\n  \
+                 help: lower --branching or --max-depth (branching ^ depth of {MOST_BRANCHES:.0} at most)",
+                self.branching
+            ))),
+        }
+    }
+
+    /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
+    /// chance. An error where that is all the light there is, else a warning.
+    pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, CliError> {
+        let samples_lights = match self.kind {
+            Kind::Naive => false,
+            Kind::Path | Kind::Direct | Kind::Distributed => self.strategy.samples_lights(),
+            Kind::Whitted | Kind::AmbientOcclusion | Kind::Debug => true,
+        };
+        let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
+        let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
+            return Ok(None);
+        };
+        let words = format!(
+            "a {} light cannot be met by following rays, and {} samples no lights",
+            light.kind(),
+            if self.kind == Kind::Naive {
+                "--integrator naive"
+            } else {
+                "--direct none"
+            }
+        );
+        if shining().all(|l| l.is_delta()) {
+            let help = "use --integrator path with --direct light or mis, or give the scene a light that has a size";
+            return Err(CliError::Usage(format!(
+                "{words}: the picture would be black\n  help: {help}"
+            )));
+        }
+        Ok(Some(format!("{words}: its light is missing from the picture")))
+    }
+
+    /// The name users type.
+    pub fn name(&self) -> &'static str {
+        name_of(KINDS, self.kind)
+    }
+
+    /// Everything that decides the pixels, as `key=value` pairs.
+    pub fn settings(&self) -> String {
+        let depth = MaxDepth(self.max_depth);
+        let strategy = self.strategy;
+        let mut text = format!("integrator={}", self.name());
+        match self.kind {
+            Kind::Path | Kind::Direct | Kind::Distributed => {
+                text += &format!(
+                    " directions={} direct={} mis={}",
+                    name_of(DIRECTIONS, strategy.directions),
+                    name_of(DIRECT, strategy.direct),
+                    name_of(HEURISTICS, strategy.heuristic)
+                );
+            }
+            Kind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
+            Kind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
+            Kind::Naive | Kind::Whitted => {}
+        }
+        match self.kind {
+            Kind::Path | Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
+            Kind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
+            Kind::Whitted => text + &format!(" max_depth={depth}"),
+            Kind::Direct | Kind::AmbientOcclusion | Kind::Debug => text,
+        }
+    }
+
+    /// Renders `samples` of every pixel of `film`.
+    pub fn render<A: Accel>(
+        &self,
+        world: World<A>,
+        sampler: &impl Sampler,
+        film: &mut Film,
+        samples: Range<u32>,
+        observer: &impl Observer,
+    ) -> (Outcome, Statistics) {
+        struct Render<'a, S, O> {
+            sampler: &'a S,
+            film: &'a mut Film,
+            samples: Range<u32>,
+            observer: &'a O,
+        }
+        impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
+            type Output = (Outcome, Statistics);
+            fn run(self, integrator: &impl Integrator) -> Self::Output {
+                render::render(integrator, self.sampler, self.film, self.samples, self.observer)
+            }
+        }
+        self.with_integrator(
+            world,
+            Render {
+                sampler,
+                film,
+                samples,
+                observer,
+            },
+        )
+    }
+
+    /// Traces one sample.
+    pub fn sample<A: Accel>(&self, world: World<A>, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink) {
+        struct Sample<'a, S, O> {
+            key: SampleKey,
+            sampler: &'a mut S,
+            out: &'a mut O,
+        }
+        impl<S: Sampler, O: Sink> Task for Sample<'_, S, O> {
+            type Output = ();
+            fn run(self, integrator: &impl Integrator) {
+                integrator.sample(self.key, self.sampler, self.out);
+            }
+        }
+        self.with_integrator(world, Sample { key, sampler, out });
+    }
+
+    /// The one place that chooses the integrator.
+    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
+        let Self {
+            strategy,
+            roulette,
+            max_depth,
+            ..
+        } = *self;
+        let path = |max_depth| PathIntegrator {
+            world,
+            strategy,
+            max_depth,
+            roulette,
+        };
+        match self.kind {
+            Kind::Path => task.run(&path(max_depth)),
+            // One scattering is a path of depth 1.
+            Kind::Direct => task.run(&path(Some(1))),
+            Kind::Naive => task.run(&NaiveIntegrator {
+                world,
+                max_depth,
+                roulette,
+            }),
+            Kind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
+            Kind::Distributed => task.run(&DistributedIntegrator {
+                world,
+                strategy,
+                max_depth: max_depth.unwrap_or(DEFAULT_DEPTH_BRANCHING),
+                branching: self.branching,
+            }),
+            Kind::AmbientOcclusion => task.run(&AmbientOcclusion {
+                world,
+                distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
+            }),
+            Kind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
+        }
+    }
+}
+
+/// What is done with an integrator, whichever it is.
+trait Task {
+    type Output;
+    fn run(self, integrator: &impl Integrator) -> Self::Output;
+}
+
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
+}

@@ -1,0 +1,155 @@
+use super::error::CliError;
+use super::estimator::Estimator;
+use crate::accel::{Accel, BackendInfo};
+use crate::camera::Camera;
+use crate::color::Spectrum;
+use crate::film::{FirstSurface, Rect};
+use crate::geometry::Hit;
+use crate::integrator::{RayKind, Sink, World};
+use crate::math::Ray;
+use crate::sampler::{SampleKey, Sampler};
+use crate::scene::Scene;
+use std::sync::Mutex;
+
+/// Traces one sample and prints every ray with its answer, and what it added to the pixel.
+pub(super) fn explain<A: Accel>(
+    estimator: &Estimator,
+    (scene, accel, camera): (&Scene, &A, &Camera),
+    sampler: &mut impl Sampler,
+    key: SampleKey,
+) {
+    let accel = Told {
+        accel,
+        scene,
+        rays: Mutex::new(Vec::new()),
+    };
+    let mut told = Telling {
+        accel: &accel,
+        kinds: Vec::new(),
+        radiance: Spectrum::ZERO,
+        lines: Vec::new(),
+    };
+    let world = World {
+        scene,
+        accel: &accel,
+        camera,
+    };
+    estimator.sample(world, key, sampler, &mut told);
+    told.take_rays();
+    println!(
+        "sample {} of pixel {},{}: {}",
+        key.sample,
+        key.x,
+        key.y,
+        estimator.settings()
+    );
+    told.lines.iter().for_each(|line| println!("{line}"));
+    println!("radiance {:?}", told.radiance.to_array());
+}
+
+/// The pixel and sample that `--pixel` and `--sample` name.
+pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError> {
+    let inside = (crop.min.x..crop.max.x).contains(&x) && (crop.min.y..crop.max.y).contains(&y);
+    if inside {
+        return Ok(SampleKey::new(x, y, sample));
+    }
+    Err(CliError::Usage(format!(
+        "--pixel {x},{y} is outside the image\n  help: columns {} to {}, rows {} to {}",
+        crop.min.x,
+        crop.max.x - 1,
+        crop.min.y,
+        crop.max.y - 1
+    )))
+}
+
+/// A backend that keeps what it was asked and what it answered.
+struct Told<'a, A> {
+    accel: &'a A,
+    scene: &'a Scene,
+    rays: Mutex<Vec<String>>,
+}
+
+impl<A: Accel> Told<'_, A> {
+    fn tell(&self, ray: &Ray, answer: String) {
+        let (o, d) = (ray.origin, ray.direction);
+        if let Ok(mut rays) = self.rays.lock() {
+            rays.push(format!("from {o} along {d}: {answer}"));
+        }
+    }
+}
+
+impl<A: Accel> Accel for Told<'_, A> {
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let hit = self.accel.intersect(ray);
+        self.tell(
+            ray,
+            hit.map_or("nothing".into(), |h| {
+                let material = &self.scene.material(&h).name;
+                format!(
+                    "t {} on triangle {} of mesh {}, b1 {} b2 {}, material `{material}`",
+                    h.t, h.prim.0, h.geom.0, h.b1, h.b2
+                )
+            }),
+        );
+        hit
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        let occluded = self.accel.occluded(ray);
+        self.tell(ray, if occluded { "occluded" } else { "free" }.into());
+        occluded
+    }
+
+    fn info(&self) -> BackendInfo {
+        self.accel.info()
+    }
+
+    fn bytes(&self) -> u64 {
+        self.accel.bytes()
+    }
+}
+
+/// Puts the rays, their purpose and what they gave in one order.
+struct Telling<'a, A> {
+    accel: &'a Told<'a, A>,
+    kinds: Vec<RayKind>,
+    radiance: Spectrum,
+    lines: Vec<String>,
+}
+
+impl<A: Accel> Telling<'_, A> {
+    /// Rays that were answered since the last time.
+    fn take_rays(&mut self) {
+        let rays = self.accel.rays.lock().map(|mut rays| std::mem::take(&mut *rays));
+        for (kind, ray) in self.kinds.drain(..).zip(rays.unwrap_or_default()) {
+            let kind = match kind {
+                RayKind::Camera => "camera",
+                RayKind::Bounce => "bounce",
+                RayKind::Shadow => "shadow",
+            };
+            self.lines.push(format!("  {kind} {ray}"));
+        }
+    }
+}
+
+impl<A: Accel> Sink for Telling<'_, A> {
+    fn radiance(&mut self, radiance: Spectrum) {
+        self.take_rays();
+        self.lines.push(format!("  adds {:?}", radiance.to_array()));
+        self.radiance += radiance;
+    }
+
+    fn first_surface(&mut self, s: FirstSurface) {
+        self.take_rays();
+        self.lines.push(format!(
+            "  first surface: albedo {:?}, normal {}, depth {}",
+            s.albedo.to_array(),
+            s.normal,
+            s.depth
+        ));
+    }
+
+    fn ray(&mut self, kind: RayKind) {
+        self.kinds.push(kind);
+    }
+}

@@ -1,0 +1,39 @@
+use super::{Integrator, RayKind, Sink, World};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::ray_towards;
+use crate::math::Ray;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::sampling::warp::cosine_hemisphere;
+
+/// Ambient occlusion: the cosine-weighted share of the hemisphere in which nothing is near; 1 in the open.
+#[derive(Debug)]
+pub struct AmbientOcclusion<'a, A> {
+    /// What is looked at, and from where.
+    pub world: World<'a, A>,
+    /// How far away counts as near, scene units.
+    pub distance: f32,
+}
+
+impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let ray = self.world.camera_ray(key, sampler);
+        let Some(hit) = self.world.intersect(&ray, RayKind::Camera, out) else {
+            return;
+        };
+        let vertex = self.world.vertex(&hit, &ray);
+        out.first_surface(self.world.first_surface(&vertex));
+
+        // A cosine-weighted direction on the viewer's side
+        let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
+        wi.z = wi.z.copysign(vertex.wo.z);
+        let probe = Ray {
+            t_max: self.distance,
+            ..ray_towards(&vertex.point, vertex.frame.to_world(wi))
+        };
+        out.ray(RayKind::Shadow);
+        if !self.world.accel.occluded(&probe) {
+            out.radiance(Spectrum::ONE);
+        }
+    }
+}

@@ -1,0 +1,104 @@
+use super::direct::{LightNumbers, estimate_direct};
+use super::strategy::Scattered;
+use super::{Integrator, RayKind, Sink, Strategy, World};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::ray_towards;
+use crate::math::Ray;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Monte Carlo ray tracing that branches: every vertex sends out several rays (Cook et al. 1984). The mean is that of path
+/// tracing; the number of rays grows as a power of the depth.
+#[derive(Debug)]
+pub struct DistributedIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How directions are drawn and direct light is found.
+    pub strategy: Strategy,
+    /// Scattering events at most; there is no roulette.
+    pub max_depth: u32,
+    /// Rays that leave each vertex, ≥ 1.
+    pub branching: u32,
+}
+
+/// A ray of the tree.
+struct Branch {
+    ray: Ray,
+    depth: u32,
+    /// Number in the tree, breadth first, which names the random numbers of its vertex.
+    node: u32,
+    /// Share of the pixel.
+    beta: Spectrum,
+    scattered: Option<Scattered>,
+}
+
+impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let root = Branch {
+            ray: self.world.camera_ray(key, sampler),
+            depth: 0,
+            node: 0,
+            beta: Spectrum::ONE,
+            scattered: None,
+        };
+        self.follow(&root, sampler, out);
+    }
+}
+
+impl<A: Accel> DistributedIntegrator<'_, A> {
+    fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+        let (world, strategy) = (&self.world, &self.strategy);
+        let (ray, scattered) = (&branch.ray, branch.scattered.as_ref());
+        let kind = if branch.depth == 0 {
+            RayKind::Camera
+        } else {
+            RayKind::Bounce
+        };
+        let Some(hit) = world.intersect(ray, kind, out) else {
+            for light in world.scene.escaped(ray.direction) {
+                out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
+            }
+            return;
+        };
+
+        // Emission and direct light, as along a path
+        let vertex = world.vertex(&hit, ray);
+        if branch.depth == 0 {
+            out.first_surface(world.first_surface(&vertex));
+        }
+        let from = scattered.map_or(ray.origin, |s| s.p);
+        if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, ray.direction) {
+            out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
+        }
+        if branch.depth >= self.max_depth {
+            return;
+        }
+        let u = LightNumbers::draw(sampler, branch.node);
+        let direct = estimate_direct(world, &vertex, strategy, &u, out);
+        out.radiance(branch.beta * direct);
+
+        // Several rays in place of one
+        for i in 1..=self.branching {
+            let node = branch.node.wrapping_mul(self.branching).wrapping_add(i);
+            let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(node, Bounce::Direction));
+            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+                continue;
+            };
+            let child = Branch {
+                ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+                depth: branch.depth + 1,
+                node,
+                beta: branch.beta * sample.weight() / self.branching as f32,
+                scattered: Some(Scattered {
+                    p: vertex.point.p,
+                    pdf: sample.pdf,
+                    is_delta: sample.is_delta(),
+                }),
+            };
+            if !child.beta.is_black() {
+                self.follow(&child, sampler, out);
+            }
+        }
+    }
+}

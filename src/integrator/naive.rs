@@ -1,0 +1,69 @@
+use super::{Directions, Integrator, RayKind, Roulette, Sink, World};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::ray_towards;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Kajiya's path tracing by brute force: directions uniform over the hemisphere, light only where a path happens to meet it
+/// (Kajiya 1986). A surface that emits and reflects does one of the two, by the flip of a coin.
+#[derive(Debug)]
+pub struct NaiveIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Scattering events at most, or roulette alone.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+}
+
+impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let world = &self.world;
+        let mut ray = world.camera_ray(key, sampler);
+        let mut beta = Spectrum::ONE;
+        let mut eta_squared = 1.0;
+
+        for depth in 0.. {
+            let u = |what| sampler.get_1d(Dimension::bounce(depth, what));
+            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+            let Some(hit) = world.intersect(&ray, kind, out) else {
+                // Escaped: infinitely distant lights
+                for light in world.scene.escaped(ray.direction) {
+                    out.radiance(beta * light.radiance);
+                }
+                return;
+            };
+            let vertex = world.vertex(&hit, &ray);
+            if depth == 0 {
+                out.first_surface(world.first_surface(&vertex));
+            }
+
+            // Emit or reflect: certain where one of them is nothing, else a coin decides.
+            let emitted = world.scene.emitted(&hit, ray.origin, vertex.point.p, ray.direction);
+            let emitted = emitted.map(|light| light.radiance).filter(|e| !e.is_black());
+            let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
+            let chance = match (emitted, reflects) {
+                (None, false) => return,
+                (Some(_), true) => 0.5,
+                _ => 1.0,
+            };
+            if let (Some(radiance), true) = (emitted, !reflects || u(Bounce::LightChoice) < 0.5) {
+                out.radiance(beta * radiance / chance);
+                return;
+            }
+            beta = beta / chance;
+
+            // On in a uniform direction
+            let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u(Bounce::Lobe), direction);
+            let Some(sample) = sample else { return };
+            beta *= sample.weight();
+            eta_squared *= sample.eta * sample.eta;
+            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u(Bounce::Roulette)) else {
+                return;
+            };
+            beta *= factor;
+            ray = ray_towards(&vertex.point, vertex.frame.to_world(sample.wi));
+        }
+    }
+}

@@ -1,0 +1,140 @@
+use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
+use crate::math::{Vec2, Vec3};
+use crate::sampling::mis::{balance_heuristic, power_heuristic};
+use crate::sampling::warp::{UNIFORM_HEMISPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere};
+use crate::scene::Incident;
+
+/// How directions are drawn at a surface. Delta lobes are followed by all of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Directions {
+    /// Uniformly over the hemisphere.
+    Uniform,
+    /// By the cosine with the normal.
+    Cosine,
+    /// By the BSDF.
+    #[default]
+    Bsdf,
+}
+
+/// How light that comes straight from a light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DirectLight {
+    /// By following scattered rays.
+    None,
+    /// By sampling lights.
+    Light,
+    /// Both ways, combined by multiple importance sampling.
+    #[default]
+    Mis,
+}
+
+/// How multiple importance sampling weighs two strategies (Veach 1997, §9.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heuristic {
+    /// By their densities.
+    Balance,
+    /// By the squares of their densities.
+    #[default]
+    Power,
+}
+
+/// The switches of an estimator; the defaults are the best there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Strategy {
+    /// How directions are drawn.
+    pub directions: Directions,
+    /// How direct light is found.
+    pub direct: DirectLight,
+    /// How both ways are combined.
+    pub heuristic: Heuristic,
+}
+
+/// The scattering that a ray comes from: what MIS needs when the ray meets a light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scattered {
+    /// Where it happened.
+    pub p: Vec3,
+    /// Density of the ray's direction.
+    pub pdf: f32,
+    /// Whether no light sampling could have drawn this direction.
+    pub is_delta: bool,
+}
+
+impl Directions {
+    /// Draws `wi` for `wo`.
+    #[inline(always)]
+    pub(super) fn sample(self, bsdf: &Bsdf, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let mode = TransportMode::Radiance;
+        if self == Self::Bsdf || u_lobe >= bsdf.smooth_probability(wo) {
+            return bsdf.sample(wo, u_lobe, u, mode);
+        }
+        let mut wi = match self {
+            Self::Uniform => uniform_hemisphere(u),
+            _ => cosine_hemisphere(u),
+        };
+        wi.z = wi.z.copysign(wo.z);
+        let pdf = self.pdf(bsdf, wo, wi);
+        (pdf > 0.0).then(|| BsdfSample {
+            f: bsdf.eval(wo, wi),
+            wi,
+            pdf,
+            scattering: Scattering::Diffuse,
+            eta: 1.0,
+        })
+    }
+
+    /// Density with which [`Directions::sample`] draws `wi`, per solid angle.
+    #[inline(always)]
+    pub(super) fn pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
+        if self == Self::Bsdf {
+            return bsdf.pdf(wo, wi);
+        }
+        // Smooth lobes reflect, so the hemisphere of wo is all there is.
+        if wo.z * wi.z <= 0.0 {
+            return 0.0;
+        }
+        let hemisphere = match self {
+            Self::Uniform => UNIFORM_HEMISPHERE_PDF,
+            _ => cosine_hemisphere_pdf(wi.z.abs()),
+        };
+        bsdf.smooth_probability(wo) * hemisphere
+    }
+}
+
+impl Strategy {
+    /// Whether lights are sampled.
+    pub fn samples_lights(&self) -> bool {
+        self.direct != DirectLight::None
+    }
+
+    /// Weight of light that a ray from the camera, or from a scattering, meets.
+    #[inline(always)]
+    pub(super) fn emission_weight(&self, from: Option<&Scattered>, light: &Incident) -> f32 {
+        let Some(scattered) = from.filter(|s| !s.is_delta) else {
+            return 1.0;
+        };
+        match self.direct {
+            DirectLight::None => 1.0,
+            DirectLight::Light => 0.0,
+            DirectLight::Mis => self.heuristic.weight(scattered.pdf, light.pdf),
+        }
+    }
+
+    /// Weight of light that was sampled with density `pdf`, against meeting it along a scattered ray.
+    #[inline(always)]
+    pub(super) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: impl FnOnce() -> f32) -> f32 {
+        if is_delta || self.direct != DirectLight::Mis {
+            return 1.0;
+        }
+        self.heuristic.weight(pdf, scattering_pdf())
+    }
+}
+
+impl Heuristic {
+    fn weight(self, pdf: f32, other_pdf: f32) -> f32 {
+        match self {
+            Self::Balance => balance_heuristic(pdf, other_pdf),
+            Self::Power => power_heuristic(pdf, other_pdf),
+        }
+    }
+}

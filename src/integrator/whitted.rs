@@ -1,0 +1,101 @@
+use super::direct::{LightNumbers, estimate_direct};
+use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::geometry::ray_towards;
+use crate::math::Ray;
+use crate::sampler::{SampleKey, Sampler};
+
+/// Branches that carry less than this share of the pixel are not followed (Hall and Greenberg 1983).
+const LEAST_SHARE: f32 = 1e-3;
+
+/// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light (Whitted 1980).
+///
+/// There is no light from diffuse to diffuse surfaces, so its picture is another one than a path tracer's.
+#[derive(Debug)]
+pub struct WhittedIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Scattering events at most; `None` leaves the end to the branches' share.
+    pub max_depth: Option<u32>,
+}
+
+/// A ray of the tree.
+struct Branch {
+    ray: Ray,
+    depth: u32,
+    /// Number in the tree, which names the random numbers of its vertex.
+    node: u32,
+    /// Share of the pixel.
+    beta: Spectrum,
+    /// Square of the index of refraction that the ray is in, which `beta` was divided by.
+    eta_squared: f32,
+}
+
+impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let root = Branch {
+            ray: self.world.camera_ray(key, sampler),
+            depth: 0,
+            node: 0,
+            beta: Spectrum::ONE,
+            eta_squared: 1.0,
+        };
+        self.follow(&root, sampler, out);
+    }
+}
+
+impl<A: Accel> WhittedIntegrator<'_, A> {
+    fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+        let (world, ray) = (&self.world, &branch.ray);
+        let kind = if branch.depth == 0 {
+            RayKind::Camera
+        } else {
+            RayKind::Bounce
+        };
+        let Some(hit) = world.intersect(ray, kind, out) else {
+            for light in world.scene.escaped(ray.direction) {
+                out.radiance(branch.beta * light.radiance);
+            }
+            return;
+        };
+
+        // Emission and direct light
+        let vertex = world.vertex(&hit, ray);
+        if branch.depth == 0 {
+            out.first_surface(world.first_surface(&vertex));
+        }
+        if let Some(light) = world.scene.emitted(&hit, ray.origin, vertex.point.p, ray.direction) {
+            out.radiance(branch.beta * light.radiance);
+        }
+        if self.max_depth.is_some_and(|max| branch.depth >= max) {
+            return;
+        }
+        let strategy = Strategy {
+            direct: DirectLight::Light,
+            ..Strategy::default()
+        };
+        let u = LightNumbers::draw(sampler, branch.node);
+        let direct = estimate_direct(world, &vertex, &strategy, &u, out);
+        out.radiance(branch.beta * direct);
+
+        // Mirror and refracted directions, all of them
+        let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
+        for (i, sample) in directions.enumerate() {
+            let beta = branch.beta * sample.f * sample.wi.z.abs();
+            let eta_squared = branch.eta_squared * sample.eta * sample.eta;
+            if beta.max_component() * eta_squared < LEAST_SHARE {
+                continue;
+            }
+            let child = Branch {
+                ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+                depth: branch.depth + 1,
+                node: branch.node.wrapping_mul(4).wrapping_add(i as u32 + 1),
+                beta,
+                eta_squared,
+            };
+            self.follow(&child, sampler, out);
+        }
+    }
+}

@@ -1,0 +1,66 @@
+use super::direct::Vertex;
+use super::{RayKind, Sink};
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::film::FirstSurface;
+use crate::geometry::Hit;
+use crate::math::{Frame, Ray};
+use crate::sampler::{Dimension, SampleKey, Sampler};
+use crate::scene::Scene;
+
+/// What every integrator works in.
+#[derive(Debug)]
+pub struct World<'a, A> {
+    /// What light meets.
+    pub scene: &'a Scene,
+    /// Answers ray queries over `scene`.
+    pub accel: &'a A,
+    /// Where paths start.
+    pub camera: &'a Camera,
+}
+
+// Derived, these would ask the same of `A`, of which there is only a reference.
+impl<A> Clone for World<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A> Copy for World<'_, A> {}
+
+impl<'a, A: Accel> World<'a, A> {
+    /// Starts the sample `key`: the ray through a random point of the pixel, from a random point of the lens.
+    pub(super) fn camera_ray(&self, key: SampleKey, sampler: &mut impl Sampler) -> Ray {
+        sampler.start(key);
+        let film = key.pixel().as_vec2() + sampler.get_2d(Dimension::PIXEL);
+        self.camera.ray(film, sampler.get_2d(Dimension::LENS))
+    }
+
+    /// The closest hit, counted.
+    #[inline(always)]
+    pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {
+        out.ray(kind);
+        self.accel.intersect(ray)
+    }
+
+    /// The surface at `hit`, seen along `ray`.
+    #[inline(always)]
+    pub(super) fn vertex(&self, hit: &Hit, ray: &Ray) -> Vertex<'a> {
+        let point = self.scene.surface_point(hit);
+        let frame = Frame::from_z(point.ns);
+        Vertex {
+            wo: frame.to_local(-ray.direction),
+            bsdf: self.scene.bsdf(hit),
+            frame,
+            point,
+        }
+    }
+
+    /// What the auxiliary channels show of `vertex`.
+    pub(super) fn first_surface(&self, vertex: &Vertex) -> FirstSurface {
+        FirstSurface {
+            albedo: vertex.bsdf.albedo(),
+            normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
+            depth: self.camera.depth(vertex.point.p),
+        }
+    }
+}

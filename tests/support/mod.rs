@@ -242,3 +242,73 @@ pub fn shared(relative: &str) -> Option<PathBuf> {
     eprintln!("skipped: {} is not on this machine", path.display());
     None
 }
+
+/// A room with a wide lamp, whose objects have every kind of lobe.
+pub fn lobes_room() -> Scene {
+    use embrasure::bsdf::Fresnel;
+    use embrasure::material::Gloss;
+    let grey = Spectrum::splat;
+    let mut b = SceneBuilder::new();
+    add(&mut b, room(), material(0.5, 0.0));
+    let quad = |y: f32, x: f32, z: f32, up: bool| {
+        let corners = [
+            Vec3::new(-x, y, -z),
+            Vec3::new(-x, y, z),
+            Vec3::new(x, y, z),
+            Vec3::new(x, y, -z),
+        ];
+        let turned = [corners[0], corners[3], corners[2], corners[1]];
+        polygon(if up { &corners } else { &turned })
+    };
+    add(&mut b, quad(0.98, 0.6, 0.6, false), material(0.0, 3.0));
+    let phong = Material {
+        specular: Spectrum::rgb(0.4, 0.5, 0.3),
+        gloss: Gloss::Phong(20.0),
+        ..material(0.3, 0.0)
+    };
+    add(&mut b, quad(-0.95, 0.9, 0.9, true), phong);
+    let blinn = Material {
+        specular: grey(0.6),
+        gloss: Gloss::Blinn(12.0, Fresnel::Dielectric { eta: 1.8 }),
+        ..material(0.3, 0.0)
+    };
+    add(&mut b, sphere(0.3, Vec3::new(-0.55, -0.6, -0.5), 2), blinn);
+    let glass = Material {
+        transmission: Spectrum::rgb(0.9, 1.0, 0.8),
+        ..material(0.0, 0.0)
+    };
+    add(&mut b, sphere(0.3, Vec3::new(0.5, -0.6, -0.1), 2), glass);
+    let gold = Fresnel::Conductor {
+        eta: [0.14, 0.37, 1.44],
+        k: [3.98, 2.39, 1.60],
+    };
+    let metal = Material {
+        specular: Spectrum::ONE,
+        gloss: Gloss::Blinn(30.0, gold),
+        ..material(0.0, 0.0)
+    };
+    add(&mut b, sphere(0.25, Vec3::new(0.0, -0.1, -0.6), 2), metal);
+    let mirror = Material {
+        specular: grey(0.4),
+        gloss: Gloss::Mirror(gold),
+        ..material(0.4, 0.0)
+    };
+    add(&mut b, sphere(0.2, Vec3::new(0.6, 0.2, -0.7), 2), mirror);
+    let veil = Material {
+        transmission: grey(0.6),
+        thin: true,
+        ior: 1.3,
+        ..material(0.3, 0.0)
+    };
+    add(
+        &mut b,
+        polygon(&[
+            Vec3::new(-0.9, -0.4, 0.2),
+            Vec3::new(-0.2, -0.4, 0.3),
+            Vec3::new(-0.2, 0.4, 0.3),
+            Vec3::new(-0.9, 0.4, 0.2),
+        ]),
+        veil,
+    );
+    b.build().unwrap().0
+}

@@ -1,0 +1,190 @@
+//! Every unbiased estimator against the default one, pixel by pixel.
+#![cfg(feature = "embree")]
+
+mod support;
+
+use embrasure::accel::embree::EmbreeAccel;
+use embrasure::camera::{Camera, CameraParameters};
+use embrasure::film::Film;
+use embrasure::integrator::*;
+use embrasure::io::{SceneFile, load_scene};
+use embrasure::math::{UVec2, Vec3};
+use embrasure::scene::Scene;
+use std::path::Path;
+use support::*;
+
+/// Few pixels and many samples: means are then near to normal, and the test is sharp.
+const RESOLUTION: UVec2 = UVec2::splat(8);
+const MAX_DEPTH: u32 = 6;
+/// Estimators that meet lights by chance need so many times the samples until their means are near to normal.
+const BLIND: u32 = 32;
+
+/// A way to estimate the same picture, and how many samples it takes.
+struct Estimator {
+    name: String,
+    spp: u32,
+    render: Box<dyn Fn(World<EmbreeAccel>, u32) -> Film>,
+}
+
+fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32) -> Estimator {
+    let render = move |world: World<EmbreeAccel>, spp| {
+        let integrator = PathIntegrator {
+            world,
+            strategy,
+            max_depth: Some(MAX_DEPTH),
+            roulette: Roulette { depth: roulette_depth },
+        };
+        film_of(&integrator, RESOLUTION, spp, 1)
+    };
+    Estimator {
+        name: name.into(),
+        spp,
+        render: Box::new(render),
+    }
+}
+
+/// All of them, for `spp` samples of the better ones.
+fn estimators(spp: u32) -> Vec<Estimator> {
+    let mut all = Vec::new();
+    for (d, directions) in [
+        ("uniform", Directions::Uniform),
+        ("cosine", Directions::Cosine),
+        ("bsdf", Directions::Bsdf),
+    ] {
+        for (l, direct, heuristic, spp) in [
+            ("none", DirectLight::None, Heuristic::Power, BLIND * spp),
+            ("light", DirectLight::Light, Heuristic::Power, spp),
+            ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
+            ("mis power", DirectLight::Mis, Heuristic::Power, spp),
+        ] {
+            let strategy = Strategy {
+                directions,
+                direct,
+                heuristic,
+            };
+            all.push(path(&format!("{d}, {l}"), spp, strategy, 2));
+        }
+    }
+    all.push(path("no roulette", spp, Strategy::default(), u32::MAX));
+    all.push(Estimator {
+        name: "naive".into(),
+        spp: BLIND * spp,
+        render: Box::new(|world, spp| {
+            let integrator = NaiveIntegrator {
+                world,
+                max_depth: Some(MAX_DEPTH),
+                roulette: Roulette { depth: 2 },
+            };
+            film_of(&integrator, RESOLUTION, spp, 2)
+        }),
+    });
+    all.push(Estimator {
+        name: "distributed".into(),
+        spp,
+        render: Box::new(|world, spp| {
+            let integrator = DistributedIntegrator {
+                world,
+                strategy: Strategy::default(),
+                max_depth: MAX_DEPTH,
+                branching: 2,
+            };
+            film_of(&integrator, RESOLUTION, spp, 3)
+        }),
+    });
+    all
+}
+
+/// Fails unless at least 99.75 % of the channels of both pictures, and their means, differ by no more than noise allows.
+fn assert_agree(what: &str, a: &Film, b: &Film) {
+    // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
+    // left of skewed distributions takes a little more.
+    const THRESHOLD: f64 = 4.5;
+    let pixels = |film: &Film| -> Vec<_> { film.tiles().iter().flat_map(|t| t.iter()).map(|(_, s)| *s).collect() };
+    let (a, b) = (pixels(a), pixels(b));
+    let mut beyond = 0;
+    for c in 0..3 {
+        let (mut sum, mut variance) = (0.0, 0.0);
+        for (a, b) in a.iter().zip(&b) {
+            let difference = a.mean(c) - b.mean(c);
+            let v = a.variance_of_mean(c) + b.variance_of_mean(c);
+            beyond += usize::from(difference.abs() > THRESHOLD * v.sqrt() + 1e-6);
+            sum += difference;
+            variance += v;
+        }
+        let z = sum / variance.sqrt().max(1e-9);
+        assert!(
+            z.abs() < 4.0,
+            "{what}: the means of channel {c} differ by {z:.2} standard errors"
+        );
+    }
+    let share = beyond as f64 / (3 * a.len()) as f64;
+    assert!(share <= 0.0025, "{what}: {:.2} % of the channels differ", 100.0 * share);
+}
+
+/// Compares all of them; without light sampling alone where lights meet other surfaces: the inverse square of the distance
+/// has no variance there, and no z-test.
+fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, lights_apart: bool) {
+    let accel = EmbreeAccel::new(scene, 2).unwrap();
+    let camera = Camera::new(camera, RESOLUTION).unwrap();
+    let world = World {
+        scene,
+        accel: &accel,
+        camera: &camera,
+    };
+    let best = PathIntegrator {
+        world,
+        strategy: Strategy::default(),
+        max_depth: Some(MAX_DEPTH),
+        roulette: Roulette::default(),
+    };
+    let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
+    for estimator in estimators(spp) {
+        if !lights_apart && estimator.name.ends_with("light") {
+            continue;
+        }
+        let film = (estimator.render)(world, estimator.spp);
+        assert_agree(&format!("{what}: {}", estimator.name), &film, &reference);
+    }
+}
+
+fn load(path: &Path) -> Scene {
+    let file = match path.extension().is_some_and(|e| e == "toml") {
+        true => SceneFile::load(path).unwrap(),
+        false => SceneFile::of_obj(path),
+    };
+    load_scene(&file).unwrap().scene
+}
+
+fn own(name: &str) -> Scene {
+    load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
+}
+
+#[test]
+fn estimators_agree_on_our_scenes() {
+    let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
+    all_agree("cornell-box", &own("cornell-box.toml"), cornell, 1024, true);
+    let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
+    all_agree("closed-box", &own("closed-box.toml"), inside, 512, false);
+    let furnace = pinhole(Vec3::new(0.0, 0.5, 4.0), Vec3::ZERO, 40.0);
+    all_agree("furnace", &own("furnace.toml"), furnace, 512, true);
+}
+
+/// Every lobe in one room: a Phong floor, a Blinn block, glass, a metal and a veil, under a lamp that is large enough to be met.
+#[test]
+fn estimators_agree_on_every_lobe() {
+    let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
+    all_agree("lobes", &lobes_room(), inside, 1024, true);
+}
+
+/// The boxes of McGuire's archive: Phong, mirrors and glass.
+#[test]
+fn estimators_agree_on_mcguires_boxes() {
+    let Some(folder) = shared("scenes/cornell-box-mcguire") else {
+        return;
+    };
+    for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {
+        let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
+        let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
+        all_agree(name, &scene, camera, 1024, true);
+    }
+}

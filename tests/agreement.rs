@@ -19,11 +19,13 @@ const MAX_DEPTH: u32 = 6;
 /// Estimators that meet lights by chance need so many times the samples until their means are near to normal.
 const BLIND: u32 = 32;
 
+type Render = Box<dyn Fn(World<EmbreeAccel>, u32) -> Film>;
+
 /// A way to estimate the same picture, and how many samples it takes.
 struct Estimator {
     name: String,
     spp: u32,
-    render: Box<dyn Fn(World<EmbreeAccel>, u32) -> Film>,
+    render: Render,
 }
 
 fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32) -> Estimator {

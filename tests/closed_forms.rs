@@ -2,8 +2,11 @@
 
 mod support;
 
+use embrasure::camera::Camera;
 use embrasure::color::Spectrum;
-use embrasure::math::Vec3;
+use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
+use embrasure::material::Material;
+use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 use support::*;
@@ -38,6 +41,49 @@ fn roulette_keeps_the_mean_of_long_paths() {
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
     let film = render_film(&scene, camera, [96, 96], 512, None);
     assert_unbiased("ρ = 0.9", &film, 10.0);
+}
+
+/// The radiance in a closed room does not ask when roulette begins.
+#[test]
+fn roulette_from_the_first_scattering_keeps_the_mean() {
+    let scene = glowing_room(0.5, 1.0);
+    let camera = Camera::new(pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0), UVec2::splat(96)).unwrap();
+    let accel = backend(&scene);
+    let integrator = PathIntegrator {
+        world: World {
+            scene: &scene,
+            accel: &accel,
+            camera: &camera,
+        },
+        strategy: Strategy::default(),
+        max_depth: None,
+        roulette: Roulette { depth: 0 },
+    };
+    // e / (1 - ρ)
+    assert_unbiased("roulette from 0", &film_of(&integrator, UVec2::splat(96), 256, 0), 2.0);
+}
+
+/// A glass box in uniform light: what it reflects, refracts and totally reflects adds up to what is behind it.
+#[test]
+fn a_clear_glass_box_is_invisible_in_uniform_light() {
+    let mut b = SceneBuilder::new();
+    let glass = Material {
+        transmission: Spectrum::ONE,
+        ior: 1.5,
+        ..material(0.0, 0.0)
+    };
+    let mut cube = room();
+    cube.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    add(&mut b, cube, glass);
+    b.add_constant_light(Spectrum::ONE).unwrap();
+    let scene = b.build().unwrap().0;
+    let camera = pinhole(Vec3::new(2.0, 1.7, 3.0), Vec3::ZERO, 45.0);
+    let film = render_film(&scene, camera, [64, 64], 256, None);
+    let mean = film_mean(&film, 0);
+    assert!((mean - 1.0).abs() < 2e-3, "mean {mean}");
+    // Radiance inside is η² times that outside, and nowhere is it seen.
+    let brightest = film.develop().channels[0].values.iter().fold(0.0f32, |m, &v| m.max(v));
+    assert!(brightest < 1.2, "a pixel of {brightest}");
 }
 
 #[test]

@@ -36,6 +36,10 @@ impl Fresnel {
 /// Reflected share and cosine of the refracted direction, for light that comes in at cosine `cos_i` ≥ 0 and meets a medium
 /// of relative index `eta` = η_t/η_i. Under total reflection the share is 1 and the cosine 0 (PBR4 eq. 9.6).
 pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
+    // No boundary at all: nothing is reflected, not even by rounding.
+    if eta == 1.0 {
+        return (0.0, cos_i);
+    }
     // Snell's law
     let cos2_t = 1.0 - (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
     if cos2_t <= 0.0 {

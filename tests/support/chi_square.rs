@@ -1,0 +1,133 @@
+//! Pearson's χ² test of a sampler of directions against its density.
+
+#![allow(dead_code, missing_docs)] // Each test program uses a part of it.
+
+use embrasure::math::Vec3;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::PI;
+
+/// Bins in θ and φ over the whole sphere.
+const BINS: [usize; 2] = [80, 160];
+/// Bins that expect fewer are pooled.
+const LEAST_EXPECTED: f64 = 5.0;
+
+/// What came out.
+#[derive(Clone, Copy, Debug)]
+pub struct Outcome {
+    /// Probability of a fit this bad or worse, if the density is right.
+    pub p_value: f64,
+    /// ∫ pdf over the sphere.
+    pub integral: f64,
+    /// Share of samples that had a direction.
+    pub share: f64,
+}
+
+/// Draws `n` directions, `None` where the sampler gives none, and compares with `pdf`, per solid angle.
+pub fn chi_square(n: u32, mut sample: impl FnMut(u32) -> Option<Vec3>, pdf: impl Fn(Vec3) -> f64) -> Outcome {
+    // Observed; the last bin is for samples without a direction.
+    let mut observed = vec![0.0; BINS[0] * BINS[1] + 1];
+    for i in 0..n {
+        observed[sample(i).map_or(BINS[0] * BINS[1], bin)] += 1.0;
+    }
+
+    // Expected
+    let density = |theta: f64, phi: f64| {
+        let (sin, cos) = theta.sin_cos();
+        let w = Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);
+        pdf(w) * sin
+    };
+    let step = [PI / BINS[0] as f64, 2.0 * PI / BINS[1] as f64];
+    let mut expected = Vec::with_capacity(observed.len());
+    for t in 0..BINS[0] {
+        for p in 0..BINS[1] {
+            let cell = [t as f64 * step[0], p as f64 * step[1], step[0], step[1]];
+            let whole = gauss(&density, cell);
+            expected.push(n as f64 * integrate(&density, cell, whole, 0));
+        }
+    }
+    let integral = expected.iter().sum::<f64>() / n as f64;
+    expected.push((n as f64 * (1.0 - integral)).max(0.0));
+    let share = 1.0 - observed[BINS[0] * BINS[1]] / n as f64;
+
+    Outcome {
+        p_value: p_value(&observed, &expected),
+        integral,
+        share,
+    }
+}
+
+/// Significance level of each of `tests` tests that all pass with probability 1 − `alpha`.
+pub fn sidak(alpha: f64, tests: usize) -> f64 {
+    1.0 - (1.0 - alpha).powf(1.0 / tests as f64)
+}
+
+fn bin(w: Vec3) -> usize {
+    let theta = (w.z as f64).clamp(-1.0, 1.0).acos();
+    let phi = (w.y as f64).atan2(w.x as f64).rem_euclid(2.0 * PI);
+    let t = (theta / PI * BINS[0] as f64) as usize;
+    let p = (phi / (2.0 * PI) * BINS[1] as f64) as usize;
+    t.min(BINS[0] - 1) * BINS[1] + p.min(BINS[1] - 1)
+}
+
+/// Three-point Gauss-Legendre in both directions over a cell `[θ, φ, Δθ, Δφ]`.
+fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
+    let x = 0.5 * 0.6f64.sqrt();
+    let nodes = [(0.5 - x, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + x, 5.0 / 18.0)];
+    let rows = nodes.map(|(a, wa)| {
+        nodes
+            .iter()
+            .map(|(b, wb)| wa * wb * f(t + a * dt, p + b * dp))
+            .sum::<f64>()
+    });
+    rows.iter().sum::<f64>() * dt * dp
+}
+
+/// Halves a cell both ways until the parts sum to what the whole was taken for.
+fn integrate(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4], whole: f64, depth: u32) -> f64 {
+    // A tenth of a sample in a million
+    const TOLERANCE: f64 = 1e-7;
+    let (ht, hp) = (0.5 * dt, 0.5 * dp);
+    let cells = [
+        [t, p, ht, hp],
+        [t + ht, p, ht, hp],
+        [t, p + hp, ht, hp],
+        [t + ht, p + hp, ht, hp],
+    ];
+    let parts = cells.map(|cell| gauss(f, cell));
+    let sum: f64 = parts.iter().sum();
+    if depth >= 6 || (sum - whole).abs() < TOLERANCE {
+        return sum;
+    }
+    cells
+        .iter()
+        .zip(parts)
+        .map(|(&cell, part)| integrate(f, cell, part, depth + 1))
+        .sum()
+}
+
+/// Pools bins of small expectation, smallest first, and asks the χ² distribution.
+fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
+    let mut order: Vec<usize> = (0..expected.len()).collect();
+    order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
+    let (mut statistic, mut bins) = (0.0, 0);
+    let (mut pooled_observed, mut pooled_expected) = (0.0, 0.0);
+    for (k, &i) in order.iter().enumerate() {
+        pooled_observed += observed[i];
+        pooled_expected += expected[i];
+        let rest_is_large = order.get(k + 1).is_none_or(|&next| expected[next] >= LEAST_EXPECTED);
+        if pooled_expected >= LEAST_EXPECTED && (expected[i] >= LEAST_EXPECTED || rest_is_large) {
+            statistic += (pooled_observed - pooled_expected).powi(2) / pooled_expected;
+            bins += 1;
+            (pooled_observed, pooled_expected) = (0.0, 0.0);
+        }
+    }
+    // Samples where hardly any could be
+    if pooled_observed > 10.0 * LEAST_EXPECTED {
+        return 0.0;
+    }
+    if bins < 2 {
+        return 1.0;
+    }
+    let distribution = ChiSquared::new((bins - 1) as f64).expect("degrees of freedom");
+    1.0 - distribution.cdf(statistic)
+}

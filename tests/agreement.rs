@@ -9,7 +9,7 @@ use embrasure::film::Film;
 use embrasure::integrator::*;
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::scene::Scene;
+use embrasure::scene::{Scene, SceneBuilder};
 use std::path::Path;
 use support::*;
 
@@ -154,7 +154,7 @@ fn load(path: &Path) -> Scene {
         true => SceneFile::load(path).unwrap(),
         false => SceneFile::of_obj(path),
     };
-    load_scene(&file).unwrap().scene
+    load_scene(&file, SceneBuilder::new()).unwrap().scene
 }
 
 fn own(name: &str) -> Scene {

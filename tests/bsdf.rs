@@ -132,7 +132,7 @@ fn samples_follow_their_densities() {
                 );
                 Some(s.wi)
             };
-            let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64);
+            let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64, false);
             let error = (outcome.integral - outcome.share).abs();
             assert!(
                 error < 3e-3,
@@ -155,7 +155,13 @@ fn wrong_densities_are_found() {
     };
     let lambert = Lambert { albedo: Spectrum::ONE };
     let p = |sample: &dyn Fn(Vec2) -> Option<BsdfSample>, pdf: &dyn Fn(Vec3) -> f32| {
-        chi_square(SAMPLES, |i| sample(numbers(5, i).1).map(|s| s.wi), |wi| pdf(wi) as f64).p_value
+        chi_square(
+            SAMPLES,
+            |i| sample(numbers(5, i).1).map(|s| s.wi),
+            |wi| pdf(wi) as f64,
+            false,
+        )
+        .p_value
     };
     let cosine = |u| lambert.sample(wo, u);
     assert!(p(&cosine, &|wi| lambert.pdf(wo, wi)) > 1e-3);

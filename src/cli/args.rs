@@ -142,6 +142,14 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub mis: Option<String>,
 
+    /// Which light is sampled: power (by its power), uniform, or all at every vertex [default: power]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub light_selection: Option<String>,
+
+    /// How emitting triangles are sampled: area or solid-angle [default: area]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub triangle_sampling: Option<String>,
+
     /// Rays that leave a vertex of the distributed integrator [default: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub branching: Option<u32>,

@@ -8,9 +8,10 @@ use crate::integrator::{
     Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
 };
 use crate::io::{MaxDepth, SceneFile};
+use crate::light::{SelectionMode, TriangleSampling};
 use crate::render::{self, Observer, Outcome, Statistics};
 use crate::sampler::{SampleKey, Sampler};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneBuilder};
 use std::ops::Range;
 
 /// An integrator and its switches, as users choose them.
@@ -18,6 +19,8 @@ use std::ops::Range;
 pub(super) struct Estimator {
     pub kind: Kind,
     pub strategy: Strategy,
+    pub light_selection: SelectionMode,
+    pub triangle_sampling: TriangleSampling,
     pub max_depth: Option<u32>,
     pub roulette: Roulette,
     pub branching: u32,
@@ -59,6 +62,15 @@ const DIRECT: &[(&str, DirectLight)] = &[
     ("none", DirectLight::None),
 ];
 const HEURISTICS: &[(&str, Heuristic)] = &[("power", Heuristic::Power), ("balance", Heuristic::Balance)];
+const SELECTIONS: &[(&str, SelectionMode)] = &[
+    ("power", SelectionMode::Power),
+    ("uniform", SelectionMode::Uniform),
+    ("all", SelectionMode::All),
+];
+const TRIANGLE_SAMPLINGS: &[(&str, TriangleSampling)] = &[
+    ("area", TriangleSampling::Area),
+    ("solid-angle", TriangleSampling::SolidAngle),
+];
 const VIEWS: &[(&str, DebugView)] = &[
     ("normals", DebugView::Normals),
     ("uv", DebugView::Uv),
@@ -78,6 +90,8 @@ impl Default for Estimator {
         Self {
             kind: Kind::Path,
             strategy: Strategy::default(),
+            light_selection: SelectionMode::default(),
+            triangle_sampling: TriangleSampling::default(),
             max_depth: Some(DEFAULT_DEPTH),
             roulette: Roulette::default(),
             branching: DEFAULT_BRANCHING,
@@ -108,6 +122,20 @@ impl Estimator {
                 direct: choose(scene, "direct", &args.direct, &file.direct, DIRECT)?,
                 heuristic: choose(scene, "mis", &args.mis, &file.mis, HEURISTICS)?,
             },
+            light_selection: choose(
+                scene,
+                "light-selection",
+                &args.light_selection,
+                &file.light_selection,
+                SELECTIONS,
+            )?,
+            triangle_sampling: choose(
+                scene,
+                "triangle-sampling",
+                &args.triangle_sampling,
+                &file.triangle_sampling,
+                TRIANGLE_SAMPLINGS,
+            )?,
             max_depth: max_depth.0,
             roulette: args
                 .roulette_depth
@@ -134,6 +162,14 @@ impl Estimator {
                 self.branching
             ))),
         }
+    }
+
+    /// A builder for scenes whose lights are sampled as this says.
+    pub fn scene_builder(&self) -> SceneBuilder {
+        let mut builder = SceneBuilder::new();
+        builder.light_selection(self.light_selection);
+        builder.triangle_sampling(self.triangle_sampling);
+        builder
     }
 
     /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
@@ -188,6 +224,18 @@ impl Estimator {
             Kind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             Kind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
             Kind::Naive | Kind::Whitted => {}
+        }
+        let samples_lights = match self.kind {
+            Kind::Path | Kind::Direct | Kind::Distributed => strategy.samples_lights(),
+            Kind::Whitted => true,
+            Kind::Naive | Kind::AmbientOcclusion | Kind::Debug => false,
+        };
+        if samples_lights {
+            text += &format!(
+                " light_selection={} triangle_sampling={}",
+                name_of(SELECTIONS, self.light_selection),
+                name_of(TRIANGLE_SAMPLINGS, self.triangle_sampling)
+            );
         }
         match self.kind {
             Kind::Path | Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),

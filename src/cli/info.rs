@@ -3,8 +3,8 @@ use super::error::CliError;
 use super::job::read_scene;
 use crate::film::{Film, Rect};
 use crate::io::{Loaded, load_scene};
-use crate::light::Light;
 use crate::math::UVec2;
+use crate::scene::SceneBuilder;
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -15,11 +15,11 @@ const BVH_BYTES_PER_TRIANGLE: u64 = 90;
 /// Prints what is in a scene.
 pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene)?;
-    let Loaded { scene, warnings } = load_scene(&file)?;
+    let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
     let resolution = |value: &Option<toml::Spanned<u32>>| value.as_ref().map_or(512, |v| *v.get_ref());
     let size = UVec2::new(resolution(&file.image.width), resolution(&file.image.height));
-    let count = |kind: fn(&Light) -> bool| scene.lights().iter().filter(|l| kind(l)).count();
+    let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let info = json!({
         "scene": args.scene.display().to_string(),
         "meshes": scene.meshes().len(),
@@ -36,9 +36,12 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
             "emission": decimal(m.emission.to_array()),
         })).collect::<Vec<_>>(),
         "lights": {
-            "triangle": count(|l| matches!(l, Light::Triangle(_))),
-            "point": count(|l| matches!(l, Light::Point(_))),
-            "constant": count(|l| matches!(l, Light::Constant(_))),
+            "triangle": count("triangle"),
+            "point": count("point"),
+            "directional": count("directional"),
+            "spot": count("spot"),
+            "constant": count("constant"),
+            "environment": count("environment"),
         },
         "bounds": [decimal(bounds.min.to_array()), decimal(bounds.max.to_array())],
         "memory_forecast_bytes": {
@@ -70,10 +73,13 @@ fn print_text(info: &serde_json::Value) {
     println!("  vertices   {}", info["vertices"]);
     println!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
     let lights = &info["lights"];
-    println!(
-        "  lights     {} triangles, {} points, {} constant environments",
-        lights["triangle"], lights["point"], lights["constant"]
-    );
+    let kinds = lights
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter(|(_, n)| n.as_u64() != Some(0));
+    let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
+    println!("  lights     {}", kinds.join(", "));
     let memory = &info["memory_forecast_bytes"];
     println!(
         "  memory     scene {:.1} MB, acceleration structure about {:.1} MB, film {:.1} MB",

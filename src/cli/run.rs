@@ -26,7 +26,7 @@ const INTERRUPTED: u8 = 130;
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let job = Job::new(args)?;
-    let Loaded { scene, mut warnings } = load_scene(&job.scene)?;
+    let Loaded { scene, mut warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     let (parameters, camera) = job.camera(scene.bounds())?;
     warnings.extend(job.estimator.check_lights(&scene)?);
     for warning in &warnings {

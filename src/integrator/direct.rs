@@ -60,8 +60,8 @@ pub(super) fn estimate_direct<A: Accel>(
     let selection = world.scene.light_selection();
     let mut radiance = Spectrum::ZERO;
     // Every light, or one of them
-    if let Some(ids) = selection.each() {
-        for (index, id) in ids.enumerate() {
+    if let Some(ids) = selection.all() {
+        for (index, &id) in ids.iter().enumerate() {
             radiance += sample_light(world, vertex, strategy, (id, 1.0), u.point_of(index as u32), out);
         }
     } else if let Some(chosen) = selection.sample(u.choice) {

@@ -1,7 +1,7 @@
 use super::FileError;
 use super::mtl::default_material;
 use super::obj::{Group, ObjFile, load_obj};
-use super::scene_file::{LightSection, ObjectSection, Scale, SceneFile};
+use super::scene_file::{ObjectSection, Scale, SceneFile};
 use crate::geometry::Mesh;
 use crate::material::MaterialId;
 use crate::math::{Affine3A, Vec3, affine_from_rows, affine_from_trs};
@@ -9,7 +9,6 @@ use crate::scene::{BuildError, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use toml::Spanned;
 
 /// Name of the material of faces that name none.
 const DEFAULT_MATERIAL: &str = "default";
@@ -23,11 +22,11 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads everything that `file` names and builds the scene.
-pub fn load_scene(file: &SceneFile) -> Result<Loaded, FileError> {
+/// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already.
+pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
     let mut loader = Loader {
         file,
-        builder: SceneBuilder::new(),
+        builder,
         warnings: Vec::new(),
         used: HashMap::new(),
     };
@@ -42,7 +41,9 @@ pub fn load_scene(file: &SceneFile) -> Result<Loaded, FileError> {
         }
         loader.add_object(object, &path, &objs[&path])?;
     }
-    loader.add_lights()?;
+    for light in &file.light {
+        light.add_to(&mut loader.builder, file)?;
+    }
     loader.warn_of_unused_materials();
 
     let (scene, report) = loader.builder.build().map_err(|e| scene_error(file, &e))?;
@@ -107,57 +108,6 @@ impl Loader<'_> {
         })?;
         self.used.insert((source, name.to_string()), id);
         Ok(id)
-    }
-
-    fn add_lights(&mut self) -> Result<(), FileError> {
-        for light in &self.file.light {
-            let span = light.kind.span();
-            let added = match light.kind.get_ref().as_str() {
-                "point" => {
-                    self.allow_keys(light, &["position", "intensity"])?;
-                    let position = self.required(light, "position", &light.position)?;
-                    let intensity = self.required(light, "intensity", &light.intensity)?;
-                    self.builder.add_point_light(position.into(), intensity.into())
-                }
-                "constant" => {
-                    self.allow_keys(light, &["radiance"])?;
-                    let radiance = self.required(light, "radiance", &light.radiance)?;
-                    self.builder.add_constant_light(radiance.into())
-                }
-                other => {
-                    let message = format!("unknown type of light `{other}`");
-                    return Err(self.file.error(span, message).help("there are `point` and `constant`"));
-                }
-            };
-            added.map_err(|error| self.file.error(span, error.to_string()).help("correct the value"))?;
-        }
-        Ok(())
-    }
-
-    fn required<T: Copy>(&self, light: &LightSection, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
-        value.as_ref().map(|v| *v.get_ref()).ok_or_else(|| {
-            let kind = light.kind.get_ref();
-            self.file
-                .error(light.kind.span(), format!("a {kind} light needs `{key}`"))
-                .help(format!("add {key} = [ , , ] to this [[light]]"))
-        })
-    }
-
-    /// Refuses keys that belong to lights of another type.
-    fn allow_keys(&self, light: &LightSection, allowed: &[&str]) -> Result<(), FileError> {
-        let keys = [
-            ("position", &light.position),
-            ("intensity", &light.intensity),
-            ("radiance", &light.radiance),
-        ];
-        for (key, value) in keys {
-            if let Some(value) = value.as_ref().filter(|_| !allowed.contains(&key)) {
-                let message = format!("a {} light has no `{key}`", light.kind.get_ref());
-                let help = format!("its keys are {}", allowed.join(", "));
-                return Err(self.file.error(value.span(), message).help(help));
-            }
-        }
-        Ok(())
     }
 
     fn warn_of_unused_materials(&mut self) {

@@ -1,7 +1,9 @@
 //! Files in and out: scene files, OBJ and MTL, EXR and PNG.
 
+mod environment;
 mod error;
 mod exr;
+mod light_section;
 mod load;
 mod material_section;
 mod mtl;
@@ -14,7 +16,8 @@ mod statements;
 
 pub use error::{FileError, Position};
 pub use exr::Metadata;
+pub use light_section::{LightSection, Rotation};
 pub use load::{Loaded, load_scene};
 pub use material_section::MaterialSection;
 pub use output::{Format, Output};
-pub use scene_file::{CameraSection, ImageSection, LightSection, MaxDepth, ObjectSection, RenderSection, SceneFile};
+pub use scene_file::{CameraSection, ImageSection, MaxDepth, ObjectSection, RenderSection, SceneFile};

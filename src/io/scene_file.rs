@@ -1,4 +1,4 @@
-use super::{FileError, MaterialSection, Position};
+use super::{FileError, LightSection, MaterialSection, Position};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 use std::collections::BTreeMap;
@@ -96,6 +96,10 @@ pub struct RenderSection {
     pub ao_distance: Option<Spanned<f32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
+    /// How lights are chosen.
+    pub light_selection: Option<Spanned<String>>,
+    /// How emitting triangles are sampled.
+    pub triangle_sampling: Option<Spanned<String>>,
     /// Name of the sampler.
     pub sampler: Option<Spanned<String>>,
     /// Name of the ray-tracing backend.
@@ -134,21 +138,6 @@ pub enum Scale {
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),
-}
-
-/// `[[light]]`; which keys belong to it depends on its type.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightSection {
-    /// `point` or `constant`.
-    #[serde(rename = "type")]
-    pub kind: Spanned<String>,
-    /// Of a point light.
-    pub position: Option<Spanned<[f32; 3]>>,
-    /// Of a point light, W/sr.
-    pub intensity: Option<Spanned<[f32; 3]>>,
-    /// Of a constant environment, W·sr⁻¹·m⁻².
-    pub radiance: Option<Spanned<[f32; 3]>>,
 }
 
 /// A bound on the number of scattering events, or none.

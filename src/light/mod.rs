@@ -4,14 +4,20 @@
 //! Visibility is not known here.
 
 mod constant;
+mod directional;
+mod environment;
 mod point;
 mod selection;
+mod spot;
 mod triangle;
 
 pub use constant::ConstantLight;
+pub use directional::DirectionalLight;
+pub use environment::{EnvironmentLight, LatLongImage};
 pub use point::PointLight;
-pub use selection::LightSelection;
-pub use triangle::TriangleLight;
+pub use selection::{LightSelection, SelectionMode};
+pub use spot::SpotLight;
+pub use triangle::{TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, ray_between, ray_towards};
@@ -47,7 +53,7 @@ impl LightSample {
 }
 
 /// A light source.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Light {
     /// One emitting triangle.
     Triangle(TriangleLight),
@@ -55,6 +61,12 @@ pub enum Light {
     Point(PointLight),
     /// The same radiance from every direction.
     Constant(ConstantLight),
+    /// Parallel light.
+    Directional(DirectionalLight),
+    /// A cone of light from a point.
+    Spot(SpotLight),
+    /// Radiance by direction.
+    Environment(Box<EnvironmentLight>),
 }
 
 impl Light {
@@ -65,12 +77,15 @@ impl Light {
             Self::Triangle(light) => light.sample(p, u),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
+            Self::Directional(light) => Some(light.sample()),
+            Self::Spot(light) => light.sample(p),
+            Self::Environment(light) => light.sample(u),
         }
     }
 
     /// Whether no ray can meet it.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Self::Point(_))
+        matches!(self, Self::Point(_) | Self::Directional(_) | Self::Spot(_))
     }
 
     /// Its type, as users write it.
@@ -79,6 +94,9 @@ impl Light {
             Self::Triangle(_) => "triangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
+            Self::Directional(_) => "directional",
+            Self::Spot(_) => "spot",
+            Self::Environment(_) => "environment",
         }
     }
 
@@ -89,6 +107,9 @@ impl Light {
             Self::Triangle(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
+            Self::Directional(light) => light.power(scene_radius),
+            Self::Spot(light) => light.power(),
+            Self::Environment(light) => light.power(scene_radius),
         }
     }
 }

@@ -1,9 +1,24 @@
 use super::LightSample;
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, PrimId, SurfacePoint, offset_origin, triangle_area};
-use crate::math::{Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
+use crate::sampling::spherical_triangle::SphericalTriangle;
 use crate::sampling::warp::uniform_triangle;
 use std::f64::consts::PI;
+
+/// How points on an emitting triangle are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TriangleSampling {
+    /// Uniformly over its area: the cheaper one.
+    #[default]
+    Area,
+    /// Uniformly over the solid angle that it takes, where that is of some size: less noise near large lights.
+    SolidAngle,
+}
+
+/// Solid angles, sr, between which sampling them pays. A smaller triangle looks the same all over, so its area does as well; one
+/// of nearly the half sphere is seen from so near its plane that the arcs of its edges lose their digits.
+const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
@@ -12,11 +27,12 @@ pub struct TriangleLight {
     normal: Vec3,
     area: f32,
     radiance: Spectrum,
+    sampling: TriangleSampling,
 }
 
 impl TriangleLight {
     /// The triangle `prim` of `mesh` emitting `radiance`, W·sr⁻¹·m⁻².
-    pub fn new(mesh: &Mesh, prim: PrimId, radiance: Spectrum) -> Self {
+    pub fn new(mesh: &Mesh, prim: PrimId, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let corners = mesh.corners(prim);
         let [p0, p1, p2] = corners;
         Self {
@@ -24,6 +40,7 @@ impl TriangleLight {
             normal: mesh.surface_point(prim, 0.0, 0.0).ng,
             area: triangle_area(p0, p1, p2) as f32,
             radiance,
+            sampling,
         }
     }
 
@@ -36,10 +53,13 @@ impl TriangleLight {
         }
     }
 
-    /// Draws a uniform point on the triangle, seen from `p`.
+    /// Draws a point on the triangle, seen from `p`.
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let (b1, b2) = uniform_triangle(u);
+        let (b1, b2) = match self.sampling {
+            TriangleSampling::Area => uniform_triangle(u),
+            TriangleSampling::SolidAngle => self.barycentrics_by_solid_angle(p, u),
+        };
         let q = SurfacePoint::on_triangle(self.corners, self.normal, b1, b2);
         let wi = (q.p - p).try_normalize()?;
         let pdf = self.pdf(p, q.p, wi);
@@ -58,15 +78,51 @@ impl TriangleLight {
 
     /// Density per solid angle at `p` of sampling the point `q` of the triangle, in direction `wi`; 0 behind it.
     ///
-    /// Uniform area density `1 / A` turned into solid angle by `r² / cos θ`.
+    /// A uniform area density `1 / A` turns into solid angle by `r² / cos θ`.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         let cos_light = -wi.dot(self.normal);
         if cos_light <= 0.0 {
             return 0.0;
         }
+        if let Some(seen) = self.seen(p) {
+            return (1.0 / seen.solid_angle()) as f32;
+        }
         let pdf = p.distance_squared(q) / (cos_light * self.area);
         // Edge-on or vanishing triangles: a density that is no number is no sample.
         if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// The triangle on the sphere of directions at `p`, if that is what is sampled there.
+    fn seen(&self, p: Vec3) -> Option<SphericalTriangle> {
+        if self.sampling == TriangleSampling::Area {
+            return None;
+        }
+        SphericalTriangle::new(self.corners, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+    }
+
+    /// Where a direction uniform over the solid angle at `p` meets the triangle; by area where that is not sampled.
+    #[inline(never)]
+    fn barycentrics_by_solid_angle(&self, p: Vec3, u: Vec2) -> (f32, f32) {
+        let met = self
+            .seen(p)
+            .and_then(|seen| seen.sample(u))
+            .and_then(|w| self.meet(p.as_dvec3(), w));
+        met.unwrap_or_else(|| uniform_triangle(u))
+    }
+
+    /// Barycentric coordinates where the line from `p` along `w` meets the plane, moved into the triangle against rounding.
+    fn meet(&self, p: DVec3, w: DVec3) -> Option<(f32, f32)> {
+        let [p0, p1, p2] = self.corners.map(Vec3::as_dvec3);
+        let (e1, e2, s) = (p1 - p0, p2 - p0, p - p0);
+        let (h, q) = (w.cross(e2), s.cross(e1));
+        let determinant = e1.dot(h);
+        let (b1, b2) = (s.dot(h) / determinant, w.dot(q) / determinant);
+        if !(b1.is_finite() && b2.is_finite()) {
+            return None;
+        }
+        let (b1, b2) = (b1.clamp(0.0, 1.0), b2.clamp(0.0, 1.0));
+        let excess = (b1 + b2).max(1.0);
+        Some(((b1 / excess) as f32, (b2 / excess) as f32))
     }
 
     /// `π A L`.

@@ -1,11 +1,16 @@
-use super::{Affine3A, Mat4, Vec3};
-use glam::{EulerRot, Quat};
+use super::{Affine3A, Mat4, Quat, Vec3};
+use glam::EulerRot;
+
+/// Rotates about the fixed x, y and z axes in that order.
+pub fn rotation_from_degrees(degrees: Vec3) -> Quat {
+    let r = degrees * std::f32::consts::PI / 180.0;
+    // Fixed axes x, y, z are moving axes z, y, x.
+    Quat::from_euler(EulerRot::ZYX, r.z, r.y, r.x)
+}
 
 /// Scales, then rotates about the fixed x, y and z axes in that order (degrees), then translates.
 pub fn affine_from_trs(translate: Vec3, rotate_degrees: Vec3, scale: Vec3) -> Affine3A {
-    let r = rotate_degrees * std::f32::consts::PI / 180.0;
-    // Fixed axes x, y, z are moving axes z, y, x.
-    let rotation = Quat::from_euler(EulerRot::ZYX, r.z, r.y, r.x);
+    let rotation = rotation_from_degrees(rotate_degrees);
     Affine3A::from_scale_rotation_translation(scale.into(), rotation, translate.into())
 }
 

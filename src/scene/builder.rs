@@ -2,9 +2,12 @@ use super::{Scene, Shape};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::geometry::{GeomId, Mesh, PrimId, triangle_area};
-use crate::light::{ConstantLight, Light, LightId, LightSelection, PointLight, TriangleLight};
+use crate::light::{
+    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightId, LightSelection, PointLight,
+    SelectionMode, SpotLight, TriangleLight, TriangleSampling,
+};
 use crate::material::{Gloss, Material, MaterialId};
-use crate::math::Vec3;
+use crate::math::{Quat, Vec3};
 use thiserror::Error;
 
 /// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
@@ -44,14 +47,14 @@ pub enum BuildError {
         rule: &'static str,
     },
     /// A light has a value that no light can have.
-    #[error("{light} light: {key} is {value:?}, but {rule}")]
+    #[error("{light} light: {key} is {value}, but {rule}")]
     BadLight {
         /// Its type.
         light: &'static str,
         /// The quantity.
         key: &'static str,
         /// What it was set to.
-        value: [f32; 3],
+        value: String,
         /// What it should be.
         rule: &'static str,
     },
@@ -77,6 +80,8 @@ pub struct SceneBuilder {
     meshes: Vec<(Mesh, MaterialId)>,
     materials: Vec<Material>,
     lights: Vec<Light>,
+    selection: SelectionMode,
+    triangle_sampling: TriangleSampling,
     report: SceneReport,
 }
 
@@ -139,16 +144,19 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// How lights are chosen; by power if this is not called.
+    pub fn light_selection(&mut self, mode: SelectionMode) {
+        self.selection = mode;
+    }
+
+    /// How emitting triangles are sampled; by area if this is not called.
+    pub fn triangle_sampling(&mut self, sampling: TriangleSampling) {
+        self.triangle_sampling = sampling;
+    }
+
     /// Adds a point light of `intensity` W/sr.
     pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
-        if !position.is_finite() {
-            return Err(BuildError::BadLight {
-                light: "point",
-                key: "position",
-                value: position.to_array(),
-                rule: "coordinates must be finite",
-            });
-        }
+        check_position("point", position)?;
         check_light("point", "intensity", intensity)?;
         self.lights.push(Light::Point(PointLight { position, intensity }));
         Ok(())
@@ -158,6 +166,84 @@ impl SceneBuilder {
     pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
         check_light("constant", "radiance", radiance)?;
         self.lights.push(Light::Constant(ConstantLight { radiance }));
+        Ok(())
+    }
+
+    /// Adds parallel light that travels in `direction`, of `irradiance` W·m⁻² on a surface that faces it.
+    pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
+        let direction = unit("directional", direction)?;
+        check_light("directional", "irradiance", irradiance)?;
+        self.lights
+            .push(Light::Directional(DirectionalLight { direction, irradiance }));
+        Ok(())
+    }
+
+    /// Adds a point light of `intensity` W/sr that shines into the cone around `direction` of half-angle `angle`, and falls off
+    /// from half-angle `falloff` on; degrees, `falloff` ≤ `angle` ≤ 90.
+    pub fn add_spot_light(
+        &mut self,
+        position: Vec3,
+        direction: Vec3,
+        intensity: Spectrum,
+        angle: f32,
+        falloff: f32,
+    ) -> Result<(), BuildError> {
+        check_position("spot", position)?;
+        let direction = unit("spot", direction)?;
+        check_light("spot", "intensity", intensity)?;
+        let bad = |key, value: f32, rule| BuildError::BadLight {
+            light: "spot",
+            key,
+            value: value.to_string(),
+            rule,
+        };
+        if !(angle > 0.0 && angle <= 90.0) {
+            return Err(bad("angle", angle, "must be above 0 and 90 degrees at most"));
+        }
+        if !(falloff >= 0.0 && falloff <= angle) {
+            return Err(bad("falloff", falloff, "must lie between 0 and the angle"));
+        }
+        self.lights.push(Light::Spot(SpotLight {
+            position,
+            direction,
+            intensity,
+            cos_inner: falloff.to_radians().cos(),
+            cos_outer: angle.to_radians().cos(),
+        }));
+        Ok(())
+    }
+
+    /// Adds an environment whose radiance is that of `image` times `scale`, turned by `rotation`.
+    pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
+        let bad = |key, value: f32, rule| BuildError::BadLight {
+            light: "environment",
+            key,
+            value: value.to_string(),
+            rule,
+        };
+        if !(scale.is_finite() && scale >= 0.0) {
+            return Err(bad("scale", scale, "must be a finite number, 0 or more"));
+        }
+        if !rotation.is_finite() {
+            return Err(bad("rotate", f32::NAN, "must be finite"));
+        }
+        if image.texels.is_empty() || image.texels.len() != image.width * image.height {
+            return Err(bad(
+                "image",
+                image.texels.len() as f32,
+                "must have a texel in each row and column",
+            ));
+        }
+        if let Some(texel) = image.texels.iter().find(|t| !t.is_valid()) {
+            return Err(BuildError::BadLight {
+                light: "environment",
+                key: "image",
+                value: format!("{:?}", texel.to_array()),
+                rule: "every texel must be finite and 0 or more",
+            });
+        }
+        let light = EnvironmentLight::new(image, scale, rotation);
+        self.lights.push(Light::Environment(Box::new(light)));
         Ok(())
     }
 
@@ -171,7 +257,7 @@ impl SceneBuilder {
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),
-            light_selection: LightSelection::by_power(&[], 0.0),
+            light_selection: LightSelection::new(self.selection, &[], 0.0),
         };
 
         // Emitting triangles first: those of one mesh get consecutive light ids.
@@ -182,7 +268,9 @@ impl SceneBuilder {
                 let prims = (0..mesh.triangles.len() as u32).map(PrimId);
                 scene
                     .lights
-                    .extend(prims.map(|prim| Light::Triangle(TriangleLight::new(&mesh, prim, emission))));
+                    .extend(prims.map(|prim| {
+                        Light::Triangle(TriangleLight::new(&mesh, prim, emission, self.triangle_sampling))
+                    }));
             }
             scene.meshes.push(mesh);
             scene.shapes.push(Shape { material, first_light });
@@ -200,13 +288,34 @@ impl SceneBuilder {
 
         let ids = (0..scene.lights.len() as u32).map(LightId);
         scene.infinite_lights = ids
-            .filter(|id| matches!(scene.lights[id.0 as usize], Light::Constant(_)))
+            .filter(|id| matches!(scene.lights[id.0 as usize], Light::Constant(_) | Light::Environment(_)))
             .collect();
         // A scene without extent still has a sky of some power.
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-        scene.light_selection = LightSelection::by_power(&scene.lights, radius);
+        scene.light_selection = LightSelection::new(self.selection, &scene.lights, radius);
         Ok((scene, self.report))
     }
+}
+
+fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
+    if position.is_finite() {
+        return Ok(());
+    }
+    Err(BuildError::BadLight {
+        light,
+        key: "position",
+        value: format!("{:?}", position.to_array()),
+        rule: "coordinates must be finite",
+    })
+}
+
+fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
+    direction.try_normalize().ok_or(BuildError::BadLight {
+        light,
+        key: "direction",
+        value: format!("{:?}", direction.to_array()),
+        rule: "must be finite and not zero",
+    })
 }
 
 fn check_material(material: &Material) -> Result<(), BuildError> {
@@ -258,7 +367,7 @@ fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Resul
     Err(BuildError::BadLight {
         light,
         key,
-        value: value.to_array(),
+        value: format!("{:?}", value.to_array()),
         rule: "every channel must be a finite number, 0 or more",
     })
 }

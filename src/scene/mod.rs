@@ -72,7 +72,15 @@ impl Scene {
             .iter()
             .map(|m| size_of_val(m.positions.as_slice()) + size_of_val(m.triangles.as_slice()))
             .sum();
-        (meshes + size_of_val(self.lights.as_slice())) as u64
+        let maps: usize = self
+            .lights
+            .iter()
+            .map(|light| match light {
+                Light::Environment(light) => light.bytes(),
+                _ => 0,
+            })
+            .sum();
+        (meshes + maps + size_of_val(self.lights.as_slice())) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -112,17 +120,17 @@ impl Scene {
         })
     }
 
-    /// What infinitely distant lights send against the unit direction `_wi` of a ray that leaves the scene, light by light.
-    pub fn escaped(&self, _wi: Vec3) -> impl Iterator<Item = Incident> {
-        self.infinite_lights
-            .iter()
-            .filter_map(|&id| match &self.lights[id.0 as usize] {
-                Light::Constant(light) => Some(Incident {
-                    radiance: light.radiance,
-                    pdf: self.light_selection.pmf(id) * light.pdf(),
-                }),
-                Light::Triangle(_) | Light::Point(_) => None,
-            })
+    /// What infinitely distant lights send against the unit direction `wi` of a ray that leaves the scene, light by light.
+    pub fn escaped(&self, wi: Vec3) -> impl Iterator<Item = Incident> {
+        self.infinite_lights.iter().filter_map(move |&id| {
+            let (radiance, pdf) = match &self.lights[id.0 as usize] {
+                Light::Constant(light) => (light.radiance, light.pdf()),
+                Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
+                Light::Triangle(_) | Light::Point(_) | Light::Directional(_) | Light::Spot(_) => return None,
+            };
+            let pdf = self.light_selection.pmf(id) * pdf;
+            Some(Incident { radiance, pdf })
+        })
     }
 }
 

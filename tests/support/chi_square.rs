@@ -22,8 +22,14 @@ pub struct Outcome {
     pub share: f64,
 }
 
-/// Draws `n` directions, `None` where the sampler gives none, and compares with `pdf`, per solid angle.
-pub fn chi_square(n: u32, mut sample: impl FnMut(u32) -> Option<Vec3>, pdf: impl Fn(Vec3) -> f64) -> Outcome {
+/// Draws `n` directions, `None` where the sampler gives none, and compares with `pdf`, per solid angle;
+/// `edges` says that it jumps elsewhere than at the horizon.
+pub fn chi_square(
+    n: u32,
+    mut sample: impl FnMut(u32) -> Option<Vec3>,
+    pdf: impl Fn(Vec3) -> f64,
+    edges: bool,
+) -> Outcome {
     // Observed; the last bin is for samples without a direction.
     let mut observed = vec![0.0; BINS[0] * BINS[1] + 1];
     for i in 0..n {
@@ -42,7 +48,7 @@ pub fn chi_square(n: u32, mut sample: impl FnMut(u32) -> Option<Vec3>, pdf: impl
         for p in 0..BINS[1] {
             let cell = [t as f64 * step[0], p as f64 * step[1], step[0], step[1]];
             let whole = gauss(&density, cell);
-            expected.push(n as f64 * integrate(&density, cell, whole, 0));
+            expected.push(n as f64 * integrate(&density, edges, cell, whole, 0));
         }
     }
     let integral = expected.iter().sum::<f64>() / n as f64;
@@ -83,9 +89,11 @@ fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
 }
 
 /// Halves a cell both ways until the parts sum to what the whole was taken for.
-fn integrate(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4], whole: f64, depth: u32) -> f64 {
-    // A tenth of a sample in a million
+fn integrate(f: &impl Fn(f64, f64) -> f64, edges: bool, [t, p, dt, dp]: [f64; 4], whole: f64, depth: u32) -> f64 {
+    // A tenth of a sample in a million; a density with edges is cut twice before that, because
+    // they may lie between the nodes.
     const TOLERANCE: f64 = 1e-7;
+    let least_depth = if edges { 2 } else { 0 };
     let (ht, hp) = (0.5 * dt, 0.5 * dp);
     let cells = [
         [t, p, ht, hp],
@@ -95,13 +103,13 @@ fn integrate(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4], whole: f64,
     ];
     let parts = cells.map(|cell| gauss(f, cell));
     let sum: f64 = parts.iter().sum();
-    if depth >= 6 || (sum - whole).abs() < TOLERANCE {
+    if depth >= 7 || (depth >= least_depth && (sum - whole).abs() < TOLERANCE) {
         return sum;
     }
     cells
         .iter()
         .zip(parts)
-        .map(|(&cell, part)| integrate(f, cell, part, depth + 1))
+        .map(|(&cell, part)| integrate(f, edges, cell, part, depth + 1))
         .sum()
 }
 

@@ -1,0 +1,115 @@
+use super::FileError;
+use crate::color::Spectrum;
+use crate::light::LatLongImage;
+use std::path::Path;
+
+/// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
+pub(super) fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
+    if !path.is_file() {
+        return Err(FileError::new(path, "no such image file"));
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let image = match extension.as_deref() {
+        Some("hdr" | "pic") => read_hdr(path)?,
+        Some("exr") => read_exr(path)?,
+        _ => {
+            return Err(FileError::new(
+                path,
+                "an environment is an .hdr or .exr file, by its name",
+            ));
+        }
+    };
+    if image.texels.is_empty() {
+        return Err(FileError::new(path, "the image has no pixels"));
+    }
+    if let Some(i) = image.texels.iter().position(|t| !t.is_valid()) {
+        let (x, y, value) = (i % image.width, i / image.width, image.texels[i].to_array());
+        let message = format!("column {x}, row {y} is {value:?}; radiance must be finite and 0 or more");
+        return Err(FileError::new(path, message));
+    }
+    Ok(image)
+}
+
+fn read_hdr(path: &Path) -> Result<LatLongImage, FileError> {
+    let failed = |error: &dyn std::fmt::Display| FileError::new(path, format!("cannot decode the image: {error}"));
+    let mut reader = image::ImageReader::open(path).map_err(|e| failed(&e))?;
+    reader.set_format(image::ImageFormat::Hdr);
+    let image = reader.decode().map_err(|e| failed(&e))?.into_rgb32f();
+    Ok(LatLongImage {
+        width: image.width() as usize,
+        height: image.height() as usize,
+        texels: image.pixels().map(|p| Spectrum::from(p.0)).collect(),
+    })
+}
+
+fn read_exr(path: &Path) -> Result<LatLongImage, FileError> {
+    use ::exr::prelude as exr;
+    let image = exr::read_first_rgba_layer_from_file(
+        path,
+        |size: exr::Vec2<usize>, _| LatLongImage {
+            width: size.width(),
+            height: size.height(),
+            texels: vec![Spectrum::ZERO; size.area()],
+        },
+        |image: &mut LatLongImage, at, (r, g, b, _): (f32, f32, f32, f32)| {
+            image.texels[at.y() * image.width + at.x()] = Spectrum::rgb(r, g, b);
+        },
+    );
+    let image = image.map_err(|e| FileError::new(path, format!("cannot decode the image: {e}")))?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_formats_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let color = |x: usize, y: usize| [0.25 * x as f32, 0.5, 2.0 * y as f32];
+
+        let exr = folder.path().join("a.exr");
+        ::exr::prelude::write_rgb_file(&exr, 4, 2, |x, y| color(x, y).into()).unwrap();
+        let image = read_environment(&exr).unwrap();
+        assert_eq!((image.width, image.height), (4, 2));
+        assert_eq!(image.texels[4 + 3].to_array(), color(3, 1));
+
+        let hdr = folder.path().join("a.HDR");
+        let pixels: Vec<image::Rgb<f32>> = (0..8).map(|i| image::Rgb(color(i % 4, i / 4))).collect();
+        let file = std::fs::File::create(&hdr).unwrap();
+        image::codecs::hdr::HdrEncoder::new(file).encode(&pixels, 4, 2).unwrap();
+        let image = read_environment(&hdr).unwrap();
+        let texel = image.texels[4 + 3].to_array();
+        assert!(
+            texel.iter().zip(color(3, 1)).all(|(a, b)| (a - b).abs() < 0.02),
+            "{texel:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_environment_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            read_environment(&path).unwrap_err().message
+        };
+        assert!(file("a.png", b"x").contains(".hdr or .exr"));
+        assert!(file("a.hdr", b"#?RADIANCE\n\n-Y 2 +X").contains("decode"));
+        assert!(file("a.exr", b"no").contains("decode"));
+        assert!(
+            read_environment(Path::new("gone.hdr"))
+                .unwrap_err()
+                .message
+                .contains("no such")
+        );
+        let negative = folder.path().join("n.exr");
+        ::exr::prelude::write_rgb_file(&negative, 1, 1, |_, _| (-1.0f32, 0.0f32, 0.0f32)).unwrap();
+        assert!(
+            read_environment(&negative)
+                .unwrap_err()
+                .message
+                .contains("column 0, row 0")
+        );
+    }
+}

@@ -1,0 +1,186 @@
+use super::environment::read_environment;
+use super::{FileError, SceneFile};
+use crate::math::{Quat, Vec3, rotation_from_degrees};
+use crate::scene::{BuildError, SceneBuilder};
+use serde::Deserialize;
+use std::ops::Range;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// `[[light]]`; which keys belong to it depends on its type.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightSection {
+    /// `point`, `directional`, `spot`, `constant` or `environment`.
+    #[serde(rename = "type")]
+    pub kind: Spanned<String>,
+    /// Of a point or spot light.
+    pub position: Option<Spanned<[f32; 3]>>,
+    /// Of a point or spot light, W/sr.
+    pub intensity: Option<Spanned<[f32; 3]>>,
+    /// In which a directional or spot light travels.
+    pub direction: Option<Spanned<[f32; 3]>>,
+    /// What a spot light shines at, in place of `direction`.
+    pub look_at: Option<Spanned<[f32; 3]>>,
+    /// Half-angle of a spot light's cone, degrees.
+    pub angle: Option<Spanned<f32>>,
+    /// Half-angle at which a spot light begins to fall off, degrees.
+    pub falloff: Option<Spanned<f32>>,
+    /// Of a directional light, W·m⁻² on a surface that faces it.
+    pub irradiance: Option<Spanned<[f32; 3]>>,
+    /// Of a constant environment, W·sr⁻¹·m⁻².
+    pub radiance: Option<Spanned<[f32; 3]>>,
+    /// Picture of an environment, latitude and longitude.
+    pub image: Option<Spanned<PathBuf>>,
+    /// Factor of an environment's picture.
+    pub scale: Option<Spanned<f32>>,
+    /// Rotation of an environment, degrees.
+    pub rotate: Option<Spanned<Rotation>>,
+}
+
+/// Degrees about +y, or about the fixed x, y and z axes in this order.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "rotate must be a number or three numbers")]
+pub enum Rotation {
+    /// About +y.
+    Up(f32),
+    /// About x, y and z.
+    Axes([f32; 3]),
+}
+
+/// Where a spot light falls off, as a share of its angle, if it does not say.
+const DEFAULT_FALLOFF: f32 = 0.8;
+
+impl LightSection {
+    /// Adds the light to `builder`; what cannot be is an error at its place in `file`.
+    pub(super) fn add_to(&self, builder: &mut SceneBuilder, file: &SceneFile) -> Result<(), FileError> {
+        let added = match self.kind.get_ref().as_str() {
+            "point" => {
+                self.allow(file, &["position", "intensity"])?;
+                let position = self.required(file, "position", &self.position)?;
+                let intensity = self.required(file, "intensity", &self.intensity)?;
+                builder.add_point_light(position.into(), intensity.into())
+            }
+            "directional" => {
+                self.allow(file, &["direction", "irradiance"])?;
+                let direction = self.required(file, "direction", &self.direction)?;
+                let irradiance = self.required(file, "irradiance", &self.irradiance)?;
+                builder.add_directional_light(direction.into(), irradiance.into())
+            }
+            "spot" => {
+                self.allow(
+                    file,
+                    &["position", "direction", "look_at", "intensity", "angle", "falloff"],
+                )?;
+                let position: Vec3 = self.required(file, "position", &self.position)?.into();
+                let direction = match (&self.direction, &self.look_at) {
+                    (Some(_), Some(at)) => {
+                        let error = file.error(at.span(), "both `direction` and `look_at`");
+                        return Err(error.help("keep one of them"));
+                    }
+                    (None, Some(at)) => Vec3::from(*at.get_ref()) - position,
+                    (direction, None) => self.required(file, "direction", direction)?.into(),
+                };
+                let intensity = self.required(file, "intensity", &self.intensity)?;
+                let angle = self.required(file, "angle", &self.angle)?;
+                let falloff = self.falloff.as_ref().map_or(DEFAULT_FALLOFF * angle, |f| *f.get_ref());
+                builder.add_spot_light(position, direction, intensity.into(), angle, falloff)
+            }
+            "constant" => {
+                self.allow(file, &["radiance"])?;
+                let radiance = self.required(file, "radiance", &self.radiance)?;
+                builder.add_constant_light(radiance.into())
+            }
+            "environment" => {
+                self.allow(file, &["image", "scale", "rotate"])?;
+                let Some(name) = &self.image else {
+                    return Err(self.missing(file, "image", "\"FILE.hdr\""));
+                };
+                let path = file.resolve(name.get_ref());
+                let image = read_environment(&path).map_err(|error| {
+                    let message = format!("environment {}: {}", path.display(), error.message);
+                    let place = file.error(name.span(), message);
+                    place.help(
+                        "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file",
+                    )
+                })?;
+                let scale = self.scale.as_ref().map_or(1.0, |s| *s.get_ref());
+                builder.add_environment(image, scale, self.rotation())
+            }
+            other => {
+                let error = file.error(self.kind.span(), format!("unknown type of light `{other}`"));
+                return Err(error.help("there are point, directional, spot, constant and environment"));
+            }
+        };
+        added.map_err(|error| {
+            let span = self.span_of(&error).unwrap_or(self.kind.span());
+            file.error(span, error.to_string()).help("correct the value")
+        })
+    }
+
+    fn rotation(&self) -> Quat {
+        match self.rotate.as_ref().map(Spanned::get_ref) {
+            None => Quat::IDENTITY,
+            Some(&Rotation::Up(degrees)) => rotation_from_degrees(Vec3::new(0.0, degrees, 0.0)),
+            Some(&Rotation::Axes(degrees)) => rotation_from_degrees(degrees.into()),
+        }
+    }
+
+    /// Every key but `type`, with its place if it is there.
+    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 11] {
+        fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
+            value.as_ref().map(Spanned::span)
+        }
+        [
+            ("position", span(&self.position)),
+            ("intensity", span(&self.intensity)),
+            ("direction", span(&self.direction)),
+            ("look_at", span(&self.look_at)),
+            ("angle", span(&self.angle)),
+            ("falloff", span(&self.falloff)),
+            ("irradiance", span(&self.irradiance)),
+            ("radiance", span(&self.radiance)),
+            ("image", span(&self.image)),
+            ("scale", span(&self.scale)),
+            ("rotate", span(&self.rotate)),
+        ]
+    }
+
+    /// The place of the key that an error is about.
+    fn span_of(&self, error: &BuildError) -> Option<Range<usize>> {
+        let BuildError::BadLight { key, .. } = error else {
+            return None;
+        };
+        self.keys().into_iter().find(|(name, _)| name == key)?.1
+    }
+
+    /// Refuses keys that belong to lights of another type.
+    fn allow(&self, file: &SceneFile, allowed: &[&str]) -> Result<(), FileError> {
+        for (key, span) in self.keys() {
+            if let Some(span) = span.filter(|_| !allowed.contains(&key)) {
+                let message = format!("a {} light has no `{key}`", self.kind.get_ref());
+                let help = format!("its keys are {}", allowed.join(", "));
+                return Err(file.error(span, message).help(help));
+            }
+        }
+        Ok(())
+    }
+
+    fn required<T: Copy>(&self, file: &SceneFile, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
+        let example = if size_of::<T>() == size_of::<f32>() {
+            "NUMBER"
+        } else {
+            "[ , , ]"
+        };
+        value
+            .as_ref()
+            .map(|v| *v.get_ref())
+            .ok_or_else(|| self.missing(file, key, example))
+    }
+
+    fn missing(&self, file: &SceneFile, key: &str, example: &str) -> FileError {
+        let message = format!("a {} light needs `{key}`", self.kind.get_ref());
+        file.error(self.kind.span(), message)
+            .help(format!("add {key} = {example} to this [[light]]"))
+    }
+}

@@ -1,0 +1,31 @@
+use super::LightSample;
+use crate::color::Spectrum;
+use crate::math::Vec3;
+use std::f64::consts::PI;
+
+/// Parallel light from infinitely far away.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionalLight {
+    /// Unit direction in which the light travels, world space.
+    pub direction: Vec3,
+    /// Irradiance of a surface that faces the light, W·m⁻².
+    pub irradiance: Spectrum,
+}
+
+impl DirectionalLight {
+    /// The only direction there is.
+    pub(super) fn sample(&self) -> LightSample {
+        LightSample {
+            wi: -self.direction,
+            radiance: self.irradiance,
+            pdf: 1.0,
+            is_delta: true,
+            target: None,
+        }
+    }
+
+    /// What crosses a disk of the scene's radius: `π r² E`.
+    pub(super) fn power(&self, scene_radius: f32) -> f64 {
+        PI * (scene_radius as f64).powi(2) * self.irradiance.luminance() as f64
+    }
+}

@@ -1,0 +1,203 @@
+use super::LightSample;
+use crate::color::Spectrum;
+use crate::math::{Quat, Vec2, Vec3};
+use crate::sampling::distribution::Distribution2D;
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// Colours on the sphere of directions as an image of latitude and longitude.
+///
+/// The top row is +y. The middle of the image is −z, where a camera without rotation looks, and +x is to the right of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LatLongImage {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Row by row from the top, `width · height` colours.
+    pub texels: Vec<Spectrum>,
+}
+
+/// Light from infinitely far away, by direction.
+#[derive(Clone, Debug)]
+pub struct EnvironmentLight {
+    image: LatLongImage,
+    /// Factor of the image's colours to radiance, W·sr⁻¹·m⁻².
+    scale: f32,
+    /// From the image's directions to the world's.
+    rotation: Quat,
+    distribution: Distribution2D,
+    mean: Spectrum,
+}
+
+impl EnvironmentLight {
+    /// `image` times `scale`, turned by `rotation`.
+    ///
+    /// # Panics
+    /// Where the image is empty or incomplete; what reads images checks that.
+    pub fn new(image: LatLongImage, scale: f32, rotation: Quat) -> Self {
+        assert_eq!(image.texels.len(), image.width * image.height);
+        // The distribution follows luminance × sin θ. A texel's weight is the mean of the interpolated image over it, so that
+        // no direction that shines has density 0.
+        let (width, height) = (image.width, image.height);
+        let mut weights = Vec::with_capacity(image.texels.len());
+        let (mut sum, mut total) = ([0.0f64; 3], 0.0);
+        for y in 0..height {
+            let sin = (PI * (y as f32 + 0.5) / height as f32).sin();
+            for x in 0..width {
+                let texel = image.smoothed(x, y);
+                weights.push(texel.luminance() * sin);
+                for (s, v) in sum.iter_mut().zip(texel.to_array()) {
+                    *s += v as f64 * sin as f64;
+                }
+                total += sin as f64;
+            }
+        }
+        Self {
+            distribution: Distribution2D::new(&weights, width),
+            mean: Spectrum::from(sum.map(|s| (s / total) as f32)) * scale,
+            image,
+            scale,
+            rotation,
+        }
+    }
+
+    /// Radiance from the unit direction `wi`.
+    pub fn radiance(&self, wi: Vec3) -> Spectrum {
+        self.image.interpolated(place(self.rotation.inverse() * wi)) * self.scale
+    }
+
+    /// Draws a direction by luminance.
+    pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
+        let (st, pdf) = self.distribution.sample(u);
+        let w = direction(st);
+        let wi = self.rotation * w;
+        let pdf = pdf * solid_angle_jacobian(w);
+        (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
+            wi,
+            radiance: self.image.interpolated(st) * self.scale,
+            pdf,
+            is_delta: false,
+            target: None,
+        })
+    }
+
+    /// Density per solid angle of the direction `wi`.
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        let w = self.rotation.inverse() * wi;
+        let pdf = self.distribution.pdf(place(w)) * solid_angle_jacobian(w);
+        if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// What crosses a sphere of the scene's radius: `4π · π r² L`, of the mean radiance.
+    pub(super) fn power(&self, scene_radius: f32) -> f64 {
+        let r = scene_radius as f64;
+        4.0 * (std::f64::consts::PI * r).powi(2) * self.mean.luminance() as f64
+    }
+
+    /// Bytes of image and distribution.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.image.texels.as_slice()) + self.distribution.bytes()
+    }
+}
+
+/// The direction at `st` in [0, 1)² of the image.
+fn direction(st: Vec2) -> Vec3 {
+    let (sin_phi, cos_phi) = (TAU * (st.x - 0.5)).sin_cos();
+    let (sin_theta, cos_theta) = (PI * st.y).sin_cos();
+    Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi)
+}
+
+/// Place in the image, in [0, 1)², of the direction `w` of the image's frame.
+fn place(w: Vec3) -> Vec2 {
+    let s = 0.5 + w.x.atan2(-w.z) * (0.5 * FRAC_1_PI);
+    // Near the poles this keeps the digits that an arc cosine loses.
+    let t = w.x.hypot(w.z).atan2(w.y) * FRAC_1_PI;
+    Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(1.0 - f32::EPSILON / 2.0))
+}
+
+/// From density over the image to density over solid angle at the direction `w` of the image's frame: `1 / (2 π² sin θ)`.
+fn solid_angle_jacobian(w: Vec3) -> f32 {
+    1.0 / (2.0 * PI * PI * w.x.hypot(w.z))
+}
+
+impl LatLongImage {
+    /// The texel in column `x` and row `y`; columns go round, rows end.
+    fn texel(&self, x: isize, y: isize) -> Spectrum {
+        let x = x.rem_euclid(self.width as isize) as usize;
+        let y = y.clamp(0, self.height as isize - 1) as usize;
+        self.texels[y * self.width + x]
+    }
+
+    /// Bilinear interpolation between texel centres.
+    fn interpolated(&self, st: Vec2) -> Spectrum {
+        let p = st * Vec2::new(self.width as f32, self.height as f32) - 0.5;
+        let base = p.floor();
+        let (x, y, f) = (base.x as isize, base.y as isize, p - base);
+        let row = |y| self.texel(x, y) * (1.0 - f.x) + self.texel(x + 1, y) * f.x;
+        row(y) * (1.0 - f.y) + row(y + 1) * f.y
+    }
+
+    /// Mean of the interpolated image over a texel: its neighbours count 1/8 and itself 6/8, in both directions.
+    fn smoothed(&self, x: usize, y: usize) -> Spectrum {
+        let (x, y) = (x as isize, y as isize);
+        let row = |y| (self.texel(x - 1, y) + self.texel(x + 1, y)) * 0.125 + self.texel(x, y) * 0.75;
+        (row(y - 1) + row(y + 1)) * 0.125 + row(y) * 0.75
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// White where a direction's longitude lies in the image's left quarter of what is in front, black elsewhere.
+    fn stripe() -> LatLongImage {
+        let (width, height) = (8, 4);
+        let texels = (0..width * height).map(|i| if i % width == 2 { Spectrum::ONE } else { Spectrum::ZERO });
+        LatLongImage {
+            width,
+            height,
+            texels: texels.collect(),
+        }
+    }
+
+    #[test]
+    fn directions_and_places_agree() {
+        for st in [Vec2::new(0.1, 0.2), Vec2::new(0.5, 0.5), Vec2::new(0.93, 0.8)] {
+            assert!(place(direction(st)).distance(st) < 1e-5, "{st}");
+        }
+        assert!(direction(Vec2::new(0.5, 0.5)).distance(Vec3::NEG_Z) < 1e-6);
+        assert!(direction(Vec2::new(0.75, 0.5)).distance(Vec3::X) < 1e-6);
+        assert!(direction(Vec2::new(0.3, 0.0)).distance(Vec3::Y) < 1e-6);
+    }
+
+    #[test]
+    fn rotation_turns_what_is_seen() {
+        // Column 2 of 8 has its centre at s = 2.5 / 8: 67.5° left of −z.
+        let angle = (0.5 - 2.5 / 8.0) * TAU;
+        let seen = |rotation, towards: Vec3| {
+            EnvironmentLight::new(stripe(), 2.0, rotation)
+                .radiance(towards)
+                .max_component()
+        };
+        let at = |angle: f32| Vec3::new(-angle.sin(), 0.0, -angle.cos());
+        assert!((seen(Quat::IDENTITY, at(angle)) - 2.0).abs() < 1e-5);
+        assert_eq!(seen(Quat::IDENTITY, at(-angle)), 0.0);
+        // A quarter turn about +y takes −z to −x: further left.
+        let quarter = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+        assert!((seen(quarter, at(angle + std::f32::consts::FRAC_PI_2)) - 2.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_mean_of_a_constant_image_is_its_value() {
+        let image = LatLongImage {
+            texels: vec![Spectrum::splat(0.5); 32],
+            ..stripe()
+        };
+        let light = EnvironmentLight::new(image, 3.0, Quat::IDENTITY);
+        assert!((light.mean.max_component() - 1.5).abs() < 1e-5);
+        let constant = super::super::ConstantLight {
+            radiance: Spectrum::splat(1.5),
+        };
+        assert!((light.power(2.0) / constant.power(2.0) - 1.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,80 @@
+use super::LightSample;
+use crate::color::Spectrum;
+use crate::math::Vec3;
+use std::f64::consts::PI;
+
+/// A point that emits into a cone.
+#[derive(Clone, Copy, Debug)]
+pub struct SpotLight {
+    /// Where it is, world space.
+    pub position: Vec3,
+    /// Unit axis of the cone, world space.
+    pub direction: Vec3,
+    /// Radiant intensity within the inner cone, W/sr.
+    pub intensity: Spectrum,
+    /// Cosine of the inner cone's half-angle, where the light begins to fall off.
+    pub cos_inner: f32,
+    /// Cosine of the outer cone's half-angle, where it ends.
+    pub cos_outer: f32,
+}
+
+impl SpotLight {
+    /// The only direction there is.
+    pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
+        let wi = (self.position - p).try_normalize()?;
+        let falloff = self.falloff(-wi.dot(self.direction));
+        (falloff > 0.0).then(|| LightSample {
+            wi,
+            radiance: self.intensity * (falloff / p.distance_squared(self.position)),
+            pdf: 1.0,
+            is_delta: true,
+            target: Some(self.position),
+        })
+    }
+
+    /// Share of the intensity at an angle to the axis: a smooth step in its cosine.
+    fn falloff(&self, cos: f32) -> f32 {
+        if cos >= self.cos_inner {
+            return 1.0;
+        }
+        let t = ((cos - self.cos_outer) / (self.cos_inner - self.cos_outer)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
+    /// ∫ of the falloff over directions: the inner cone, and half of what lies between, since the smooth step is odd about
+    /// its middle.
+    pub(super) fn power(&self) -> f64 {
+        let solid_angle = 2.0 * PI * (1.0 - 0.5 * (self.cos_inner as f64 + self.cos_outer as f64));
+        solid_angle * self.intensity.luminance() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_ends_at_the_cone() {
+        let spot = SpotLight {
+            position: Vec3::ZERO,
+            direction: Vec3::X,
+            intensity: Spectrum::splat(4.0),
+            cos_inner: 0.9,
+            cos_outer: 0.8,
+        };
+        let at = |cos: f32| {
+            let p = 2.0 * Vec3::new(cos, (1.0 - cos * cos).sqrt(), 0.0);
+            spot.sample(p).map_or(0.0, |s| s.radiance.max_component())
+        };
+        assert!((at(1.0) - 1.0).abs() < 1e-5 && (at(0.91) - 1.0).abs() < 1e-5);
+        assert!((at(0.85) - 0.5).abs() < 1e-4);
+        assert_eq!((at(0.79), at(-1.0)), (0.0, 0.0));
+        // Its power against a sum over directions
+        let n = 100_000;
+        let sum: f64 = (0..n)
+            .map(|i| spot.falloff(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32) as f64)
+            .sum();
+        let power = 4.0 * PI * sum / n as f64 * 4.0;
+        assert!((spot.power() / power - 1.0).abs() < 1e-3, "{} {power}", spot.power());
+    }
+}

@@ -1,0 +1,136 @@
+//! Uniform sampling of the solid angle of a triangle.
+
+use crate::math::{DVec3, Vec2, Vec3};
+use std::f64::consts::PI;
+
+/// A triangle as seen from a point: the region its corners' directions span on the unit sphere.
+#[derive(Clone, Copy, Debug)]
+pub struct SphericalTriangle {
+    corners: [DVec3; 3],
+    solid_angle: f64,
+}
+
+impl SphericalTriangle {
+    /// The triangle of `corners` seen from `p`; `None` from a corner itself.
+    pub fn new(corners: [Vec3; 3], p: Vec3) -> Option<Self> {
+        let [a, b, c] = corners.map(|q| (q.as_dvec3() - p.as_dvec3()).try_normalize());
+        let (a, b, c) = (a?, b?, c?);
+        // Van Oosterom and Strackee 1983: no difference of nearly equal angles, so tiny triangles keep their digits.
+        let volume = a.dot(b.cross(c)).abs();
+        let solid_angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+        Some(Self {
+            corners: [a, b, c],
+            solid_angle,
+        })
+    }
+
+    /// Solid angle, sr.
+    pub fn solid_angle(&self) -> f64 {
+        self.solid_angle
+    }
+
+    /// Direction uniform over the solid angle (Arvo 1995, "Stratified Sampling of Spherical Triangles"); `None` for a triangle
+    /// seen from its own plane.
+    pub fn sample(&self, u: Vec2) -> Option<DVec3> {
+        let [a, b, c] = self.corners;
+        // Interior angles at A, B and C
+        let (ab, bc, ca) = (
+            a.cross(b).try_normalize()?,
+            b.cross(c).try_normalize()?,
+            c.cross(a).try_normalize()?,
+        );
+        let angle = |x: DVec3, y: DVec3| (-x.dot(y)).clamp(-1.0, 1.0).acos();
+        let (alpha, beta, gamma) = (angle(ca, ab), angle(ab, bc), angle(bc, ca));
+        let (sin_alpha, cos_alpha) = alpha.sin_cos();
+
+        // Move C along the arc AC to where the triangle has the first number's share of the area.
+        let area = u.x as f64 * (alpha + beta + gamma - PI);
+        let (s, t) = (area - alpha).sin_cos();
+        let (uu, v) = (t - cos_alpha, s + sin_alpha * a.dot(b));
+        let q = ((v * t - uu * s) * cos_alpha - v) / ((v * s + uu * t) * sin_alpha);
+        // 0/0 where nothing of the area is taken: C is at A then.
+        let q = if q.is_finite() { q.clamp(-1.0, 1.0) } else { 1.0 };
+        let c_moved = q * a + (1.0 - q * q).sqrt() * orthogonal(c, a)?;
+
+        // A point on the arc from B to there, by the second number
+        let z = 1.0 - u.y as f64 * (1.0 - c_moved.dot(b));
+        let across = orthogonal(c_moved, b).unwrap_or(DVec3::ZERO);
+        Some((z * b + (1.0 - z * z).max(0.0).sqrt() * across).normalize_or_zero())
+    }
+}
+
+/// Unit vector of the part of `x` that is orthogonal to the unit vector `y`.
+fn orthogonal(x: DVec3, y: DVec3) -> Option<DVec3> {
+    (x - x.dot(y) * y).try_normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn corners(scale: f32) -> [Vec3; 3] {
+        [
+            Vec3::new(-0.5, 0.2, 1.0),
+            Vec3::new(0.9, -0.1, 1.3),
+            Vec3::new(0.1, 0.8, 0.7),
+        ]
+        .map(|p| p * Vec3::new(scale, scale, 1.0))
+    }
+
+    #[test]
+    fn solid_angles_known_on_paper() {
+        // An octant of the sphere
+        let octant = SphericalTriangle::new([Vec3::X, Vec3::Y, Vec3::Z], Vec3::ZERO).unwrap();
+        assert!((octant.solid_angle() - PI / 2.0).abs() < 1e-12);
+        // Far away: area times cosine over squared distance
+        let far = SphericalTriangle::new([Vec3::ZERO, Vec3::X, Vec3::Y], Vec3::new(0.0, 0.0, 1e4)).unwrap();
+        assert!((far.solid_angle() / 0.5e-8 - 1.0).abs() < 1e-3);
+    }
+
+    /// The mean of any function over the samples is its mean over the solid angle, which area sampling knows too.
+    #[test]
+    fn samples_cover_the_solid_angle_uniformly() {
+        for scale in [1.0, 0.1] {
+            let corners = corners(scale);
+            let [p0, p1, p2] = corners.map(Vec3::as_dvec3);
+            let triangle = SphericalTriangle::new(corners, Vec3::ZERO).unwrap();
+            let normal = (p1 - p0).cross(p2 - p0);
+            let (mut moments, mut expected, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+            const N: usize = 300;
+            for i in 0..N {
+                for j in 0..N {
+                    let u = Vec2::new((i as f32 + 0.5) / N as f32, (j as f32 + 0.5) / N as f32);
+                    let w = triangle.sample(u).unwrap();
+                    assert!((w.length() - 1.0).abs() < 1e-9);
+                    moments += w * w / (N * N) as f64;
+                    // The same by area
+                    let (b1, b2) = crate::sampling::warp::uniform_triangle(u);
+                    let q = p0 + (p1 - p0) * b1 as f64 + (p2 - p0) * b2 as f64;
+                    let w = q.normalize();
+                    let weight = 0.5 * w.dot(normal).abs() / q.length_squared() / (N * N) as f64;
+                    expected += w * w * weight;
+                    total += weight;
+                }
+            }
+            assert!(
+                (total / triangle.solid_angle() - 1.0).abs() < 1e-3,
+                "{total} {triangle:?}"
+            );
+            assert!(
+                (moments - expected / total).length() < 1e-3 * scale as f64,
+                "{moments} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_square_are_directions_too() {
+        let triangle = SphericalTriangle::new(corners(1.0), Vec3::ZERO).unwrap();
+        for x in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
+            for y in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
+                assert!(triangle.sample(Vec2::new(x, y)).unwrap().is_normalized());
+            }
+        }
+        assert!(SphericalTriangle::new(corners(1.0), corners(1.0)[1]).is_none());
+    }
+}

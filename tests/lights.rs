@@ -1,0 +1,263 @@
+//! Lights: samples against densities, and what they send against other ways to know it.
+
+#[path = "support/chi_square.rs"]
+mod chi_square;
+mod support;
+
+use chi_square::{chi_square, sidak};
+use embrasure::color::Spectrum;
+use embrasure::geometry::PrimId;
+use embrasure::light::*;
+use embrasure::math::{Quat, Vec2, Vec3};
+use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
+use embrasure::scene::SceneBuilder;
+use support::*;
+
+fn at(index: u32) -> Vec2 {
+    let mut sampler = Independent::new(11);
+    sampler.start(SampleKey::new(0, 0, index));
+    sampler.get_2d(Dimension::PIXEL)
+}
+
+fn triangle(sampling: TriangleSampling) -> TriangleLight {
+    let mesh = polygon(&[
+        Vec3::new(-0.4, 1.0, 0.3),
+        Vec3::new(0.5, 1.2, -0.8),
+        Vec3::new(1.1, 1.4, 0.9),
+    ]);
+    TriangleLight::new(&mesh, PrimId(0), Spectrum::ONE, sampling)
+}
+
+/// A map with black parts, a small sun and soft parts.
+fn map() -> LatLongImage {
+    let (width, height) = (32, 16);
+    let texel = |i: usize| match (i % width, i / width) {
+        (5, 4) => Spectrum::splat(50.0),
+        (x, y) if y < 8 => Spectrum::rgb(0.1 * x as f32, 0.5, 1.0),
+        (20..=24, _) => Spectrum::splat(0.3),
+        _ => Spectrum::ZERO,
+    };
+    LatLongImage {
+        width,
+        height,
+        texels: (0..width * height).map(texel).collect(),
+    }
+}
+
+/// The point of the triangle's plane in direction `w` from the origin.
+fn met(w: Vec3) -> Option<Vec3> {
+    let [a, b, c] = [
+        Vec3::new(-0.4, 1.0, 0.3),
+        Vec3::new(0.5, 1.2, -0.8),
+        Vec3::new(1.1, 1.4, 0.9),
+    ];
+    let n = (b - a).cross(c - a);
+    let t = a.dot(n) / w.dot(n);
+    let q = t * w;
+    let inside = [(a, b), (b, c), (c, a)]
+        .iter()
+        .all(|&(p, r)| (r - p).cross(q - p).dot(n) >= 0.0);
+    (t > 0.0 && inside).then_some(q)
+}
+
+#[test]
+fn directions_follow_their_densities() {
+    const SAMPLES: u32 = 1_000_000;
+    let level = sidak(0.01, 5);
+    for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
+        let triangle = triangle(sampling);
+        let light = Light::Triangle(triangle);
+        let sample = |i| {
+            let s = light.sample(Vec3::ZERO, at(i))?;
+            if let Some(q) = met(s.wi) {
+                let pdf = triangle.pdf(Vec3::ZERO, q, s.wi);
+                assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{pdf} {}", s.pdf);
+            }
+            Some(s.wi)
+        };
+        let pdf = |w: Vec3| met(w).map_or(0.0, |q| triangle.pdf(Vec3::ZERO, q, w) as f64);
+        let outcome = chi_square(SAMPLES, sample, pdf, true);
+        assert!(outcome.p_value > level, "{sampling:?}: {outcome:?}");
+        assert!((outcome.integral - 1.0).abs() < 2e-3, "{sampling:?}: {outcome:?}");
+    }
+    let constant = Light::Constant(ConstantLight {
+        radiance: Spectrum::ONE,
+    });
+    let uniform = chi_square(
+        SAMPLES,
+        |i| constant.sample(Vec3::ZERO, at(i)).map(|s| s.wi),
+        |_| 0.25 / std::f64::consts::PI,
+        false,
+    );
+    assert!(uniform.p_value > level, "constant: {uniform:?}");
+    for rotation in [Quat::IDENTITY, Quat::from_rotation_x(0.7)] {
+        let map = EnvironmentLight::new(map(), 2.0, rotation);
+        let light = Light::Environment(Box::new(map.clone()));
+        let sample = |i| {
+            let s = light.sample(Vec3::ZERO, at(i))?;
+            let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
+            // Up to the cell that rounding puts a direction into
+            let close = (pdf / s.pdf - 1.0).abs() < 1e-2 || at_a_border(s.wi, rotation);
+            assert!(close, "{pdf} {} {}", s.pdf, s.wi);
+            assert!(
+                (radiance - s.radiance).to_array().iter().all(|d| d.abs() < 0.1),
+                "{radiance:?} {s:?}"
+            );
+            Some(s.wi)
+        };
+        let outcome = chi_square(SAMPLES, sample, |w| map.pdf(w) as f64, true);
+        assert!(outcome.p_value > level, "environment: {outcome:?}");
+        assert!((outcome.integral - 1.0).abs() < 2e-3, "environment: {outcome:?}");
+    }
+}
+
+/// Whether rounding could put the direction into another texel of [`map`].
+fn at_a_border(wi: Vec3, rotation: Quat) -> bool {
+    let w = rotation.inverse() * wi;
+    let x = (0.5 + w.x.atan2(-w.z) / std::f32::consts::TAU) * 32.0;
+    let y = w.y.acos() / std::f32::consts::PI * 16.0;
+    [x, y].iter().any(|v| (v - v.round()).abs() < 1e-3)
+}
+
+/// The mean of 1/pdf is the solid angle, wherever the triangle is seen from.
+#[test]
+fn triangle_densities_sum_to_the_solid_angle() {
+    for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
+        let light = Light::Triangle(triangle(sampling));
+        for (p, tolerance) in [
+            (Vec3::ZERO, 5e-3),
+            (Vec3::new(0.3, 0.9, 0.1), 5e-2),
+            (Vec3::new(0.3, -200.0, 0.1), 5e-3),
+            (Vec3::new(6.0, 0.0, 0.0), 2e-2),
+        ] {
+            const N: u32 = 200_000;
+            let samples = (0..N).filter_map(|i| light.sample(p, at(i)));
+            let mean = samples.map(|s| 1.0 / s.pdf as f64).sum::<f64>() / N as f64;
+            let corners = [
+                Vec3::new(-0.4, 1.0, 0.3),
+                Vec3::new(0.5, 1.2, -0.8),
+                Vec3::new(1.1, 1.4, 0.9),
+            ];
+            let exact = embrasure::sampling::spherical_triangle::SphericalTriangle::new(corners, p).unwrap();
+            assert!(
+                (mean / exact.solid_angle() - 1.0).abs() < tolerance,
+                "{sampling:?} {p}: {mean} {exact:?}"
+            );
+        }
+    }
+}
+
+/// A white floor under one light, front up, and what leaves it towards the camera: albedo over π times the irradiance.
+fn floor_radiance(configure: impl FnOnce(&mut SceneBuilder)) -> f64 {
+    let mut b = SceneBuilder::new();
+    let s = 100.0;
+    let corners = [
+        Vec3::new(-s, 0.0, -s),
+        Vec3::new(-s, 0.0, s),
+        Vec3::new(s, 0.0, s),
+        Vec3::new(s, 0.0, -s),
+    ];
+    add(&mut b, polygon(&corners), material(0.5, 0.0));
+    configure(&mut b);
+    let scene = b.build().unwrap().0;
+    let camera = pinhole(Vec3::new(0.0, 0.05, 0.0), Vec3::ZERO, 1.0);
+    film_mean(&render_film(&scene, camera, [8, 8], 4096, Some(1)), 1)
+}
+
+#[test]
+fn irradiance_is_what_formulas_say() {
+    use std::f64::consts::PI;
+    let check = |what: &str, got: f64, irradiance: f64| {
+        let expected = 0.5 * irradiance / PI;
+        assert!(
+            (got / expected - 1.0).abs() < 5e-3,
+            "{what}: {got}, expected {expected}"
+        );
+    };
+    let sun = floor_radiance(|b| {
+        b.add_directional_light(Vec3::new(1.0, -2.0, 0.0), Spectrum::splat(3.0))
+            .unwrap()
+    });
+    check("directional", sun, 3.0 * 2.0 / 5f64.sqrt());
+    let spot = |towards: Vec3| {
+        floor_radiance(|b| {
+            b.add_spot_light(Vec3::new(0.0, 2.0, 0.0), towards, Spectrum::splat(8.0), 30.0, 20.0)
+                .unwrap();
+        })
+    };
+    check("spot", spot(Vec3::NEG_Y), 2.0);
+    // The floor lies 25° off the axis: half way in angle, and nearly so in the cosine.
+    let t =
+        (25f64.to_radians().cos() - 30f64.to_radians().cos()) / (20f64.to_radians().cos() - 30f64.to_radians().cos());
+    let tilted = Vec3::new(25f32.to_radians().sin(), -25f32.to_radians().cos(), 0.0);
+    check("spot, falling off", spot(tilted), 2.0 * t * t * (3.0 - 2.0 * t));
+    // A map that is 2 above and black below
+    let half = LatLongImage {
+        width: 64,
+        height: 32,
+        texels: (0..64 * 32)
+            .map(|i| {
+                if i < 64 * 16 {
+                    Spectrum::splat(2.0)
+                } else {
+                    Spectrum::ZERO
+                }
+            })
+            .collect(),
+    };
+    let sky = floor_radiance(|b| b.add_environment(half, 1.0, Quat::from_rotation_y(1.0)).unwrap());
+    check("environment", sky, 2.0 * PI);
+    // An emitting triangle, sampled both ways
+    let lamp = |sampling| {
+        floor_radiance(move |b| {
+            b.triangle_sampling(sampling);
+            let corners = [
+                Vec3::new(-1.0, 1.0, -1.0),
+                Vec3::new(1.0, 1.0, -1.0),
+                Vec3::new(0.0, 1.0, 1.0),
+            ];
+            add(b, polygon(&corners), material(0.0, 4.0));
+        })
+    };
+    let (area, angle) = (lamp(TriangleSampling::Area), lamp(TriangleSampling::SolidAngle));
+    assert!(
+        (area / angle - 1.0).abs() < 5e-3,
+        "{area} by area, {angle} by solid angle"
+    );
+}
+
+/// Choosing one light by power or evenly, or sampling all, changes the noise alone.
+#[test]
+fn every_choice_of_lights_gives_the_same_picture() {
+    let render = |mode| {
+        let mut b = SceneBuilder::new();
+        b.light_selection(mode);
+        add(&mut b, room(), material(0.5, 0.0));
+        for (i, power) in [1.0, 3.0, 0.2, 8.0].into_iter().enumerate() {
+            let x = -0.6 + 0.4 * i as f32;
+            let corners = [
+                Vec3::new(x, 0.9, -0.2),
+                Vec3::new(x + 0.2, 0.9, -0.2),
+                Vec3::new(x, 0.9, 0.2),
+            ];
+            add(&mut b, polygon(&corners), material(0.0, power));
+        }
+        b.add_point_light(Vec3::new(0.3, -0.5, 0.2), Spectrum::splat(0.1))
+            .unwrap();
+        let scene = b.build().unwrap().0;
+        let film = render_film(
+            &scene,
+            pinhole(Vec3::ZERO, Vec3::new(0.3, -1.0, 0.2), 70.0),
+            [16, 16],
+            1024,
+            Some(3),
+        );
+        (film_mean(&film, 0), film_error(&film, 0))
+    };
+    let (reference, error) = render(SelectionMode::Power);
+    for mode in [SelectionMode::Uniform, SelectionMode::All] {
+        let (mean, e) = render(mode);
+        let z = (mean - reference) / error.hypot(e);
+        assert!(z.abs() < 3.5, "{mode:?}: {mean} against {reference}, z {z}");
+    }
+}

@@ -18,8 +18,62 @@ pub(super) struct Args {
 pub(super) enum Command {
     /// Render a scene to EXR and PNG files
     Render(Box<RenderArgs>),
+    /// Render one scene by every estimator of the ladder, and compare them
+    Lab(Box<LabArgs>),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     Info(InfoArgs),
+}
+
+/// Equal samples with --spp, equal time with --time.
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Writes PREFIX.png (the pictures), PREFIX.csv and PREFIX.md (relMSE, seconds, efficiency = 1 / (relMSE x seconds)).
+Examples:
+  embrasure lab scenes/cornell-box.toml --size 256x256
+  embrasure lab scenes/veach-plates.toml --time 5s -o out/veach")]
+pub(super) struct LabArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Samples a pixel of every estimator [default: 64]
+    #[arg(long, value_name = "N", conflicts_with = "time")]
+    pub spp: Option<u32>,
+
+    /// Time for every estimator, such as 10s or 2m
+    #[arg(long, value_name = "DUR", value_parser = parse_duration)]
+    pub time: Option<f64>,
+
+    /// EXR to compare with [default: the best estimator's picture at 64 times its samples]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+
+    /// Name of the files without their extension [default: SCENE's stem + -lab]
+    #[arg(short, long, value_name = "PREFIX")]
+    pub output: Option<PathBuf>,
+
+    /// Size of the image in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Scattering events at most [default: 16]
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<MaxDepth>,
+
+    /// Seed of the random numbers [default: 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// Ray-tracing backend, of those built in
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
+
+    /// Render and build threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Parser)]
@@ -33,7 +87,7 @@ pub(super) struct InfoArgs {
 }
 
 /// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
-#[derive(Debug, Parser)]
+#[derive(Debug, Default, Parser)]
 #[command(after_help = "\
 Examples:
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
@@ -161,6 +215,20 @@ pub(super) struct EstimatorArgs {
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub view: Option<String>,
+}
+
+/// Seconds from `90`, `90s`, `10m` or `2h`.
+fn parse_duration(text: &str) -> Result<f64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[digits.len()..] {
+        "" | "s" => 1.0,
+        "m" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("a time such as 90s, 10m or 2h is expected".into()),
+    };
+    let seconds = digits.parse().ok().map(|n: f64| n * unit);
+    let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
+    good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -1,6 +1,9 @@
-use crate::accel::brute;
+use super::error::CliError;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
+use crate::accel::{Accel, brute};
+use crate::scene::Scene;
+use std::time::Instant;
 
 /// A ray-tracing backend that is built in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +29,32 @@ impl Backend {
             #[cfg(feature = "embree")]
             Self::Embree => embree::NAME,
             Self::Brute => brute::NAME,
+        }
+    }
+}
+
+/// What is done with a backend, whichever it is.
+pub(super) trait BackendTask {
+    type Output;
+
+    /// `build_s` is how long building `accel` took.
+    fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output;
+}
+
+impl Backend {
+    /// Builds the acceleration structure of `scene` and gives it to `task`: the one place that chooses the backend.
+    pub fn with<T: BackendTask>(self, scene: &Scene, threads: usize, task: T) -> Result<T::Output, CliError> {
+        let start = Instant::now();
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => {
+                let accel = embree::EmbreeAccel::new(scene, threads).map_err(|e| CliError::Failed(e.to_string()))?;
+                Ok(task.run(&accel, start.elapsed().as_secs_f64()))
+            }
+            Self::Brute => {
+                let accel = brute::BruteForce::new(scene);
+                Ok(task.run(&accel, start.elapsed().as_secs_f64()))
+            }
         }
     }
 }

@@ -151,6 +151,12 @@ impl Job {
         }
     }
 
+    /// The threads that render.
+    pub fn thread_pool(&self) -> Result<rayon::ThreadPool, CliError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
+        pool.map_err(|error| CliError::Failed(format!("cannot start {} threads: {error}", self.threads)))
+    }
+
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
         format!("{} sampler={} filter=box", self.estimator.settings(), self.sampler)

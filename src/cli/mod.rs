@@ -8,6 +8,7 @@ mod explain;
 mod hash;
 mod info;
 mod job;
+mod lab;
 mod progress;
 mod run;
 mod stats;
@@ -45,6 +46,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     }
     match args.command {
         Some(Command::Render(args)) => run::render(&args),
+        Some(Command::Lab(args)) => lab::lab(&args),
         Some(Command::Info(args)) => info::info(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),

@@ -1,14 +1,11 @@
 use super::args::RenderArgs;
-use super::backend::Backend;
+use super::backend::BackendTask;
 use super::error::CliError;
 use super::explain;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::stats::{Dropped, Rays, Stats, peak_rss_bytes};
 use crate::accel::Accel;
-use crate::accel::brute::BruteForce;
-#[cfg(feature = "embree")]
-use crate::accel::embree::EmbreeAccel;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
@@ -32,10 +29,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads)
-        .build()
-        .map_err(|error| CliError::Failed(format!("cannot start {} threads: {error}", job.threads)))?;
+    let pool = job.thread_pool()?;
     let prepared = Prepared {
         load_s: start.elapsed().as_secs_f64(),
         scene_hash: super::hash::scene_hash(&scene, &parameters),
@@ -46,19 +40,25 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         pool: &pool,
     };
 
-    // The one place that chooses backend × integrator.
-    match job.backend {
-        #[cfg(feature = "embree")]
-        Backend::Embree => {
-            let build = Instant::now();
-            let accel = EmbreeAccel::new(&scene, job.threads).map_err(|e| CliError::Failed(e.to_string()))?;
-            prepared.render(&accel, build.elapsed().as_secs_f64(), &mut warnings)
-        }
-        Backend::Brute => {
-            let build = Instant::now();
-            let accel = BruteForce::new(&scene);
-            prepared.render(&accel, build.elapsed().as_secs_f64(), &mut warnings)
-        }
+    let threads = job.threads;
+    let task = Task {
+        prepared: &prepared,
+        warnings: &mut warnings,
+    };
+    job.backend.with(&scene, threads, task)?
+}
+
+/// Renders with the backend that was chosen.
+struct Task<'a> {
+    prepared: &'a Prepared<'a>,
+    warnings: &'a mut Vec<String>,
+}
+
+impl BackendTask for Task<'_> {
+    type Output = Result<ExitCode, CliError>;
+
+    fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
+        self.prepared.render(accel, build_s, self.warnings)
     }
 }
 

@@ -1,4 +1,4 @@
-use super::{Accumulator, Film, Rect};
+use super::{Accumulator, Film, Rect, RgbImage};
 use crate::math::UVec2;
 
 /// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
@@ -77,6 +77,18 @@ impl Image {
     /// Linear red, green and blue of each pixel, row by row from the top.
     pub fn rgb(&self) -> impl Iterator<Item = [f32; 3]> {
         (0..self.crop.area() as usize).map(|i| [0, 1, 2].map(|c| self.channels[c].values[i]))
+    }
+}
+
+impl From<&Image> for RgbImage {
+    /// The picture alone, of the crop's size.
+    fn from(image: &Image) -> Self {
+        let size = image.crop.size();
+        Self {
+            width: size.x as usize,
+            height: size.y as usize,
+            pixels: image.rgb().collect(),
+        }
     }
 }
 

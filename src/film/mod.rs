@@ -2,10 +2,12 @@
 
 mod accumulator;
 mod image;
+mod metrics;
 mod tile;
 
 pub use accumulator::{Accumulator, FirstSurface};
 pub use image::{Channel, Image, Z_BACKGROUND};
+pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;

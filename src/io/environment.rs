@@ -1,4 +1,4 @@
-use super::FileError;
+use super::{FileError, read_exr};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
 use std::path::Path;
@@ -11,7 +11,14 @@ pub(super) fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let image = match extension.as_deref() {
         Some("hdr" | "pic") => read_hdr(path)?,
-        Some("exr") => read_exr(path)?,
+        Some("exr") => {
+            let image = read_exr(path)?;
+            LatLongImage {
+                width: image.width,
+                height: image.height,
+                texels: image.pixels.into_iter().map(Spectrum::from).collect(),
+            }
+        }
         _ => {
             return Err(FileError::new(
                 path,
@@ -40,23 +47,6 @@ fn read_hdr(path: &Path) -> Result<LatLongImage, FileError> {
         height: image.height() as usize,
         texels: image.pixels().map(|p| Spectrum::from(p.0)).collect(),
     })
-}
-
-fn read_exr(path: &Path) -> Result<LatLongImage, FileError> {
-    use ::exr::prelude as exr;
-    let image = exr::read_first_rgba_layer_from_file(
-        path,
-        |size: exr::Vec2<usize>, _| LatLongImage {
-            width: size.width(),
-            height: size.height(),
-            texels: vec![Spectrum::ZERO; size.area()],
-        },
-        |image: &mut LatLongImage, at, (r, g, b, _): (f32, f32, f32, f32)| {
-            image.texels[at.y() * image.width + at.x()] = Spectrum::rgb(r, g, b);
-        },
-    );
-    let image = image.map_err(|e| FileError::new(path, format!("cannot decode the image: {e}")))?;
-    Ok(image.layer_data.channel_data.pixels)
 }
 
 #[cfg(test)]
@@ -96,7 +86,7 @@ mod tests {
         };
         assert!(file("a.png", b"x").contains(".hdr or .exr"));
         assert!(file("a.hdr", b"#?RADIANCE\n\n-Y 2 +X").contains("decode"));
-        assert!(file("a.exr", b"no").contains("decode"));
+        assert!(file("a.exr", b"no").contains("cannot read"));
         assert!(
             read_environment(Path::new("gone.hdr"))
                 .unwrap_err()

@@ -1,5 +1,6 @@
 //! Files in and out: scene files, OBJ and MTL, EXR and PNG.
 
+mod contact_sheet;
 mod environment;
 mod error;
 mod exr;
@@ -11,13 +12,16 @@ mod obj;
 mod obj_blame;
 mod output;
 mod png;
+mod read_image;
 mod scene_file;
 mod statements;
 
+pub use contact_sheet::{Panel, write_contact_sheet};
 pub use error::{FileError, Position};
 pub use exr::Metadata;
 pub use light_section::{LightSection, Rotation};
 pub use load::{Loaded, load_scene};
 pub use material_section::MaterialSection;
 pub use output::{Format, Output};
+pub use read_image::read_exr;
 pub use scene_file::{CameraSection, ImageSection, MaxDepth, ObjectSection, RenderSection, SceneFile};

@@ -1,0 +1,349 @@
+//! The ladder of estimators on one scene: the lectures' comparison, made executable.
+
+use super::args::{EstimatorArgs, LabArgs, RenderArgs};
+use super::backend::BackendTask;
+use super::error::CliError;
+use super::estimator::{Estimator, Kind};
+use super::job::Job;
+use super::progress::{Progress, catch_interrupts};
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::film::{Errors, Film, RgbImage};
+use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy, World};
+use crate::io::{Loaded, Output, Panel, load_scene, read_exr, write_contact_sheet};
+use crate::render::{Observer, Outcome};
+use crate::sampler::Independent;
+use crate::scene::Scene;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// How many times the samples of the best rung the reference has.
+const REFERENCE_FACTOR: u32 = 64;
+/// Pictures in a row of the sheet.
+const COLUMNS: usize = 4;
+
+/// Renders the ladder and writes what came out.
+pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
+    // Everything that can be wrong is found before the first ray.
+    let prefix = match &args.output {
+        Some(prefix) => prefix.clone(),
+        None => {
+            let stem = args.scene.file_stem().unwrap_or_default();
+            PathBuf::from(format!("{}-lab", Path::new(stem).display()))
+        }
+    };
+    let [sheet, csv, markdown] = ["png", "csv", "md"].map(|e| Output::prepare(&with_extension(&prefix, e)));
+    let outputs = [sheet?, csv?, markdown?];
+    let job = Job::new(&render_args(args, outputs[0].path()))?;
+    let reference = args.reference.as_deref().map(read_exr).transpose()?;
+    if let (Some(image), Some(path)) = (&reference, &args.reference) {
+        let size = job.crop.size().as_usizevec2().to_array();
+        if [image.width, image.height] != size {
+            return Err(CliError::Usage(format!(
+                "{} has {}x{} pixels, but {}x{} are rendered\n  help: give --size {}x{}",
+                path.display(),
+                image.width,
+                image.height,
+                size[0],
+                size[1],
+                image.width,
+                image.height
+            )));
+        }
+    }
+    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    let (_, camera) = job.camera(scene.bounds())?;
+    let pool = job.thread_pool()?;
+    catch_interrupts();
+    let task = Ladder {
+        job: &job,
+        scene: &scene,
+        camera: &camera,
+        pool: &pool,
+        budget: args
+            .time
+            .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
+        reference,
+    };
+    let (rows, reference) = job.backend.with(&scene, job.threads, task)??;
+
+    let [sheet, csv, markdown] = &outputs;
+    let mut panels: Vec<Panel> = rows.iter().map(Row::panel).collect();
+    panels.push(Panel {
+        label: vec!["reference".into()],
+        image: reference,
+    });
+    write_contact_sheet(sheet, &panels, COLUMNS)?;
+    let table = markdown_table(&rows);
+    csv.write(|w| std::io::Write::write_all(w, csv_table(&rows).as_bytes()))?;
+    markdown.write(|w| std::io::Write::write_all(w, table.as_bytes()))?;
+    if !args.quiet {
+        print!("{table}");
+        let names = outputs.each_ref().map(|o| o.path().display().to_string());
+        eprintln!("-> {}", names.join(", "));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `prefix.extension`, whatever dots the prefix has.
+fn with_extension(prefix: &Path, extension: &str) -> PathBuf {
+    let mut name = prefix.as_os_str().to_owned();
+    name.push(format!(".{extension}"));
+    name.into()
+}
+
+/// The render command that differs from a rung by its estimator alone.
+fn render_args(args: &LabArgs, output: &Path) -> RenderArgs {
+    RenderArgs {
+        scene: args.scene.clone(),
+        output: vec![output.to_path_buf()],
+        spp: args.spp,
+        seed: args.seed,
+        size: args.size,
+        backend: args.backend.clone(),
+        threads: args.threads,
+        quiet: args.quiet,
+        estimator: EstimatorArgs {
+            integrator: Some("path".into()),
+            max_depth: args.max_depth,
+            ..EstimatorArgs::default()
+        },
+        ..RenderArgs::default()
+    }
+}
+
+/// The steps of the ladder, each with one idea more than the one before.
+fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
+    let no_roulette = Roulette { depth: u32::MAX };
+    let step = |directions, direct, heuristic, roulette| Estimator {
+        strategy: Strategy {
+            directions,
+            direct,
+            heuristic,
+        },
+        roulette,
+        ..best
+    };
+    let power = Heuristic::Power;
+    let naive = Estimator {
+        kind: Kind::Naive,
+        roulette: no_roulette,
+        ..best
+    };
+    vec![
+        ("naive: emit or reflect", naive),
+        (
+            "uniform directions",
+            step(Directions::Uniform, DirectLight::None, power, no_roulette),
+        ),
+        (
+            "+ cosine directions",
+            step(Directions::Cosine, DirectLight::None, power, no_roulette),
+        ),
+        (
+            "+ Russian roulette",
+            step(Directions::Cosine, DirectLight::None, power, best.roulette),
+        ),
+        (
+            "+ light sampling",
+            step(Directions::Cosine, DirectLight::Light, power, best.roulette),
+        ),
+        (
+            "+ MIS",
+            step(Directions::Cosine, DirectLight::Mis, Heuristic::Balance, best.roulette),
+        ),
+        ("best: BSDF, power", best),
+    ]
+}
+
+/// What every rung may spend.
+#[derive(Clone, Copy)]
+enum Budget {
+    Samples(u32),
+    Seconds(f64),
+}
+
+/// What came out of a rung.
+struct Row {
+    name: &'static str,
+    /// Why it was not rendered.
+    refused: Option<String>,
+    samples: u32,
+    seconds: f64,
+    image: RgbImage,
+    rel_mse: f64,
+}
+
+impl Row {
+    fn efficiency(&self) -> f64 {
+        1.0 / (self.rel_mse * self.seconds)
+    }
+
+    fn panel(&self) -> Panel {
+        let figures = match &self.refused {
+            Some(_) => vec!["cannot find this light".into()],
+            None => vec![
+                format!("{} samples, {:.2} s", self.samples, self.seconds),
+                format!("relMSE {:.3e}", self.rel_mse),
+            ],
+        };
+        Panel {
+            label: [vec![self.name.to_string()], figures].concat(),
+            image: self.image.clone(),
+        }
+    }
+}
+
+struct Ladder<'a> {
+    job: &'a Job,
+    scene: &'a Scene,
+    camera: &'a Camera,
+    pool: &'a rayon::ThreadPool,
+    budget: Budget,
+    reference: Option<RgbImage>,
+}
+
+impl BackendTask for Ladder<'_> {
+    type Output = Result<(Vec<Row>, RgbImage), CliError>;
+
+    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
+        let world = World {
+            scene: self.scene,
+            accel,
+            camera: self.camera,
+        };
+        let best = self.job.estimator;
+        let mut rows = Vec::new();
+        for (name, estimator) in ladder(best) {
+            // Light from points or single directions is not met by chance.
+            let refused = match estimator.check_lights(self.scene) {
+                Ok(missing) => missing,
+                Err(error) => Some(error.to_string()),
+            };
+            let (film, samples, seconds) = if refused.is_some() {
+                (Film::new(self.job.resolution, self.job.crop), 0, 0.0)
+            } else {
+                self.spend(world, &estimator, self.budget, self.job.seed, name)?
+            };
+            rows.push(Row {
+                name,
+                refused,
+                samples,
+                seconds,
+                image: RgbImage::from(&film.develop()),
+                rel_mse: f64::NAN,
+            });
+        }
+
+        // The reference has numbers of its own, so that no error is shared.
+        let reference = match &self.reference {
+            Some(image) => image.clone(),
+            None => {
+                let samples = rows
+                    .last()
+                    .map_or(1, |row| row.samples)
+                    .saturating_mul(REFERENCE_FACTOR);
+                let seed = self.job.seed.wrapping_add(1);
+                let (film, ..) = self.spend(world, &best, Budget::Samples(samples), seed, "reference")?;
+                RgbImage::from(&film.develop())
+            }
+        };
+        for row in rows.iter_mut().filter(|row| row.refused.is_none()) {
+            let errors = Errors::new(&row.image, &reference);
+            row.rel_mse = errors
+                .map_err(|e| CliError::Failed(format!("--reference: {e}")))?
+                .rel_mse;
+        }
+        Ok((rows, reference))
+    }
+}
+
+impl Ladder<'_> {
+    /// Renders within the budget; the film, the samples of each pixel and the seconds that took.
+    fn spend<A: Accel>(
+        &self,
+        world: World<A>,
+        estimator: &Estimator,
+        budget: Budget,
+        seed: u64,
+        name: &'static str,
+    ) -> Result<(Film, u32, f64), CliError> {
+        let sampler = Independent::new(seed);
+        let mut film = Film::new(self.job.resolution, self.job.crop);
+        let most = match budget {
+            Budget::Samples(n) => n,
+            Budget::Seconds(_) => 0,
+        };
+        let progress = Progress::new(self.job.crop.area() * most as u64, self.job.quiet || most == 0);
+        let start = Instant::now();
+        let mut done = 0;
+        loop {
+            // As many samples as the rest of the budget is good for, judged by those there are
+            let elapsed = start.elapsed().as_secs_f64();
+            let next = match budget {
+                Budget::Samples(n) => n - done,
+                Budget::Seconds(_) if done == 0 => 1,
+                Budget::Seconds(s) => ((s - elapsed) * done as f64 / elapsed).clamp(0.0, done as f64) as u32,
+            };
+            if next == 0 {
+                break;
+            }
+            let samples = done..done + next;
+            let (outcome, _) = self
+                .pool
+                .install(|| estimator.render(world, &sampler, &mut film, samples, &progress));
+            done += next;
+            if outcome == Outcome::Stopped || progress.should_stop() {
+                return Err(CliError::Failed(format!(
+                    "interrupted during `{name}`; nothing is written"
+                )));
+            }
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        progress.finish();
+        Ok((film, done, seconds))
+    }
+}
+
+fn csv_table(rows: &[Row]) -> String {
+    let mut text = String::from("estimator,samples,seconds,relmse,efficiency\n");
+    for row in rows.iter().filter(|row| row.refused.is_none()) {
+        let _ = writeln!(
+            text,
+            "\"{}\",{},{:.4},{:.6e},{:.6e}",
+            row.name,
+            row.samples,
+            row.seconds,
+            row.rel_mse,
+            row.efficiency()
+        );
+    }
+    text
+}
+
+fn markdown_table(rows: &[Row]) -> String {
+    let mut text = String::from("| estimator | samples | seconds | relMSE | efficiency |\n|---|---|---|---|---|\n");
+    for row in rows {
+        let _ = match &row.refused {
+            Some(why) => {
+                let why = why.lines().next().unwrap_or_default();
+                writeln!(text, "| {} | not rendered: {why} | | | |", row.name)
+            }
+            None => writeln!(
+                text,
+                "| {} | {} | {:.2} | {:.3e} | {:.3} |",
+                row.name,
+                row.samples,
+                row.seconds,
+                row.rel_mse,
+                row.efficiency()
+            ),
+        };
+    }
+    text
+}

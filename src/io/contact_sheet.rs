@@ -1,0 +1,185 @@
+//! Several pictures in one PNG, each with lines of text.
+
+use super::{FileError, Output};
+use crate::color::srgb;
+use crate::film::RgbImage;
+use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_8X13};
+use embedded_graphics::pixelcolor::Rgb888;
+use embedded_graphics::prelude::*;
+use embedded_graphics::text::{Baseline, Text};
+use std::convert::Infallible;
+
+/// One picture of a sheet.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Title and figures, a line each.
+    pub label: Vec<String>,
+    /// The picture; all of a sheet have one size.
+    pub image: RgbImage,
+}
+
+/// Largest edge of a picture on the sheet; larger ones are averaged down.
+const LARGEST: usize = 320;
+const MARGIN: usize = 12;
+const LINE: usize = 15;
+const BACKGROUND: Rgb888 = Rgb888::new(24, 24, 26);
+const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
+
+/// Writes `panels` in rows of `columns` as an sRGB PNG.
+pub fn write_contact_sheet(output: &Output, panels: &[Panel], columns: usize) -> Result<(), FileError> {
+    let sheet = Sheet::draw(panels, columns.max(1));
+    output.write(|writer| {
+        let mut encoder = png::Encoder::new(writer, sheet.width as u32, sheet.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&sheet.bytes)?;
+        writer.finish()?;
+        Ok(())
+    })
+}
+
+/// A picture to draw on.
+struct Sheet {
+    width: usize,
+    height: usize,
+    bytes: Vec<u8>,
+}
+
+impl Sheet {
+    fn draw(panels: &[Panel], columns: usize) -> Self {
+        let shown: Vec<RgbImage> = panels.iter().map(|p| reduced(&p.image)).collect();
+        let lines = panels.iter().map(|p| p.label.len()).max().unwrap_or(0);
+        let cell_width = shown.iter().map(|i| i.width).max().unwrap_or(0).max(220);
+        let cell_height = shown.iter().map(|i| i.height).max().unwrap_or(0) + LINE * lines + 4;
+        let columns = columns.min(panels.len().max(1));
+        let rows = panels.len().div_ceil(columns);
+        let (width, height) = (
+            MARGIN + columns * (cell_width + MARGIN),
+            MARGIN + rows * (cell_height + MARGIN),
+        );
+        let background = [BACKGROUND.r(), BACKGROUND.g(), BACKGROUND.b()];
+        let mut sheet = Self {
+            width,
+            height,
+            bytes: background.repeat(width * height),
+        };
+        for (i, (panel, image)) in panels.iter().zip(&shown).enumerate() {
+            let x = MARGIN + (i % columns) * (cell_width + MARGIN);
+            let y = MARGIN + (i / columns) * (cell_height + MARGIN);
+            sheet.picture(image, x, y);
+            for (k, line) in panel.label.iter().enumerate() {
+                sheet.text(line, cell_width, x, y + image.height + 4 + k * LINE);
+            }
+        }
+        sheet
+    }
+
+    fn picture(&mut self, image: &RgbImage, x: usize, y: usize) {
+        for (row, pixels) in image.pixels.chunks(image.width.max(1)).enumerate() {
+            let start = 3 * ((y + row) * self.width + x);
+            let bytes = pixels.iter().flat_map(|p| p.map(srgb::encode_u8));
+            self.bytes[start..start + 3 * pixels.len()]
+                .iter_mut()
+                .zip(bytes)
+                .for_each(|(to, from)| *to = from);
+        }
+    }
+
+    /// A line, cut to `width` pixels.
+    fn text(&mut self, line: &str, width: usize, x: usize, y: usize) {
+        let fits = width / FONT_8X13.character_size.width as usize;
+        let cut: String = line.chars().take(fits).collect();
+        let style = MonoTextStyle::new(&FONT_8X13, TEXT);
+        let place = Point::new(x as i32, y as i32);
+        // Drawing into memory cannot fail.
+        let Ok(_) = Text::with_baseline(&cut, place, style, Baseline::Top).draw(self);
+    }
+}
+
+impl OriginDimensions for Sheet {
+    fn size(&self) -> Size {
+        Size::new(self.width as u32, self.height as u32)
+    }
+}
+
+impl DrawTarget for Sheet {
+    type Color = Rgb888;
+    type Error = Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Infallible> {
+        for Pixel(at, color) in pixels {
+            if self.bounding_box().contains(at) {
+                let i = 3 * (at.y as usize * self.width + at.x as usize);
+                self.bytes[i..i + 3].copy_from_slice(&[color.r(), color.g(), color.b()]);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The picture with blocks of pixels averaged, so that its larger edge fits.
+fn reduced(image: &RgbImage) -> RgbImage {
+    let factor = image.width.max(image.height).div_ceil(LARGEST).max(1);
+    let (width, height) = (image.width / factor, image.height / factor);
+    let block = |i: usize| {
+        let (x, y) = (i % width * factor, i / width * factor);
+        let mut sum = [0.0; 3];
+        for row in y..y + factor {
+            for pixel in &image.pixels[row * image.width + x..][..factor] {
+                (0..3).for_each(|c| sum[c] += pixel[c].clamp(0.0, 1.0));
+            }
+        }
+        sum.map(|s| s / (factor * factor) as f32)
+    };
+    RgbImage {
+        width,
+        height,
+        pixels: (0..width * height).map(block).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(width: usize, height: usize, label: &str) -> Panel {
+        Panel {
+            label: vec![label.into(), "äé — ☃".into()],
+            image: RgbImage {
+                width,
+                height,
+                pixels: vec![[1.0, 0.0, 0.0]; width * height],
+            },
+        }
+    }
+
+    #[test]
+    fn panels_stand_in_a_grid_over_their_labels() {
+        let panels = vec![
+            panel(
+                640,
+                320,
+                "a label that is much too long to stand under so small a picture, so it is cut"
+            );
+            3
+        ];
+        let sheet = Sheet::draw(&panels, 2);
+        assert_eq!(sheet.width, MARGIN + 2 * (320 + MARGIN));
+        assert_eq!(sheet.height, MARGIN + 2 * (160 + 2 * LINE + 4 + MARGIN));
+        let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
+        assert_eq!(at(MARGIN, MARGIN), [255, 0, 0]);
+        assert_eq!(at(0, 0), [24, 24, 26]);
+        // There is text under the first picture and none in the empty fourth place.
+        let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
+        assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 194 + 164));
+    }
+
+    #[test]
+    fn odd_sheets_are_drawn_too() {
+        assert!(Sheet::draw(&[], 3).width > 0);
+        assert!(Sheet::draw(&[panel(1, 1, "")], 4).width >= 220);
+        assert!(Sheet::draw(&[panel(7, 1000, "tall")], 1).height > 250);
+    }
+}

@@ -1,6 +1,6 @@
 use super::LightSample;
 use crate::color::Spectrum;
-use crate::geometry::{Mesh, PrimId, SurfacePoint, offset_origin, triangle_area};
+use crate::geometry::{Mesh, PrimId, triangle_area};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::sampling::spherical_triangle::SphericalTriangle;
 use crate::sampling::warp::uniform_triangle;
@@ -25,6 +25,8 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
+    /// The largest clearance of its points: each is no further from the origin than a corner.
+    clearance: f32,
     area: f32,
     radiance: Spectrum,
     sampling: TriangleSampling,
@@ -35,9 +37,11 @@ impl TriangleLight {
     pub fn new(mesh: &Mesh, prim: PrimId, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let corners = mesh.corners(prim);
         let [p0, p1, p2] = corners;
+        let clearance = |b1, b2| mesh.surface_point(prim, b1, b2).clearance;
         Self {
             corners,
             normal: mesh.surface_point(prim, 0.0, 0.0).ng,
+            clearance: clearance(0.0, 0.0).max(clearance(1.0, 0.0)).max(clearance(0.0, 1.0)),
             area: triangle_area(p0, p1, p2) as f32,
             radiance,
             sampling,
@@ -60,9 +64,10 @@ impl TriangleLight {
             TriangleSampling::Area => uniform_triangle(u),
             TriangleSampling::SolidAngle => self.barycentrics_by_solid_angle(p, u),
         };
-        let q = SurfacePoint::on_triangle(self.corners, self.normal, b1, b2);
-        let wi = (q.p - p).try_normalize()?;
-        let pdf = self.pdf(p, q.p, wi);
+        let [p0, p1, p2] = self.corners;
+        let q = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
+        let wi = (q - p).try_normalize()?;
+        let pdf = self.pdf(p, q, wi);
         // A light that faces away is the common reason to end here.
         if pdf <= 0.0 {
             return None;
@@ -72,7 +77,8 @@ impl TriangleLight {
             radiance: self.radiance,
             pdf,
             is_delta: false,
-            target: Some(offset_origin(&q, -wi)),
+            // Off the front, where the receiver is
+            target: Some(q + self.normal * self.clearance),
         })
     }
 

@@ -24,6 +24,8 @@ pub struct Shape {
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
+    /// Unit geometric normals of each mesh's triangles.
+    normals: Vec<Vec<Vec3>>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
     /// The BSDF of each material; none varies over a surface.
@@ -91,7 +93,9 @@ impl Scene {
     /// The point that was hit.
     #[inline(always)]
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
-        self.meshes[hit.geom.0 as usize].surface_point(hit.prim, hit.b1, hit.b2)
+        let geom = hit.geom.0 as usize;
+        let normal = self.normals[geom][hit.prim.0 as usize];
+        SurfacePoint::on_triangle(self.meshes[geom].corners(hit.prim), normal, hit.b1, hit.b2)
     }
 
     /// Material of the surface that was hit.

@@ -5,7 +5,7 @@ mod support;
 
 use embrasure::accel::embree::EmbreeAccel;
 use embrasure::camera::{Camera, CameraParameters};
-use embrasure::film::Film;
+use embrasure::film::{Errors, Film, RgbImage};
 use embrasure::integrator::*;
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
@@ -176,6 +176,38 @@ fn estimators_agree_on_our_scenes() {
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     all_agree("lobes", &lobes_room(), inside, 1024, true);
+}
+
+/// Veach's plates: the combination of both strategies is nowhere much worse than the better of them.
+#[test]
+fn mis_is_as_good_as_the_better_strategy() {
+    let scene = own("veach-plates.toml");
+    let accel = EmbreeAccel::new(&scene, 2).unwrap();
+    let resolution = UVec2::new(160, 120);
+    let camera = pinhole(Vec3::new(0.0, 2.2, 9.5), Vec3::new(0.0, 1.5, 0.0), 38.0);
+    let camera = Camera::new(camera, resolution).unwrap();
+    let world = World {
+        scene: &scene,
+        accel: &accel,
+        camera: &camera,
+    };
+    let render = |direct, spp, seed| {
+        let integrator = PathIntegrator {
+            world,
+            strategy: Strategy {
+                direct,
+                ..Strategy::default()
+            },
+            max_depth: Some(4),
+            roulette: Roulette::default(),
+        };
+        RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
+    };
+    let reference = render(DirectLight::Mis, 2048, 1);
+    let error = |direct| Errors::new(&render(direct, 64, 0), &reference).unwrap().rel_mse;
+    let [none, light, mis] = [DirectLight::None, DirectLight::Light, DirectLight::Mis].map(error);
+    println!("relMSE: none {none}, light {light}, mis {mis}");
+    assert!(mis < 1.1 * none.min(light), "none {none}, light {light}, mis {mis}");
 }
 
 /// The boxes of McGuire's archive: Phong, mirrors and glass.

@@ -347,6 +347,33 @@ fn mistakes_are_named_and_leave_no_files() {
             &["s.toml:13", "`eta` without `k`"],
         ),
         (
+            &["render", "s.toml"],
+            |f| append(f, "s.toml", "[[light]]\ntype = \"environment\"\nimage = \"gone.hdr\"\n"),
+            1,
+            &["s.toml:14:9", "gone.hdr", "no such", "help:"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| {
+                append(
+                    f,
+                    "s.toml",
+                    "[[light]]\ntype = \"directional\"\ndirection = [0, 0, 0]\nirradiance = [1, 1, 1]\n",
+                )
+            },
+            1,
+            &["s.toml:14:13", "direction is [0.0, 0.0, 0.0]"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| {
+                let light = "[[light]]\ntype = \"spot\"\nposition = [0, 1, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, -1]\nangle = 95\n";
+                append(f, "s.toml", light);
+            },
+            1,
+            &["s.toml:16:13", "intensity"],
+        ),
+        (
             &["render", "s.toml", "--direct", "sometimes"],
             keep,
             2,
@@ -517,6 +544,130 @@ fn a_scene_file_overrides_materials() {
         read_channel(&folder.path().join("s.exr"), "albedo.R")[14 * 40 + 20],
         0.6
     );
+}
+
+#[test]
+fn every_integrator_renders() {
+    let folder = scene();
+    for flags in [
+        "--integrator path --directions cosine --direct light --roulette-depth 3",
+        "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
+        "--integrator naive --max-depth none",
+        "--integrator whitted",
+        "--integrator distributed --branching 2 --max-depth 3",
+        "--integrator direct --light-selection uniform",
+        "--integrator ao --ao-distance 2.5",
+        "--integrator debug --view uv",
+        "--integrator debug --view ids",
+    ] {
+        let args: Vec<&str> = ["render", "s.toml", "--stats", "s.json"]
+            .into_iter()
+            .chain(flags.split(' '))
+            .collect();
+        let out = run(folder.path(), &args);
+        assert_eq!(code(&out), 0, "{flags}: {}", words(&out));
+        let red = read_channel(&folder.path().join("s.exr"), "R");
+        let lit = red.iter().filter(|&&v| v > 0.0).count();
+        assert!(lit > red.len() / 50, "{flags}: {lit} lit pixels");
+        let stats: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(folder.path().join("s.json")).unwrap()).unwrap();
+        assert_eq!(stats["integrator"], flags.split(' ').nth(1).unwrap());
+        assert_eq!(stats["dropped_samples"], 0, "{flags}");
+    }
+    // The settings that made a picture stand in it.
+    let out = run(folder.path(), &["render", "s.toml", "--direct", "light"]);
+    assert_eq!(code(&out), 0);
+    let data = fs::read(folder.path().join("s.exr")).unwrap();
+    let settings = b"integrator=path directions=bsdf direct=light";
+    assert!(data.windows(settings.len()).any(|w| w == settings));
+}
+
+#[test]
+fn light_that_cannot_be_met_is_said() {
+    let folder = scene();
+    append(
+        folder.path(),
+        "s.toml",
+        "[[light]]\ntype = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\nangle = 40\n",
+    );
+    // Beside a lamp, a warning
+    let out = run(folder.path(), &["render", "s.toml", "--direct", "none"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    assert!(words(&out).contains("spot light cannot be met"), "{}", words(&out));
+    // Alone, an error
+    append(folder.path(), "s.toml", "[material.lamp]\ndiffuse = [0, 0, 0]\n");
+    for flags in [["--direct", "none"], ["--integrator", "naive"]] {
+        let out = run(folder.path(), &[&["render", "s.toml"], &flags[..]].concat());
+        assert_eq!(code(&out), 2, "{}", words(&out));
+        assert!(words(&out).contains("black"), "{}", words(&out));
+    }
+    assert_eq!(code(&run(folder.path(), &["render", "s.toml"])), 0);
+}
+
+#[test]
+fn one_sample_can_be_explained() {
+    let folder = scene();
+    let out = run(
+        folder.path(),
+        &["render", "s.toml", "--pixel", "20,14", "--sample", "3"],
+    );
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    for needle in [
+        "sample 3 of pixel 20,14",
+        "camera from",
+        "material `floor`",
+        "shadow from",
+        "radiance [",
+    ] {
+        assert!(text.contains(needle), "no `{needle}` in: {text}");
+    }
+    assert!(!folder.path().join("s.exr").exists());
+}
+
+#[test]
+fn the_lab_compares_the_ladder() {
+    let folder = scene();
+    let out = run(folder.path(), &["lab", "s.toml", "--spp", "4", "-o", "ladder"]);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    let csv = fs::read_to_string(folder.path().join("ladder.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 8, "{csv}");
+    let error = |line: usize| -> f64 {
+        csv.lines()
+            .nth(line)
+            .unwrap()
+            .split(',')
+            .nth(3)
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    assert!(error(7) < error(2), "{csv}");
+    assert!(
+        fs::read_to_string(folder.path().join("ladder.md"))
+            .unwrap()
+            .contains("| + MIS | 4 |")
+    );
+    assert!(
+        fs::read(folder.path().join("ladder.png"))
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    // Equal time, against a reference that is there
+    let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
+    assert_eq!(code(&run(folder.path(), &reference)), 0);
+    let out = run(
+        folder.path(),
+        &["lab", "s.toml", "--time", "0.05s", "--reference", "r.exr", "-q"],
+    );
+    assert_eq!((code(&out), words(&out).as_str()), (0, ""));
+    assert!(folder.path().join("s-lab.png").exists());
+    let out = run(
+        folder.path(),
+        &["lab", "s.toml", "--reference", "r.exr", "--size", "8x8"],
+    );
+    assert_eq!(code(&out), 2, "{}", words(&out));
+    assert!(words(&out).contains("40x24"), "{}", words(&out));
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
-use embrasure::film::{Film, Rect};
+use embrasure::film::{Errors, Film, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, World};
 use embrasure::material::Material;
@@ -210,20 +210,14 @@ pub fn read_rgb(path: &Path) -> [Vec<f32>; 3] {
     ["R", "G", "B"].map(|name| read_channel(path, name))
 }
 
-/// The suite's error measure: mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, the worst 0.1 % of the
-/// pixels left out.
+/// The suite's error measure.
 pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
-    let pixel = |i: usize| {
-        let channel = |c: usize| {
-            let (x, r) = (image[c][i] as f64, reference[c][i] as f64);
-            (x - r).powi(2) / (r * r + 0.01)
-        };
-        (channel(0) + channel(1) + channel(2)) / 3.0
+    let joined = |image: &[Vec<f32>; 3]| RgbImage {
+        width: image[0].len(),
+        height: 1,
+        pixels: (0..image[0].len()).map(|i| [0, 1, 2].map(|c| image[c][i])).collect(),
     };
-    let mut errors: Vec<f64> = (0..image[0].len()).map(pixel).collect();
-    errors.sort_by(f64::total_cmp);
-    errors.truncate((errors.len() as f64 * 0.999).ceil() as usize);
-    errors.iter().sum::<f64>() / errors.len() as f64
+    Errors::new(&joined(image), &joined(reference)).unwrap().rel_mse
 }
 
 /// A folder of scenes outside the project, if this machine has it.

@@ -52,6 +52,8 @@ impl Backend {
                 Ok(task.run(&accel, start.elapsed().as_secs_f64()))
             }
             Self::Brute => {
+                // A copy of the triangles: nothing to share among threads.
+                let _ = threads;
                 let accel = brute::BruteForce::new(scene);
                 Ok(task.run(&accel, start.elapsed().as_secs_f64()))
             }

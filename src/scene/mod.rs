@@ -74,6 +74,7 @@ impl Scene {
             .iter()
             .map(|m| size_of_val(m.positions.as_slice()) + size_of_val(m.triangles.as_slice()))
             .sum();
+        let normals: usize = self.normals.iter().map(|n| size_of_val(n.as_slice())).sum();
         let maps: usize = self
             .lights
             .iter()
@@ -82,7 +83,7 @@ impl Scene {
                 _ => 0,
             })
             .sum();
-        (meshes + maps + size_of_val(self.lights.as_slice())) as u64
+        (meshes + normals + maps + size_of_val(self.lights.as_slice())) as u64
     }
 
     /// The shape that mesh `geom` is part of.

@@ -1,6 +1,9 @@
 use crate::io::FileError;
 use thiserror::Error;
 
+/// Exit code of a command that was interrupted.
+pub(super) const INTERRUPTED: u8 = 130;
+
 /// Why a command ended early.
 #[derive(Debug, Error)]
 pub(super) enum CliError {
@@ -10,6 +13,9 @@ pub(super) enum CliError {
     /// A file cannot be read, is wrong, or cannot be written.
     #[error("{0}")]
     File(#[from] FileError),
+    /// An interrupt ended the command before there was anything to write.
+    #[error("{0}")]
+    Interrupted(String),
     /// Anything else that failed.
     #[error("{0}")]
     Failed(String),
@@ -21,6 +27,7 @@ impl CliError {
         match self {
             Self::Usage(_) => 2,
             Self::File(_) | Self::Failed(_) => 1,
+            Self::Interrupted(_) => INTERRUPTED,
         }
     }
 }

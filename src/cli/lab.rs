@@ -299,9 +299,9 @@ impl Ladder<'_> {
                 .install(|| estimator.render(world, &sampler, &mut film, samples, &progress));
             done += next;
             if outcome == Outcome::Stopped || progress.should_stop() {
-                return Err(CliError::Failed(format!(
-                    "interrupted during `{name}`; nothing is written"
-                )));
+                progress.finish();
+                let words = format!("interrupted during `{name}`; nothing is written");
+                return Err(CliError::Interrupted(words));
             }
         }
         let seconds = start.elapsed().as_secs_f64();

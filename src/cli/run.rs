@@ -1,6 +1,6 @@
 use super::args::RenderArgs;
 use super::backend::BackendTask;
-use super::error::CliError;
+use super::error::{CliError, INTERRUPTED};
 use super::explain;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
@@ -15,9 +15,6 @@ use crate::sampler::Independent;
 use crate::scene::Scene;
 use std::process::ExitCode;
 use std::time::Instant;
-
-/// Exit code of an interrupted render.
-const INTERRUPTED: u8 = 130;
 
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {

@@ -17,12 +17,9 @@ pub struct AmbientOcclusion<'a, A> {
 
 impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let ray = self.world.camera_ray(key, sampler);
-        let Some(hit) = self.world.intersect(&ray, RayKind::Camera, out) else {
+        let Some((_, vertex)) = self.world.look(key, sampler, out) else {
             return;
         };
-        let vertex = self.world.vertex(&hit, &ray);
-        out.first_surface(self.world.first_surface(&vertex));
 
         // A cosine-weighted direction on the viewer's side
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));

@@ -1,4 +1,4 @@
-use super::{Integrator, RayKind, Sink, World};
+use super::{Integrator, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
@@ -27,12 +27,9 @@ pub enum DebugView {
 
 impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let ray = self.world.camera_ray(key, sampler);
-        let Some(hit) = self.world.intersect(&ray, RayKind::Camera, out) else {
+        let Some((hit, vertex)) = self.world.look(key, sampler, out) else {
             return;
         };
-        let vertex = self.world.vertex(&hit, &ray);
-        out.first_surface(self.world.first_surface(&vertex));
         out.radiance(match self.view {
             DebugView::Normals => Spectrum::from((0.5 * vertex.point.ns + 0.5).to_array()),
             DebugView::Uv => Spectrum::rgb(hit.b1, hit.b2, 0.0),

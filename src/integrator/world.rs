@@ -35,6 +35,20 @@ impl<'a, A: Accel> World<'a, A> {
         self.camera.ray(film, sampler.get_2d(Dimension::LENS))
     }
 
+    /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.
+    pub(super) fn look(
+        &self,
+        key: SampleKey,
+        sampler: &mut impl Sampler,
+        out: &mut impl Sink,
+    ) -> Option<(Hit, Vertex<'a>)> {
+        let ray = self.camera_ray(key, sampler);
+        let hit = self.intersect(&ray, RayKind::Camera, out)?;
+        let vertex = self.vertex(&hit, &ray);
+        out.first_surface(self.first_surface(&vertex));
+        Some((hit, vertex))
+    }
+
     /// The closest hit, counted.
     #[inline(always)]
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {

@@ -1,6 +1,8 @@
 //! Ray queries: the closest hit, and whether there is any.
 
 pub mod brute;
+#[cfg(feature = "obvhs")]
+pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
 

@@ -1,4 +1,6 @@
 use super::error::CliError;
+#[cfg(feature = "obvhs")]
+use crate::accel::bvh;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
 use crate::accel::{Accel, brute};
@@ -11,6 +13,9 @@ pub(super) enum Backend {
     /// Intel Embree.
     #[cfg(feature = "embree")]
     Embree,
+    /// A hierarchy by obvhs, in pure Rust.
+    #[cfg(feature = "obvhs")]
+    Obvhs,
     /// Every triangle against every ray.
     Brute,
 }
@@ -20,6 +25,8 @@ impl Backend {
     pub const ALL: &[Self] = &[
         #[cfg(feature = "embree")]
         Self::Embree,
+        #[cfg(feature = "obvhs")]
+        Self::Obvhs,
         Self::Brute,
     ];
 
@@ -28,6 +35,8 @@ impl Backend {
         match self {
             #[cfg(feature = "embree")]
             Self::Embree => embree::NAME,
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs => bvh::NAME,
             Self::Brute => brute::NAME,
         }
     }
@@ -42,19 +51,24 @@ pub(super) trait BackendTask {
 }
 
 impl Backend {
-    /// Builds the acceleration structure of `scene` and gives it to `task`: the one place that chooses the backend.
-    pub fn with<T: BackendTask>(self, scene: &Scene, threads: usize, task: T) -> Result<T::Output, CliError> {
+    /// Builds the acceleration structure of `scene` with as many threads as `pool` has, and gives it to `task`: the one place
+    /// that chooses the backend.
+    pub fn with<T: BackendTask>(self, scene: &Scene, pool: &rayon::ThreadPool, task: T) -> Result<T::Output, CliError> {
         let start = Instant::now();
         match self {
             #[cfg(feature = "embree")]
             Self::Embree => {
-                let accel = embree::EmbreeAccel::new(scene, threads).map_err(|e| CliError::Failed(e.to_string()))?;
+                let accel = embree::EmbreeAccel::new(scene, pool.current_num_threads())
+                    .map_err(|e| CliError::Failed(e.to_string()))?;
+                Ok(task.run(&accel, start.elapsed().as_secs_f64()))
+            }
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs => {
+                let accel = pool.install(|| bvh::BvhAccel::new(scene));
                 Ok(task.run(&accel, start.elapsed().as_secs_f64()))
             }
             Self::Brute => {
-                // A copy of the triangles: nothing to share among threads.
-                let _ = threads;
-                let accel = brute::BruteForce::new(scene);
+                let accel = pool.install(|| brute::BruteForce::new(scene));
                 Ok(task.run(&accel, start.elapsed().as_secs_f64()))
             }
         }
@@ -68,6 +82,10 @@ pub(super) fn version_text() -> String {
     match embree::Device::new(1) {
         Ok(device) => text += &format!("\nbackend embree {} ({})", device.version(), device.isa()),
         Err(error) => text += &format!("\nbackend embree: {error}"),
+    }
+    #[cfg(feature = "obvhs")]
+    {
+        text += &format!("\nbackend obvhs {} (pure Rust)", bvh::VERSION);
     }
     text += "\nbackend brute (every triangle against every ray, for checks)";
     text

@@ -70,7 +70,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
         reference,
     };
-    let (rows, reference) = job.backend.with(&scene, job.threads, task)??;
+    let (rows, reference) = job.backend.with(&scene, &pool, task)??;
 
     let [sheet, csv, markdown] = &outputs;
     let mut panels: Vec<Panel> = rows.iter().map(Row::panel).collect();

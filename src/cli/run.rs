@@ -37,12 +37,11 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         pool: &pool,
     };
 
-    let threads = job.threads;
     let task = Task {
         prepared: &prepared,
         warnings: &mut warnings,
     };
-    job.backend.with(&scene, threads, task)?
+    job.backend.with(&scene, &pool, task)?
 }
 
 /// Renders with the backend that was chosen.

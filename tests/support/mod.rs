@@ -22,7 +22,13 @@ pub fn backend(scene: &Scene) -> impl Accel {
 }
 
 /// The backend this program was built with, or the oracle.
-#[cfg(not(feature = "embree"))]
+#[cfg(all(feature = "obvhs", not(feature = "embree")))]
+pub fn backend(scene: &Scene) -> impl Accel {
+    embrasure::accel::bvh::BvhAccel::new(scene)
+}
+
+/// The backend this program was built with, or the oracle.
+#[cfg(not(any(feature = "embree", feature = "obvhs")))]
 pub fn backend(scene: &Scene) -> impl Accel {
     embrasure::accel::brute::BruteForce::new(scene)
 }

@@ -14,8 +14,23 @@ pub(super) fn scene_hash(scene: &Scene, camera: &CameraParameters) -> String {
         hash.update(format!("{material:?}\n"));
     }
     // Triangle lights follow from meshes and materials.
-    for light in scene.lights().iter().filter(|l| !matches!(l, Light::Triangle(_))) {
-        hash.update(format!("{light:?}\n"));
+    for light in scene.lights() {
+        match light {
+            Light::Triangle(_) => {}
+            // A picture is too large for text.
+            Light::Environment(light) => {
+                let image = light.image();
+                hash.update(format!("environment {:?} {}\n", light.placement(), image.width));
+                hash.update((image.texels.len() as u64).to_le_bytes());
+                for texel in &image.texels {
+                    texel
+                        .to_array()
+                        .iter()
+                        .for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+                }
+            }
+            light => hash.update(format!("{light:?}\n")),
+        }
     }
     for (geom, mesh) in scene.geom_ids().zip(scene.meshes()) {
         hash.update(scene.shape(geom).material.0.to_le_bytes());

@@ -61,6 +61,16 @@ impl EnvironmentLight {
         }
     }
 
+    /// The picture.
+    pub fn image(&self) -> &LatLongImage {
+        &self.image
+    }
+
+    /// Factor of the picture's colours, and its rotation.
+    pub fn placement(&self) -> (f32, Quat) {
+        (self.scale, self.rotation)
+    }
+
     /// Radiance from the unit direction `wi`.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
         self.image.interpolated(place(self.rotation.inverse() * wi)) * self.scale

@@ -1,6 +1,11 @@
+use super::read_image::check_size;
 use super::{FileError, read_exr};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder};
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
 /// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
@@ -39,9 +44,13 @@ pub(super) fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
 
 fn read_hdr(path: &Path) -> Result<LatLongImage, FileError> {
     let failed = |error: &dyn std::fmt::Display| FileError::new(path, format!("cannot decode the image: {error}"));
-    let mut reader = image::ImageReader::open(path).map_err(|e| failed(&e))?;
-    reader.set_format(image::ImageFormat::Hdr);
-    let image = reader.decode().map_err(|e| failed(&e))?.into_rgb32f();
+    let file = File::open(path).map_err(|e| failed(&e))?;
+    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(|e| failed(&e))?;
+    let (width, height) = decoder.dimensions();
+    check_size(path, width as usize, height as usize)?;
+    let image = DynamicImage::from_decoder(decoder)
+        .map_err(|e| failed(&e))?
+        .into_rgb32f();
     Ok(LatLongImage {
         width: image.width() as usize,
         height: image.height() as usize,
@@ -86,6 +95,7 @@ mod tests {
         };
         assert!(file("a.png", b"x").contains(".hdr or .exr"));
         assert!(file("a.hdr", b"#?RADIANCE\n\n-Y 2 +X").contains("decode"));
+        assert!(file("a.hdr", b"#?RADIANCE\n\n-Y 900000 +X 900000\n").contains("900000x900000"));
         assert!(file("a.exr", b"no").contains("cannot read"));
         assert!(
             read_environment(Path::new("gone.hdr"))

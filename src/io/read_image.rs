@@ -3,8 +3,22 @@ use crate::film::RgbImage;
 use ::exr::prelude as exr;
 use std::path::Path;
 
+// A header is believed only so far, since memory is taken for the pixels before they are seen.
+/// Pixels that an image may have.
+const MAX_PIXELS: u64 = 1 << 28;
+/// Pixels that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
+const MAX_PIXELS_PER_BYTE: u64 = 1 << 10;
+
 /// Reads `R G B` of the first layer of an EXR file.
 pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
+    let failed = |error: &dyn std::fmt::Display| {
+        let message = format!("cannot read this as an EXR image with R, G and B: {error}");
+        FileError::new(path, message).help("give an .exr file that a renderer wrote")
+    };
+    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| failed(&e))?;
+    for header in &meta.headers {
+        check_size(path, header.layer_size.width(), header.layer_size.height())?;
+    }
     let image = exr::read_first_rgba_layer_from_file(
         path,
         |size: exr::Vec2<usize>, _| RgbImage {
@@ -16,9 +30,52 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
             image.pixels[at.y() * image.width + at.x()] = [r, g, b];
         },
     );
-    let image = image.map_err(|e| {
-        let error = FileError::new(path, format!("cannot read this as an EXR image with R, G and B: {e}"));
-        error.help("give an .exr file that a renderer wrote")
-    })?;
+    let image = image.map_err(|e| failed(&e))?;
     Ok(image.layer_data.channel_data.pixels)
+}
+
+/// An error where the header of `path` names more pixels than an image, or a file of that length, can have.
+pub(super) fn check_size(path: &Path, width: usize, height: usize) -> Result<(), FileError> {
+    let bytes = path.metadata().map_err(|e| FileError::new(path, e.to_string()))?.len();
+    let most = MAX_PIXELS.min(bytes.saturating_mul(MAX_PIXELS_PER_BYTE));
+    if (width as u64)
+        .checked_mul(height as u64)
+        .is_some_and(|pixels| pixels <= most)
+    {
+        return Ok(());
+    }
+    let message = format!("the header says {width}x{height} pixels; at most {most} can be read from {bytes} bytes");
+    Err(FileError::new(path, message).help("the file may be damaged; else scale the image down"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in the file are overwritten one by one: none may end in a panic or in memory that is not there.
+    #[test]
+    fn damaged_headers_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        exr::write_rgb_file(&path, 4, 2, |x, y| (x as f32, y as f32, 0.5f32)).unwrap();
+        let sound = std::fs::read(&path).unwrap();
+        let mut refused = 0;
+        for at in 0..sound.len() - 4 {
+            for value in [0, 1, -1, i32::MAX, i32::MIN, 1 << 20, 1 << 30, -(1 << 30)] {
+                let mut bytes = sound.clone();
+                bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+                std::fs::write(&path, bytes).unwrap();
+                refused += usize::from(read_exr(&path).is_err());
+            }
+        }
+        assert!(refused > 100, "{refused}");
+
+        let name = b"dataWindow\0box2i\0";
+        let window = sound.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+        let mut bytes = sound.clone();
+        bytes[window + 8..window + 16].copy_from_slice(&[0, 0, 0, 0x20, 0, 0, 0, 0x20]);
+        std::fs::write(&path, bytes).unwrap();
+        let message = read_exr(&path).unwrap_err().message;
+        assert!(message.contains("the header says 536870913x536870913"), "{message}");
+    }
 }

@@ -13,7 +13,7 @@ use embrasure::scene::{Scene, SceneBuilder};
 use support::*;
 
 /// Every backend that is built in, besides the oracle.
-fn backends(scene: &Scene) -> Vec<Box<dyn Accel>> {
+fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     vec![
         #[cfg(feature = "embree")]
         Box::new(embrasure::accel::embree::EmbreeAccel::new(scene, 1).unwrap()),

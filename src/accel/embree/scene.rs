@@ -4,14 +4,17 @@ use crate::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
 use crate::math::{Ray, Vec3, Vec4};
 use crate::scene::Scene;
 use embree4_sys::*;
+use std::marker::PhantomData;
 use std::ptr;
 
-/// A committed Embree scene of all meshes, with robust intersections and a high-quality build.
+/// A committed Embree scene of all meshes, with robust intersections and a high-quality build. Embree reads vertices and
+/// indices where the scene has them, so the scene is borrowed.
 #[derive(Debug)]
-pub struct EmbreeAccel {
+pub struct EmbreeAccel<'a> {
     // Before the device: fields are dropped in order, and a scene goes before its device.
     scene: SceneHandle,
     device: Device,
+    meshes: PhantomData<&'a [Mesh]>,
 }
 
 /// An owned reference to an Embree scene.
@@ -41,9 +44,9 @@ impl Drop for GeometryHandle {
     }
 }
 
-impl EmbreeAccel {
-    /// Copies the meshes of `scene` into Embree and builds, with `threads` threads.
-    pub fn new(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
+impl<'a> EmbreeAccel<'a> {
+    /// Builds over the meshes of `scene`, with `threads` threads.
+    pub fn new(scene: &'a Scene, threads: usize) -> Result<Self, EmbreeError> {
         let device = Device::new(threads)?;
         // SAFETY: the device is live; null is checked below.
         let handle = unsafe { rtcNewScene(device.handle()) };
@@ -56,16 +59,26 @@ impl EmbreeAccel {
         }
         device.check("configuring a scene")?;
         for (id, mesh) in scene.geom_ids().zip(scene.meshes()) {
-            attach(&device, &handle, id, mesh)?;
+            // SAFETY: the meshes are borrowed for 'a, which the Embree scene made here does not outlive: `Self` holds its only
+            // handle, and the meshes' borrow. A shared borrow also keeps them as they are.
+            unsafe { attach(&device, &handle, id, mesh)? };
         }
         // SAFETY: the scene is live, and no other thread knows it yet.
         unsafe { rtcCommitScene(handle.0) };
         device.check("building the acceleration structure")?;
-        Ok(Self { scene: handle, device })
+        Ok(Self {
+            scene: handle,
+            device,
+            meshes: PhantomData,
+        })
     }
 }
 
-fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Result<(), EmbreeError> {
+/// Makes a geometry of `mesh` and attaches it to `scene`.
+///
+/// # Safety
+/// The arrays of `mesh` stay where and as they are for as long as `scene` exists.
+unsafe fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Result<(), EmbreeError> {
     // SAFETY: the device is live; failure is reported through the error that is checked next.
     let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) };
     let geometry = GeometryHandle(geometry);
@@ -74,8 +87,12 @@ fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Resu
         RTCBufferType::RTC_BUFFER_TYPE_VERTEX,
         RTCBufferType::RTC_BUFFER_TYPE_INDEX,
     );
-    fill_buffer::<Vec3>(device, &geometry, vertex, RTCFormat::RTC_FORMAT_FLOAT3, &mesh.positions)?;
-    fill_buffer::<[u32; 3]>(device, &geometry, index, RTCFormat::RTC_FORMAT_UINT3, &mesh.triangles)?;
+    let (float3, uint3) = (RTCFormat::RTC_FORMAT_FLOAT3, RTCFormat::RTC_FORMAT_UINT3);
+    // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the caller keeps the arrays.
+    unsafe {
+        share_buffer::<Vec3>(device, &geometry, vertex, float3, &mesh.positions)?;
+        share_buffer::<[u32; 3]>(device, &geometry, index, uint3, &mesh.triangles)?;
+    }
     // SAFETY: geometry and scene are live and known to this thread alone; the id is unique, because ids count meshes.
     unsafe {
         rtcCommitGeometry(geometry.0);
@@ -84,33 +101,36 @@ fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Resu
     device.check("attaching a geometry")
 }
 
-/// Copies `items` into a new buffer of `geometry`, whose `format` is that of `T`.
-fn fill_buffer<T: Copy>(
+/// Lets `geometry` read `items` where they are.
+///
+/// # Safety
+/// `T` begins with what `format` says, and takes 16 bytes where Embree loads it as a vertex. `items` stays where and as it is
+/// for as long as the geometry is part of a scene.
+unsafe fn share_buffer<T>(
     device: &Device,
     geometry: &GeometryHandle,
     kind: RTCBufferType,
     format: RTCFormat,
     items: &[T],
 ) -> Result<(), EmbreeError> {
-    // SAFETY: the geometry is live. Embree allocates `count · stride` bytes and the padding that its 16-byte loads of the
-    // last vertex need, and returns null on failure.
-    let buffer = unsafe { rtcSetNewGeometryBuffer(geometry.0, kind, 0, format, size_of::<T>(), items.len()) };
-    device.check("allocating a buffer")?;
-    if buffer.is_null() {
-        return Err(EmbreeError::Call {
-            doing: "allocating a buffer",
-            reason: "no memory was returned",
-        });
+    // SAFETY: the geometry is live. Embree asks for a pointer and a stride that are multiples of 4, for items that stay
+    // while they are in use, and for a last vertex that can be loaded by 16 bytes; it only reads.
+    unsafe {
+        rtcSetSharedGeometryBuffer(
+            geometry.0,
+            kind,
+            0,
+            format,
+            items.as_ptr().cast(),
+            0,
+            size_of::<T>(),
+            items.len(),
+        );
     }
-    assert!(buffer.cast::<T>().is_aligned(), "Embree aligns its buffers to 16 bytes");
-    // SAFETY: the buffer is new, aligned for T, and holds `items.len()` items of T, a stride of `size_of::<T>()` apart,
-    // which is what is written; it cannot overlap a Rust slice. Vec3 and [u32; 3] begin with three consecutive words, as
-    // RTC_FORMAT_FLOAT3 and RTC_FORMAT_UINT3 ask.
-    unsafe { ptr::copy_nonoverlapping(items.as_ptr(), buffer.cast::<T>(), items.len()) };
-    Ok(())
+    device.check("sharing a buffer")
 }
 
-// What fill_buffer takes for granted.
+// What attach takes for granted.
 const _: () = assert!(size_of::<Vec3>() == 16 && size_of::<[u32; 3]>() == 12);
 
 /// The words of an `RTCRay`, sixteen bytes at a time.
@@ -139,7 +159,7 @@ fn to_embree(ray: &Ray) -> RTCRay {
     unsafe { std::mem::transmute::<RayWords, RTCRay>(words) }
 }
 
-impl Accel for EmbreeAccel {
+impl Accel for EmbreeAccel<'_> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         // SAFETY: RTCHit is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only
         // some builds of Embree have.

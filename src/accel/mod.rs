@@ -5,6 +5,11 @@ pub mod brute;
 pub mod bvh;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod query;
+mod record;
+
+pub use query::{Answer, Query, QueryKind};
+pub use record::Recorder;
 
 use crate::geometry::Hit;
 use crate::math::Ray;

@@ -20,6 +20,8 @@ pub(super) enum Command {
     Render(Box<RenderArgs>),
     /// Render one scene by every estimator of the ladder, and compare them
     Lab(Box<LabArgs>),
+    /// Measure ray rates and the cost of a render, backend by backend
+    Bench(BenchArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     Info(InfoArgs),
 }
@@ -68,6 +70,43 @@ pub(super) struct LabArgs {
     pub backend: Option<String>,
 
     /// Render and build threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Rays are those of a render with default settings. They are recorded, then traced again with nothing else in between:
+`render / replay` is the cost of a render in units of its ray tracing.
+Examples:
+  embrasure bench scenes/cornell-box.toml
+  embrasure bench scenes/cornell-box.toml bunny.obj --size 256x256 --json")]
+pub(super) struct BenchArgs {
+    /// .toml scene files or bare .obj files
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// This ray-tracing backend only [default: all that are built in, besides brute]
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
+
+    /// Size of the image in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Measurements of which the median is taken
+    #[arg(long, value_name = "N", default_value = "7")]
+    pub repeat: std::num::NonZeroUsize,
+
+    /// Threads, besides one [default: all]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

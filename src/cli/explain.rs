@@ -1,15 +1,12 @@
 use super::error::CliError;
 use super::estimator::Estimator;
-use crate::accel::{Accel, BackendInfo};
+use crate::accel::{Accel, Answer, Recorder};
 use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
-use crate::geometry::Hit;
 use crate::integrator::{RayKind, Sink, World};
-use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 use crate::scene::Scene;
-use std::sync::Mutex;
 
 /// Traces one sample and prints every ray with its answer, and what it added to the pixel.
 pub(super) fn explain<A: Accel>(
@@ -18,20 +15,17 @@ pub(super) fn explain<A: Accel>(
     sampler: &mut impl Sampler,
     key: SampleKey,
 ) {
-    let accel = Told {
-        accel,
-        scene,
-        rays: Mutex::new(Vec::new()),
-    };
+    let recorder = Recorder::new(accel);
     let mut told = Telling {
-        accel: &accel,
+        recorder: &recorder,
+        scene,
         kinds: Vec::new(),
         radiance: Spectrum::ZERO,
         lines: Vec::new(),
     };
     let world = World {
         scene,
-        accel: &accel,
+        accel: &recorder,
         camera,
     };
     estimator.sample(world, key, sampler, &mut told);
@@ -62,56 +56,10 @@ pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey
     )))
 }
 
-/// A backend that keeps what it was asked and what it answered.
-struct Told<'a, A> {
-    accel: &'a A,
-    scene: &'a Scene,
-    rays: Mutex<Vec<String>>,
-}
-
-impl<A: Accel> Told<'_, A> {
-    fn tell(&self, ray: &Ray, answer: String) {
-        let (o, d) = (ray.origin, ray.direction);
-        if let Ok(mut rays) = self.rays.lock() {
-            rays.push(format!("from {o} along {d}: {answer}"));
-        }
-    }
-}
-
-impl<A: Accel> Accel for Told<'_, A> {
-    fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.accel.intersect(ray);
-        self.tell(
-            ray,
-            hit.map_or("nothing".into(), |h| {
-                let material = &self.scene.material(&h).name;
-                format!(
-                    "t {} on triangle {} of mesh {}, b1 {} b2 {}, material `{material}`",
-                    h.t, h.prim.0, h.geom.0, h.b1, h.b2
-                )
-            }),
-        );
-        hit
-    }
-
-    fn occluded(&self, ray: &Ray) -> bool {
-        let occluded = self.accel.occluded(ray);
-        self.tell(ray, if occluded { "occluded" } else { "free" }.into());
-        occluded
-    }
-
-    fn info(&self) -> BackendInfo {
-        self.accel.info()
-    }
-
-    fn bytes(&self) -> u64 {
-        self.accel.bytes()
-    }
-}
-
 /// Puts the rays, their purpose and what they gave in one order.
 struct Telling<'a, A> {
-    accel: &'a Told<'a, A>,
+    recorder: &'a Recorder<'a, A>,
+    scene: &'a Scene,
     kinds: Vec<RayKind>,
     radiance: Spectrum,
     lines: Vec<String>,
@@ -120,14 +68,26 @@ struct Telling<'a, A> {
 impl<A: Accel> Telling<'_, A> {
     /// Rays that were answered since the last time.
     fn take_rays(&mut self) {
-        let rays = self.accel.rays.lock().map(|mut rays| std::mem::take(&mut *rays));
-        for (kind, ray) in self.kinds.drain(..).zip(rays.unwrap_or_default()) {
+        for (kind, (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
             let kind = match kind {
                 RayKind::Camera => "camera",
                 RayKind::Bounce => "bounce",
                 RayKind::Shadow => "shadow",
             };
-            self.lines.push(format!("  {kind} {ray}"));
+            let (o, d) = (query.ray.origin, query.ray.direction);
+            let answer = match answer {
+                Answer::Closest(Some(h)) => {
+                    let material = &self.scene.material(&h).name;
+                    format!(
+                        "t {} on triangle {} of mesh {}, b1 {} b2 {}, material `{material}`",
+                        h.t, h.prim.0, h.geom.0, h.b1, h.b2
+                    )
+                }
+                Answer::Closest(None) => "nothing".into(),
+                Answer::Occlusion(true) => "occluded".into(),
+                Answer::Occlusion(false) => "free".into(),
+            };
+            self.lines.push(format!("  {kind} from {o} along {d}: {answer}"));
         }
     }
 }

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::estimator::Estimator;
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::Rect;
-use crate::io::{CameraSection, FileError, Format, Output, SceneFile};
+use crate::io::{CameraSection, FileError, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{Independent, Sampler};
 use std::ops::Range;
@@ -20,8 +20,6 @@ const DEFAULT_FOV: f32 = 40.0;
 pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
-    pub outputs: Vec<(Format, Output)>,
-    pub stats: Option<Output>,
     pub resolution: UVec2,
     pub crop: Rect,
     pub samples: Range<u32>,
@@ -47,7 +45,7 @@ struct CameraArgs {
 }
 
 impl Job {
-    /// Reads the scene file and resolves everything; files that cannot be written are found here.
+    /// Reads the scene file and resolves everything.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
         let scene = read_scene(&args.scene)?;
         let resolution = resolution(args, &scene)?;
@@ -83,8 +81,6 @@ impl Job {
         }
 
         Ok(Self {
-            outputs: outputs(args)?,
-            stats: args.stats.as_deref().map(Output::prepare).transpose()?,
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             resolution,
             crop,
@@ -227,31 +223,6 @@ fn crop(args: &RenderArgs, resolution: UVec2) -> Result<Rect, CliError> {
         )));
     }
     Ok(crop)
-}
-
-fn outputs(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
-    let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
-    let paths = if args.output.is_empty() {
-        default()
-    } else {
-        args.output.clone()
-    };
-    if let Some(twice) = paths
-        .iter()
-        .enumerate()
-        .find_map(|(i, p)| paths[..i].contains(p).then_some(p))
-    {
-        let twice = twice.display();
-        return Err(CliError::Usage(format!(
-            "-o {twice} is given twice\n  help: name each file once"
-        )));
-    }
-    // A name that is no image is wrong usage; a folder that cannot be written is a failure.
-    let prepared = paths.iter().map(|path| {
-        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
-        Ok((format, Output::prepare(path)?))
-    });
-    prepared.collect()
 }
 
 /// What the flag names, else the scene file, else the first of those there are.

@@ -36,7 +36,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     };
     let [sheet, csv, markdown] = ["png", "csv", "md"].map(|e| Output::prepare(&with_extension(&prefix, e)));
     let outputs = [sheet?, csv?, markdown?];
-    let job = Job::new(&render_args(args, outputs[0].path()))?;
+    let job = Job::new(&render_args(args))?;
     let reference = args.reference.as_deref().map(read_exr).transpose()?;
     if let (Some(image), Some(path)) = (&reference, &args.reference) {
         let size = job.crop.size().as_usizevec2().to_array();
@@ -98,10 +98,9 @@ fn with_extension(prefix: &Path, extension: &str) -> PathBuf {
 }
 
 /// The render command that differs from a rung by its estimator alone.
-fn render_args(args: &LabArgs, output: &Path) -> RenderArgs {
+fn render_args(args: &LabArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
-        output: vec![output.to_path_buf()],
         spp: args.spp,
         seed: args.seed,
         size: args.size,

@@ -2,6 +2,8 @@
 
 mod args;
 mod backend;
+mod bench;
+mod bench_tables;
 mod error;
 mod estimator;
 mod explain;
@@ -47,6 +49,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     match args.command {
         Some(Command::Render(args)) => run::render(&args),
         Some(Command::Lab(args)) => lab::lab(&args),
+        Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Info(args)) => info::info(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),

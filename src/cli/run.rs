@@ -9,10 +9,11 @@ use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
-use crate::io::{FileError, Loaded, Metadata, load_scene};
+use crate::io::{FileError, Format, Loaded, Metadata, Output, load_scene};
 use crate::render::{Outcome, Statistics};
 use crate::sampler::Independent;
 use crate::scene::Scene;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -20,6 +21,11 @@ use std::time::Instant;
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let job = Job::new(args)?;
+    // Files that cannot be written are found before any work.
+    let files = Files {
+        images: images(args)?,
+        stats: args.stats.as_deref().map(Output::prepare).transpose()?,
+    };
     let Loaded { scene, mut warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     let (parameters, camera) = job.camera(scene.bounds())?;
     warnings.extend(job.estimator.check_lights(&scene)?);
@@ -31,6 +37,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         load_s: start.elapsed().as_secs_f64(),
         scene_hash: super::hash::scene_hash(&scene, &parameters),
         job: &job,
+        files: &files,
         scene: &scene,
         camera: &camera,
         start,
@@ -58,9 +65,16 @@ impl BackendTask for Task<'_> {
     }
 }
 
+/// What a render writes.
+struct Files {
+    images: Vec<(Format, Output)>,
+    stats: Option<Output>,
+}
+
 /// A job whose scene is loaded; what is missing is an acceleration structure.
 struct Prepared<'a> {
     job: &'a Job,
+    files: &'a Files,
     scene: &'a Scene,
     scene_hash: String,
     camera: &'a Camera,
@@ -115,8 +129,8 @@ impl Prepared<'_> {
             complete: outcome == Outcome::Complete,
         };
         let image = film.develop();
-        let write = |(format, output): &(_, crate::io::Output)| output.write_image(*format, &image, &metadata);
-        let mut failures: Vec<FileError> = job.outputs.iter().filter_map(|o| write(o).err()).collect();
+        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, &metadata);
+        let mut failures: Vec<FileError> = self.files.images.iter().filter_map(|o| write(o).err()).collect();
 
         let stats = Stats {
             version: env!("CARGO_PKG_VERSION"),
@@ -150,7 +164,7 @@ impl Prepared<'_> {
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             warnings,
         };
-        if let Some(output) = &job.stats {
+        if let Some(output) = &self.files.stats {
             let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
             failures.extend(output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err());
         }
@@ -162,8 +176,9 @@ impl Prepared<'_> {
 
     fn summarize(&self, stats: &Stats) {
         let job = self.job;
-        let names: Vec<String> = job
-            .outputs
+        let names: Vec<String> = self
+            .files
+            .images
             .iter()
             .map(|(_, o)| o.path().display().to_string())
             .collect();
@@ -225,4 +240,30 @@ fn finish(failures: Vec<FileError>, outcome: Outcome) -> Result<ExitCode, CliErr
             Ok(ExitCode::from(INTERRUPTED))
         }
     }
+}
+
+/// The images to write, by name.
+fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
+    let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
+    let paths = if args.output.is_empty() {
+        default()
+    } else {
+        args.output.clone()
+    };
+    if let Some(twice) = paths
+        .iter()
+        .enumerate()
+        .find_map(|(i, p)| paths[..i].contains(p).then_some(p))
+    {
+        let twice = twice.display();
+        return Err(CliError::Usage(format!(
+            "-o {twice} is given twice\n  help: name each file once"
+        )));
+    }
+    // A name that is no image is wrong usage; a folder that cannot be written is a failure.
+    let prepared = paths.iter().map(|path| {
+        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
+        Ok((format, Output::prepare(path)?))
+    });
+    prepared.collect()
 }

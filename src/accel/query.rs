@@ -1,0 +1,52 @@
+use super::Accel;
+use crate::geometry::Hit;
+use crate::math::Ray;
+
+/// A question to a backend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Query {
+    /// The segment in question.
+    pub ray: Ray,
+    /// What is asked of it.
+    pub kind: QueryKind,
+}
+
+/// What is asked of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum QueryKind {
+    /// The closest hit.
+    Closest,
+    /// Whether there is any hit.
+    Occlusion,
+}
+
+/// What a backend says to a [`Query`] of the same kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Answer {
+    /// The closest hit, if there is one.
+    Closest(Option<Hit>),
+    /// Whether there is any hit.
+    Occlusion(bool),
+}
+
+impl Query {
+    /// Asks `accel`.
+    #[inline(always)]
+    pub fn ask(&self, accel: &(impl Accel + ?Sized)) -> Answer {
+        match self.kind {
+            QueryKind::Closest => Answer::Closest(accel.intersect(&self.ray)),
+            QueryKind::Occlusion => Answer::Occlusion(accel.occluded(&self.ray)),
+        }
+    }
+}
+
+impl Answer {
+    /// Whether anything was hit.
+    #[inline(always)]
+    pub fn is_hit(&self) -> bool {
+        match self {
+            Self::Closest(hit) => hit.is_some(),
+            Self::Occlusion(occluded) => *occluded,
+        }
+    }
+}

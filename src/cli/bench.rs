@@ -1,0 +1,369 @@
+//! Ray rates and the cost of a render, backend by backend.
+
+use super::args::{BenchArgs, RenderArgs};
+use super::backend::{Backend, BackendTask};
+use super::bench_tables::tables;
+use super::error::CliError;
+use super::job::Job;
+use super::progress::{Progress, catch_interrupts};
+use crate::accel::{Accel, Query, QueryKind, Recorder};
+use crate::camera::Camera;
+use crate::film::{Film, FirstSurface};
+use crate::integrator::{RayKind, Sink, World};
+use crate::io::{Loaded, load_scene};
+use crate::math::Ray;
+use crate::render::{Observer, passes};
+use crate::sampler::{Independent, SampleKey};
+use crate::scene::Scene;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::hint::black_box;
+use std::ops::Range;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Samples whose rays are recorded: enough to fill every cache, few enough to be kept.
+const MOST_SAMPLES: u64 = 1 << 19;
+/// A measurement of less is repeated until it has taken so long, in seconds.
+const SHORTEST: f64 = 0.05;
+
+/// Everything measured in one run.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    pub version: &'static str,
+    pub cpu: Option<String>,
+    pub cores: usize,
+    pub scenes: Vec<SceneReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct SceneReport {
+    pub scene: String,
+    pub triangles: u64,
+    pub lights: usize,
+    pub width: u32,
+    pub height: u32,
+    /// Samples a pixel of the renders that are timed.
+    pub spp: usize,
+    pub backends: Vec<BackendReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct BackendReport {
+    pub name: &'static str,
+    pub version: String,
+    pub isa: &'static str,
+    /// With all threads; the median, as all times here.
+    pub build_s: f64,
+    pub bytes: u64,
+    pub bytes_per_triangle: f64,
+    pub runs: Vec<Run>,
+}
+
+/// What was measured with a number of threads.
+#[derive(Debug, Serialize)]
+pub(super) struct Run {
+    pub threads: usize,
+    pub mrays_per_s: Rates,
+    pub rays: usize,
+    pub render_s: f64,
+    /// The render's rays through the intersector alone.
+    pub replay_s: f64,
+    /// The median of ratios of neighbouring measurements, which noise disturbs less than the medians' ratio.
+    pub render_over_replay: f64,
+}
+
+/// Million rays per second; `null` where the scene sends no such rays.
+#[derive(Debug, Serialize)]
+pub(super) struct Rates {
+    pub camera: Option<f64>,
+    pub first_bounce: Option<f64>,
+    pub second_bounce: Option<f64>,
+    pub shadow: Option<f64>,
+}
+
+/// Measures the scenes and prints tables or JSON.
+pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
+    // Everything that can be wrong is found before the first ray.
+    let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
+    let jobs = jobs?;
+    catch_interrupts();
+    let scenes: Result<Vec<_>, CliError> = jobs.iter().map(|job| bench_scene(args, job)).collect();
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        cpu: cpu_name(),
+        cores: std::thread::available_parallelism().map_or(1, |n| n.get()),
+        scenes: scenes?,
+    };
+    if args.json {
+        let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
+        println!("{json}");
+    } else {
+        print!("{}", tables(&report));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The render command whose rays are measured.
+fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
+    RenderArgs {
+        scene: scene.to_path_buf(),
+        size: args.size,
+        backend: args.backend.clone(),
+        threads: args.threads,
+        quiet: true,
+        ..RenderArgs::default()
+    }
+}
+
+fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
+    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    let (_, camera) = job.camera(scene.bounds())?;
+    let samples = pass_of(job.crop.area());
+    let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
+
+    // Every triangle against every ray is no measure of anything, unless asked for by name.
+    let chosen = |b: &Backend| match args.backend {
+        Some(_) => *b == job.backend,
+        None => *b != Backend::Brute,
+    };
+    let mut backends = Vec::new();
+    for backend in Backend::ALL.iter().copied().filter(chosen) {
+        let pool = job.thread_pool()?;
+        let tell = |what: &str| {
+            if !args.quiet {
+                eprintln!("{name}: {}, {what}", backend.name());
+            }
+        };
+        tell("build");
+        let builds: Result<Vec<f64>, CliError> = (0..args.repeat.get())
+            .map(|_| backend.with(&scene, &pool, BuildTime))
+            .collect();
+        tell("rays");
+        let task = Measure {
+            job,
+            scene: &scene,
+            camera: &camera,
+            samples: samples.clone(),
+            repeat: args.repeat.get(),
+        };
+        let measured = backend.with(&scene, &pool, task)??;
+        backends.push(BackendReport {
+            build_s: median(builds?),
+            ..measured
+        });
+    }
+    Ok(SceneReport {
+        scene: name.into_owned(),
+        triangles: scene.triangle_count(),
+        lights: scene.lights().len(),
+        width: job.resolution.x,
+        height: job.resolution.y,
+        spp: samples.len(),
+        backends,
+    })
+}
+
+/// Sample indices that make a single pass, as many as fit.
+fn pass_of(pixels: u64) -> Range<u32> {
+    let fitting = passes(0..u32::MAX).take_while(|pass| pass.len() as u64 * pixels <= MOST_SAMPLES);
+    fitting.take(7).last().unwrap_or(0..1)
+}
+
+struct BuildTime;
+
+impl BackendTask for BuildTime {
+    type Output = f64;
+
+    fn run<A: Accel>(self, _accel: &A, build_s: f64) -> f64 {
+        build_s
+    }
+}
+
+struct Measure<'a> {
+    job: &'a Job,
+    scene: &'a Scene,
+    camera: &'a Camera,
+    samples: Range<u32>,
+    repeat: usize,
+}
+
+impl BackendTask for Measure<'_> {
+    type Output = Result<BackendReport, CliError>;
+
+    fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
+        let all = self.job.thread_pool()?;
+        let recording = all.install(|| self.record(accel));
+        let mut threads = vec![1, self.job.threads];
+        threads.dedup();
+        let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(accel, &recording, n)).collect();
+        let info = accel.info();
+        Ok(BackendReport {
+            name: info.name,
+            version: info.version,
+            isa: info.isa,
+            build_s,
+            bytes: accel.bytes(),
+            bytes_per_triangle: accel.bytes() as f64 / self.scene.triangle_count().max(1) as f64,
+            runs: runs?,
+        })
+    }
+}
+
+/// The rays of a render, tile by tile in the order of tracing.
+#[derive(Default)]
+struct Recording {
+    all: Vec<Vec<Query>>,
+    /// Those to the closest hit after 0, 1 and 2 scatterings, and those to lights.
+    by_kind: [Vec<Vec<Ray>>; 4],
+}
+
+/// Place of the rays to lights in `by_kind`.
+const SHADOW: usize = 3;
+
+impl Measure<'_> {
+    fn world<'a, A: Accel>(&'a self, accel: &'a A) -> World<'a, A> {
+        World {
+            scene: self.scene,
+            accel,
+            camera: self.camera,
+        }
+    }
+
+    /// Renders once, and keeps the rays.
+    fn record<A: Accel>(&self, accel: &A) -> Recording {
+        let film = Film::new(self.job.resolution, self.job.crop);
+        let tiles = film.tiles().par_iter().map(|tile| {
+            let recorder = Recorder::new(accel);
+            let mut sampler = Independent::new(self.job.seed);
+            let mut rays = <[Vec<Ray>; 4]>::default();
+            let mut all = Vec::new();
+            for (pixel, _) in tile.iter() {
+                for index in self.samples.clone() {
+                    let key = SampleKey::new(pixel.x, pixel.y, index);
+                    let world = self.world(&recorder);
+                    self.job.estimator.sample(world, key, &mut sampler, &mut Nothing);
+                    let mut scatterings = 0;
+                    for (query, _) in recorder.take() {
+                        all.push(query);
+                        match query.kind {
+                            QueryKind::Occlusion => rays[SHADOW].push(query.ray),
+                            QueryKind::Closest => {
+                                if scatterings < SHADOW {
+                                    rays[scatterings].push(query.ray);
+                                }
+                                scatterings += 1;
+                            }
+                        }
+                    }
+                }
+            }
+            (all, rays)
+        });
+        let tiles: Vec<_> = tiles.collect();
+        let mut recording = Recording::default();
+        for (all, rays) in tiles {
+            recording.all.push(all);
+            for (list, rays) in recording.by_kind.iter_mut().zip(rays) {
+                list.push(rays);
+            }
+        }
+        recording
+    }
+
+    fn measure<A: Accel>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = pool.map_err(|error| CliError::Failed(format!("cannot start {threads} threads: {error}")))?;
+        let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
+        let closest = |ray: &Ray| accel.intersect(ray).is_some();
+        let occluded = |ray: &Ray| accel.occluded(ray);
+
+        // A render and its rays alone, in turns
+        let mut pairs = Vec::new();
+        for _ in 0..self.repeat {
+            let render_s = seconds(&|| self.render(accel));
+            let replay_s = seconds(&|| trace(&recording.all, |query| query.ask(accel).is_hit()));
+            pairs.push((render_s, replay_s));
+            if Progress::new(0, true).should_stop() {
+                return Err(CliError::Interrupted("interrupted; nothing was printed".into()));
+            }
+        }
+
+        let rate = |rays: &[Vec<Ray>], of: &(dyn Fn(&Ray) -> bool + Sync)| {
+            let count: usize = rays.iter().map(Vec::len).sum();
+            let times = (0..self.repeat).map(|_| seconds(&|| trace(rays, of)));
+            (count > 0).then(|| count as f64 / median(times.collect()) / 1e6)
+        };
+        let [camera, first_bounce, second_bounce, shadow] = &recording.by_kind;
+        Ok(Run {
+            threads,
+            mrays_per_s: Rates {
+                camera: rate(camera, &closest),
+                first_bounce: rate(first_bounce, &closest),
+                second_bounce: rate(second_bounce, &closest),
+                shadow: rate(shadow, &occluded),
+            },
+            rays: recording.all.iter().map(Vec::len).sum(),
+            render_s: median(pairs.iter().map(|(render, _)| *render).collect()),
+            replay_s: median(pairs.iter().map(|(_, replay)| *replay).collect()),
+            render_over_replay: median(pairs.iter().map(|(render, replay)| render / replay).collect()),
+        })
+    }
+
+    fn render<A: Accel>(&self, accel: &A) {
+        let mut film = Film::new(self.job.resolution, self.job.crop);
+        let (sampler, samples) = (Independent::new(self.job.seed), self.samples.clone());
+        let estimator = &self.job.estimator;
+        black_box(estimator.render(self.world(accel), &sampler, &mut film, samples, &Progress::new(0, true)));
+    }
+}
+
+/// Asks for every item, a tile at a time to each thread.
+fn trace<T: Sync>(tiles: &[Vec<T>], is_hit: impl Fn(&T) -> bool + Sync) {
+    let hits = tiles
+        .par_iter()
+        .map(|tile| tile.iter().filter(|item| is_hit(item)).count());
+    black_box(hits.sum::<usize>());
+}
+
+/// Seconds that `work` takes, repeated until that can be told.
+fn repeated_seconds(work: impl Fn()) -> f64 {
+    let start = Instant::now();
+    for times in 1.. {
+        work();
+        let elapsed = start.elapsed().as_secs_f64();
+        if elapsed >= SHORTEST {
+            return elapsed / times as f64;
+        }
+    }
+    f64::NAN
+}
+
+/// The middle value, or the mean of both.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n => (values[(n - 1) / 2] + values[n / 2]) / 2.0,
+    }
+}
+
+/// The processor, as Linux names it.
+fn cpu_name() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_string())
+}
+
+/// Takes what is found and keeps nothing.
+struct Nothing;
+
+impl Sink for Nothing {
+    fn radiance(&mut self, _: crate::color::Spectrum) {}
+    fn first_surface(&mut self, _: FirstSurface) {}
+    fn ray(&mut self, _: RayKind) {}
+}

@@ -184,7 +184,7 @@ fn reflection_is_reciprocal_and_keeps_energy() {
                 let Some(s) = bsdf.sample(wo, u_lobe, u, TransportMode::Importance) else {
                     continue;
                 };
-                albedo += s.weight() * (1.0 / N as f32);
+                albedo += s.weight * (1.0 / N as f32);
                 if !s.is_delta() {
                     let (f, back) = (bsdf.eval(wo, s.wi).to_array(), bsdf.eval(s.wi, wo).to_array());
                     for c in 0..3 {
@@ -229,7 +229,7 @@ fn phong_reflects_what_quadrature_says() {
         };
         let n = SAMPLES;
         let weights = (0..n).filter_map(|i| lobe.sample(incident(degrees as f32), numbers(3, i).1));
-        let albedo = weights.map(|s| s.weight().max_component() as f64).sum::<f64>() / n as f64;
+        let albedo = weights.map(|s| s.weight.max_component() as f64).sum::<f64>() / n as f64;
         assert!((albedo / expected - 1.0).abs() < 5e-3, "{degrees}°: {albedo}");
     }
 }

@@ -47,7 +47,7 @@ impl Blinn {
         }
         let wi = (2.0 * cos_oh * wh - wo).normalize();
         let pdf = self.pdf(wo, wi);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::reflected(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
     }
 }
 

@@ -26,7 +26,7 @@ impl Dielectric {
         let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
         let (r, cos_t) = fresnel::dielectric(cos_o, eta);
         let f = self.reflectance * (r / cos_o);
-        let reflected = BsdfSample::reflected(f, mirror_direction(wo), r, Scattering::Specular);
+        let reflected = BsdfSample::new(f, mirror_direction(wo), r, Scattering::Specular);
         if r >= 1.0 || cos_t <= 0.0 {
             return [Some(reflected), None];
         }
@@ -36,12 +36,11 @@ impl Dielectric {
             TransportMode::Radiance => 1.0 / (eta * eta),
             TransportMode::Importance => 1.0,
         };
+        let f = self.transmittance * (scale * (1.0 - r) / cos_t);
+        let wi = Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z));
         let refracted = BsdfSample {
-            f: self.transmittance * (scale * (1.0 - r) / cos_t),
-            wi: Vec3::new(-wo.x / eta, -wo.y / eta, -cos_t.copysign(wo.z)),
-            pdf: 1.0 - r,
-            scattering: Scattering::Specular,
             eta,
+            ..BsdfSample::new(f, wi, 1.0 - r, Scattering::Specular)
         };
         [(r > 0.0).then_some(reflected), Some(refracted)]
     }

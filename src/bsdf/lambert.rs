@@ -37,7 +37,15 @@ impl Lambert {
         }
         let mut wi = cosine_hemisphere(u);
         wi.z = wi.z.copysign(wo.z);
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::reflected(self.albedo * FRAC_1_PI, wi, pdf, Scattering::Diffuse))
+        let pdf = cosine_hemisphere_pdf(wi.z.abs());
+        (pdf > 0.0).then_some(BsdfSample {
+            f: self.albedo * FRAC_1_PI,
+            wi,
+            pdf,
+            // The cosine and π cancel: whether a path goes on can be told at once.
+            weight: self.albedo,
+            scattering: Scattering::Diffuse,
+            eta: 1.0,
+        })
     }
 }

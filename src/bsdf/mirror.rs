@@ -16,7 +16,7 @@ impl Mirror {
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         let f = self.reflectance * self.fresnel.reflectance(cos) / cos;
-        let reflected = BsdfSample::reflected(f, mirror_direction(wo), 1.0, Scattering::Specular);
+        let reflected = BsdfSample::new(f, mirror_direction(wo), 1.0, Scattering::Specular);
         [(cos > 0.0).then_some(reflected), None]
     }
 }

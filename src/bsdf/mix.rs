@@ -69,6 +69,7 @@ impl Mix {
             sample.f = self.eval(wo, sample.wi);
             sample.pdf = self.pdf_for(&choice, wo, sample.wi);
         }
+        sample.weight = sample.f * (sample.wi.z.abs() / sample.pdf);
         Some(sample)
     }
 }

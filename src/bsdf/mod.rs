@@ -56,6 +56,8 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// Density of `wi` per solid angle; its probability for a delta lobe.
     pub pdf: f32,
+    /// Factor of the throughput, `f |cos θi| / pdf`: a field, because some lobes know it before they know the direction.
+    pub weight: Spectrum,
     /// Of the lobe it comes from.
     pub scattering: Scattering,
     /// Index of refraction beyond the surface over the one on the side of `wo` if the sample was refracted, else 1.
@@ -64,11 +66,12 @@ pub struct BsdfSample {
 
 impl BsdfSample {
     /// A sample that stays in its medium.
-    fn reflected(f: Spectrum, wi: Vec3, pdf: f32, scattering: Scattering) -> Self {
+    pub fn new(f: Spectrum, wi: Vec3, pdf: f32, scattering: Scattering) -> Self {
         Self {
             f,
             wi,
             pdf,
+            weight: f * (wi.z.abs() / pdf),
             scattering,
             eta: 1.0,
         }
@@ -77,11 +80,6 @@ impl BsdfSample {
     /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
     pub fn is_delta(&self) -> bool {
         self.scattering == Scattering::Specular
-    }
-
-    /// Factor of the throughput: `f |cos θi| / pdf`.
-    pub fn weight(&self) -> Spectrum {
-        self.f * (self.wi.z.abs() / self.pdf)
     }
 }
 

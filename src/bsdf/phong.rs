@@ -37,6 +37,6 @@ impl Phong {
         let about_mirror = Frame::from_z(mirror_direction(wo));
         let wi = about_mirror.to_world(cosine_power_hemisphere(u, self.exponent));
         let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::reflected(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+        (pdf > 0.0).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
     }
 }

@@ -25,9 +25,8 @@ impl ThinSheet {
         }
         let (face, _) = fresnel::dielectric(cos, self.ior);
         let r = 2.0 * face / (1.0 + face);
-        let sample = |f: Spectrum, wi, pdf| {
-            (pdf > 0.0).then(|| BsdfSample::reflected(f * (pdf / cos), wi, pdf, Scattering::Specular))
-        };
+        let sample =
+            |f: Spectrum, wi, pdf| (pdf > 0.0).then(|| BsdfSample::new(f * (pdf / cos), wi, pdf, Scattering::Specular));
         [
             sample(self.reflectance, mirror_direction(wo), r),
             sample(self.transmittance, -wo, 1.0 - r),

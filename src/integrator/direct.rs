@@ -4,8 +4,9 @@ use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::SurfacePoint;
 use crate::light::LightId;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::Scene;
 
 /// A surface point with the local frame and the scattering that hold there.
 pub(super) struct Vertex<'a> {
@@ -42,61 +43,81 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
     }
 }
 
-/// Light that sampled lights send to `vertex` and on to the viewer, weighed against following scattered rays.
+/// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
 ///
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
 /// scattered ray meets.
-#[inline(always)]
-pub(super) fn estimate_direct<A: Accel>(
-    world: &World<A>,
-    vertex: &Vertex,
-    strategy: &Strategy,
-    u: &LightNumbers<impl Sampler>,
-    out: &mut impl Sink,
-) -> Spectrum {
-    if !strategy.samples_lights() || vertex.bsdf.is_delta() {
-        return Spectrum::ZERO;
-    }
-    let selection = world.scene.light_selection();
-    let mut radiance = Spectrum::ZERO;
-    // Every light, or one of them
-    if let Some(ids) = selection.all() {
-        for (index, &id) in ids.iter().enumerate() {
-            radiance += sample_light(world, vertex, strategy, (id, 1.0), u.point_of(index as u32), out);
-        }
-    } else if let Some(chosen) = selection.sample(u.choice) {
-        radiance = sample_light(world, vertex, strategy, chosen, u.point, out);
-    }
-    radiance
+pub(super) enum Direct {
+    /// So much arrives.
+    Known(Spectrum),
+    /// So much arrives unless something is on the way.
+    Unless(Ray, Spectrum),
 }
 
-/// The same for the one light `id`, which was chosen with probability `pmf`.
-#[inline(always)]
-fn sample_light<A: Accel>(
-    world: &World<A>,
-    vertex: &Vertex,
-    strategy: &Strategy,
-    (id, pmf): (LightId, f32),
-    u: Vec2,
-    out: &mut impl Sink,
-) -> Spectrum {
-    // A direction towards the light
-    let Some(light) = world.scene.lights()[id.0 as usize].sample(vertex.point.p, u) else {
-        return Spectrum::ZERO;
-    };
+impl Direct {
+    const NONE: Self = Self::Known(Spectrum::ZERO);
 
-    // What would be scattered; a shadow ray is traced only where that is anything.
-    let wi = vertex.frame.to_local(light.wi);
-    let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
-    if f.is_black() {
-        return Spectrum::ZERO;
-    }
-    out.ray(RayKind::Shadow);
-    if world.accel.occluded(&light.shadow_ray(&vertex.point)) {
-        return Spectrum::ZERO;
+    /// Draws it for `vertex`. Where all lights are sampled their shadow rays are traced here; a single one is left to
+    /// [`Direct::arrives`].
+    #[inline(always)]
+    pub fn sample<A: Accel>(
+        world: &World<A>,
+        vertex: &Vertex,
+        strategy: &Strategy,
+        u: &LightNumbers<impl Sampler>,
+        out: &mut impl Sink,
+    ) -> Self {
+        if !strategy.samples_lights() || vertex.bsdf.is_delta() {
+            return Self::NONE;
+        }
+        let selection = world.scene.light_selection();
+        if let Some(ids) = selection.all() {
+            let mut sum = Spectrum::ZERO;
+            for (index, &id) in ids.iter().enumerate() {
+                let light = Self::of_light(world.scene, vertex, strategy, (id, 1.0), u.point_of(index as u32));
+                sum += light.arrives(world, out);
+            }
+            return Self::Known(sum);
+        }
+        match selection.sample(u.choice) {
+            Some(chosen) => Self::of_light(world.scene, vertex, strategy, chosen, u.point),
+            None => Self::NONE,
+        }
     }
 
-    let pdf = pmf * light.pdf;
-    let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
-    f * light.radiance * (strategy.light_weight(pdf, light.is_delta, scattering_pdf) / pdf)
+    /// That of the light `id`, which was chosen with probability `pmf`.
+    #[inline(always)]
+    fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, pmf): (LightId, f32), u: Vec2) -> Self {
+        // A direction towards the light
+        let Some(light) = scene.lights()[id.0 as usize].sample(vertex.point.p, u) else {
+            return Self::NONE;
+        };
+
+        // What would be scattered; a shadow ray is worth while only where that is anything.
+        let wi = vertex.frame.to_local(light.wi);
+        let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
+        if f.is_black() {
+            return Self::NONE;
+        }
+        let pdf = pmf * light.pdf;
+        let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
+        let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
+        Self::Unless(light.shadow_ray(&vertex.point), f * light.radiance * (weight / pdf))
+    }
+
+    /// What arrives: the shadow ray is traced.
+    #[inline(always)]
+    pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Spectrum {
+        match self {
+            Self::Known(radiance) => radiance,
+            Self::Unless(ray, radiance) => {
+                out.ray(RayKind::Shadow);
+                if world.accel.occluded(&ray) {
+                    Spectrum::ZERO
+                } else {
+                    radiance
+                }
+            }
+        }
+    }
 }

@@ -1,4 +1,4 @@
-use super::direct::{LightNumbers, estimate_direct};
+use super::direct::{Direct, LightNumbers};
 use super::strategy::Scattered;
 use super::{Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
@@ -74,7 +74,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             return;
         }
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = estimate_direct(world, &vertex, strategy, &u, out);
+        let direct = Direct::sample(world, &vertex, strategy, &u, out).arrives(world, out);
         out.radiance(branch.beta * direct);
 
         // Several rays in place of one
@@ -89,7 +89,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                 ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
                 depth: branch.depth + 1,
                 node,
-                beta: branch.beta * sample.weight() / self.branching as f32,
+                beta: branch.beta * sample.weight / self.branching as f32,
                 scattered: Some(Scattered {
                     p: vertex.point.p,
                     pdf: sample.pdf,

@@ -57,7 +57,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u(Bounce::Lobe), direction);
             let Some(sample) = sample else { return };
-            beta *= sample.weight();
+            beta *= sample.weight;
             eta_squared *= sample.eta * sample.eta;
             let Some(factor) = self.roulette.play(depth, beta * eta_squared, u(Bounce::Roulette)) else {
                 return;

@@ -1,10 +1,10 @@
-use super::direct::{LightNumbers, estimate_direct};
+use super::direct::{Direct, LightNumbers, Vertex};
 use super::strategy::Scattered;
 use super::{Integrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::ray_towards;
-use crate::math::Vec2;
+use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
@@ -41,34 +41,46 @@ impl<'a, S: Sampler> VertexNumbers<'a, S> {
     }
 }
 
+/// A path on its way from one vertex to the next.
+struct Segment {
+    ray: Ray,
+    /// Throughput: what the light that is met along `ray` counts in the pixel.
+    beta: Spectrum,
+    /// Product of the squared indices of refraction that `beta` has been divided by.
+    eta_squared: f32,
+    /// The scattering that `ray` comes from; `None` at the camera.
+    scattered: Option<Scattered>,
+}
+
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
-        let mut ray = world.camera_ray(key, sampler);
-        let sampler = &*sampler;
-
         let mut radiance = Spectrum::ZERO;
-        let mut beta = Spectrum::ONE;
-        let mut eta_squared = 1.0;
-        let mut scattered: Option<Scattered> = None;
+        let mut path = Segment {
+            ray: world.camera_ray(key, sampler),
+            beta: Spectrum::ONE,
+            eta_squared: 1.0,
+            scattered: None,
+        };
+        let sampler = &*sampler;
 
         for depth in 0.. {
             // All draws of a vertex stand in one place, before its ray: none of them depends on what is hit.
             let u = VertexNumbers::draw(sampler, depth);
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let Some(hit) = world.intersect(&ray, kind, out) else {
+            let Some(hit) = world.intersect(&path.ray, kind, out) else {
                 // Escaped: infinitely distant lights
-                for light in world.scene.escaped(ray.direction) {
-                    radiance += beta * light.radiance * strategy.emission_weight(scattered.as_ref(), &light);
+                for light in world.scene.escaped(path.ray.direction) {
+                    radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
                 }
                 break;
             };
 
             // The surface, and the light it emits by itself
-            let vertex = world.vertex(&hit, &ray);
-            let from = scattered.as_ref().map_or(ray.origin, |s| s.p);
-            if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, ray.direction) {
-                radiance += beta * light.radiance * strategy.emission_weight(scattered.as_ref(), &light);
+            let vertex = world.vertex(&hit, &path.ray);
+            let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
+            if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, path.ray.direction) {
+                radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
             }
             if depth == 0 {
                 out.first_surface(world.first_surface(&vertex));
@@ -77,29 +89,39 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
                 break;
             }
 
-            // Next-event estimation: light that arrives straight from a light
-            radiance += beta * estimate_direct(world, &vertex, strategy, &u.light, out);
+            // Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
+            // shadow ray is traced last, so that the next one can follow it without delay.
+            let direct = Direct::sample(world, &vertex, strategy, &u.light, out);
+            let next = self.scatter(&vertex, &path, depth, &u);
+            radiance += path.beta * direct.arrives(world, out);
+            match next {
+                Some(next) => path = next,
+                None => break,
+            }
+        }
+        out.radiance(radiance);
+    }
+}
 
-            // All other light: go on in a sampled direction
-            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u.lobe, u.direction) else {
-                break;
-            };
-            beta *= sample.weight();
-            eta_squared *= sample.eta * sample.eta;
-
-            // Russian roulette; that radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u.roulette) else {
-                break;
-            };
-            beta *= factor;
-
-            ray = ray_towards(&vertex.point, vertex.frame.to_world(sample.wi));
-            scattered = Some(Scattered {
+impl<A: Accel> PathIntegrator<'_, A> {
+    /// Goes on from `vertex` in a sampled direction, unless all is absorbed or Russian roulette ends the path.
+    #[inline(always)]
+    fn scatter<S>(&self, vertex: &Vertex, path: &Segment, depth: u32, u: &VertexNumbers<S>) -> Option<Segment> {
+        let directions = self.strategy.directions;
+        let sample = directions.sample(vertex.bsdf, vertex.wo, u.lobe, u.direction)?;
+        let beta = path.beta * sample.weight;
+        // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
+        let eta_squared = path.eta_squared * sample.eta * sample.eta;
+        let factor = self.roulette.play(depth, beta * eta_squared, u.roulette)?;
+        Some(Segment {
+            ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+            beta: beta * factor,
+            eta_squared,
+            scattered: Some(Scattered {
                 p: vertex.point.p,
                 pdf: sample.pdf,
                 is_delta: sample.is_delta(),
-            });
-        }
-        out.radiance(radiance);
+            }),
+        })
     }
 }

@@ -74,13 +74,7 @@ impl Directions {
         };
         wi.z = wi.z.copysign(wo.z);
         let pdf = self.pdf(bsdf, wo, wi);
-        (pdf > 0.0).then(|| BsdfSample {
-            f: bsdf.eval(wo, wi),
-            wi,
-            pdf,
-            scattering: Scattering::Diffuse,
-            eta: 1.0,
-        })
+        (pdf > 0.0).then(|| BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse))
     }
 
     /// Density with which [`Directions::sample`] draws `wi`, per solid angle.

@@ -1,4 +1,4 @@
-use super::direct::{LightNumbers, estimate_direct};
+use super::direct::{Direct, LightNumbers};
 use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -77,7 +77,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ..Strategy::default()
         };
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = estimate_direct(world, &vertex, &strategy, &u, out);
+        let direct = Direct::sample(world, &vertex, &strategy, &u, out).arrives(world, out);
         out.radiance(branch.beta * direct);
 
         // Mirror and refracted directions, all of them

@@ -60,6 +60,10 @@ impl TriangleLight {
     /// Draws a point on the triangle, seen from `p`.
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        // Behind it there is no light: asked first, since that is the common reason to end here.
+        if (p - self.corners[0]).dot(self.normal) <= 0.0 {
+            return None;
+        }
         let (b1, b2) = match self.sampling {
             TriangleSampling::Area => uniform_triangle(u),
             TriangleSampling::SolidAngle => self.barycentrics_by_solid_angle(p, u),
@@ -68,7 +72,6 @@ impl TriangleLight {
         let q = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
         let wi = (q - p).try_normalize()?;
         let pdf = self.pdf(p, q, wi);
-        // A light that faces away is the common reason to end here.
         if pdf <= 0.0 {
             return None;
         }

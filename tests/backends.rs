@@ -3,8 +3,8 @@
 
 mod support;
 
-use embrasure::accel::Accel;
 use embrasure::accel::brute::BruteForce;
+use embrasure::accel::{Accel, Cause, Crossing, Disagreement, Query, QueryKind, compare};
 use embrasure::geometry::{GeomId, Mesh, PrimId, offset_origin, ray_between, ray_towards};
 use embrasure::math::{Ray, Vec2, Vec3};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
@@ -57,75 +57,183 @@ fn soup(n: u32, size: f32) -> Mesh {
     }
 }
 
-/// Traces `rays` by every backend and by brute force: hit or miss must agree, and distances within `tolerance`, but for
-/// `budget` rays in all.
-fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], tolerance: impl Fn(&Ray, f32) -> f32, budget: usize) {
+/// Asks every pair of backends, brute force among them. What roundings cannot explain is a failure; of the rest there may be
+/// `budget` for each pair. Each disagreement is printed as a ray that `Ray::from_bits` brings back.
+fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     let brute = BruteForce::new(scene);
-    let expected: Vec<_> = rays.iter().map(|ray| brute.intersect(ray)).collect();
-    for backend in backends(scene) {
-        let name = backend.info().name;
-        let mut differ = Vec::new();
-        for (ray, oracle) in rays.iter().zip(&expected) {
-            let hit = backend.intersect(ray);
-            // Where the triangles differ, the crossings are one point.
-            let agree = match (hit, oracle) {
-                (None, None) => true,
-                (Some(hit), Some(oracle)) => (hit.t - oracle.t).abs() <= tolerance(ray, oracle.t),
-                _ => false,
-            };
-            if !agree || backend.occluded(ray) != oracle.is_some() {
-                differ.push((ray, hit, oracle));
+    let mut accels = backends(scene);
+    accels.push(Box::new(brute));
+    for (i, first) in accels.iter().enumerate() {
+        for second in &accels[i + 1..] {
+            let (mut found, mut used, mut count) = (Vec::new(), 0f64, 0);
+            for ray in rays {
+                let before = found.len();
+                for kind in [QueryKind::Closest, QueryKind::Occlusion] {
+                    let accels = [first.as_ref(), second.as_ref()];
+                    found.extend(compare(scene, accels, &Query { ray: *ray, kind }));
+                }
+                count += usize::from(found.len() > before);
+                // How much of the bound on distances is used
+                if let (Some(a), Some(b)) = (first.intersect(ray), second.intersect(ray)) {
+                    if (a.geom, a.prim) == (b.geom, b.prim) {
+                        let error = Crossing::new(scene, ray, &a).t_error();
+                        used = used.max((a.t as f64 - b.t as f64).abs() / error);
+                    }
+                }
             }
+            let names = [first.info().name, second.info().name].join(" and ");
+            let (n, unexplained) = (rays.len(), |d: &&Disagreement| d.cause == Cause::Unexplained);
+            println!("{what}, {names}: {count} of {n} rays differ; distances use {used:.3} of their bound");
+            for d in found.iter().take(5) {
+                println!("  {:?} {:x?} {:?}", d.cause, d.query.ray.bits(), d.answers);
+            }
+            assert_eq!(found.iter().find(unexplained), None, "{what}, {names}");
+            assert!(count <= budget, "{what}, {names}: {count} of {n} rays differ");
         }
-        let count = differ.len();
-        println!("{what}, {name}: {count} of {} rays differ", rays.len());
-        assert!(
-            count <= budget,
-            "{what}, {name}: {count} of {} rays differ, the first: {:?}",
-            rays.len(),
-            differ.first()
+    }
+}
+
+/// Rays of five kinds at the triangles of `scene`: random ones, along axes, in the plane of a triangle or nearly, at corners and
+/// at edges. There are ten times as many random ones as of each other kind.
+fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
+    let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
+    let triangles: Vec<[Vec3; 3]> = scene
+        .meshes()
+        .iter()
+        .flat_map(|m| (0..m.triangles.len() as u32).map(|i| m.corners(PrimId(i))))
+        .collect();
+    let start = |i| center + 1.5 * radius * at(i, 4).x.sqrt() * uniform_sphere(at(i, 5));
+    let triangle = |i: u32| triangles[i as usize % triangles.len()];
+    let along = |from: Vec3, to: Vec3| Ray::new(from, (to - from).normalize_or(Vec3::Z));
+    let random = |i: u32| {
+        let reach = if i % 3 == 0 { 0.7 * radius } else { f32::INFINITY };
+        Ray {
+            t_max: reach,
+            ..Ray::new(start(i), uniform_sphere(at(i, 6)))
+        }
+    };
+    let axis = |i: u32| {
+        let axis = [Vec3::X, Vec3::Y, Vec3::Z][i as usize % 3];
+        Ray::new(start(i), if i % 2 == 0 { axis } else { -axis })
+    };
+    let grazing = |i: u32| {
+        let ([p, q, r], u) = (triangle(i), at(i, 7));
+        let inside = p + 0.5 * u.x * (q - p) + 0.5 * u.y * (r - p);
+        let direction = (q - p).lerp(r - p, 2.0 * at(i, 8).x - 0.5).normalize_or(Vec3::Z);
+        let normal = (q - p).cross(r - p).normalize_or(Vec3::Z);
+        let tilt = [0.0, 1e-7, 1e-5, 1e-3][i as usize % 4];
+        Ray::new(inside - radius * direction, direction + tilt * normal)
+    };
+    let corner = |i: u32| along(start(i), triangle(i)[i as usize / 7 % 3]);
+    let edge = |i: u32| {
+        let corners = triangle(i);
+        let k = i as usize / 7 % 3;
+        along(start(i), corners[k].lerp(corners[(k + 1) % 3], at(i, 9).x))
+    };
+    [
+        ("random", (0..10 * n).map(random).collect()),
+        ("along axes", (0..n).map(axis).collect()),
+        ("grazing", (0..n).map(grazing).collect()),
+        ("at corners", (0..n).map(corner).collect()),
+        ("at edges", (0..n).map(edge).collect()),
+    ]
+}
+
+/// A fan of `n` triangles around the origin, on a cone: every pair of neighbours shares an edge, all share a corner.
+fn fan(n: u32) -> Mesh {
+    let rim = |i: u32| {
+        let angle = std::f32::consts::TAU * i as f32 / n as f32;
+        Vec3::new(angle.cos(), angle.sin(), 0.3)
+    };
+    Mesh {
+        positions: std::iter::once(Vec3::ZERO).chain((0..n).map(rim)).collect(),
+        triangles: (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect(),
+    }
+}
+
+/// The same triangles twice, and coplanar ones that overlap them.
+fn coplanar() -> Mesh {
+    let square = polygon(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
+    let again = square.positions.iter().copied();
+    let shifted = square.positions.iter().map(|p| 0.7 * *p + Vec3::new(0.2, 0.2, 0.0));
+    Mesh {
+        positions: square.positions.iter().copied().chain(again).chain(shifted).collect(),
+        triangles: (0..3)
+            .flat_map(|k| square.triangles.iter().map(move |t| t.map(|i| i + 4 * k)))
+            .collect(),
+    }
+}
+
+/// Triangles whose width is 10⁻¹ to 10⁻⁶ of their length, in all directions.
+fn slivers(n: u32) -> Mesh {
+    let triangle = |i: u32| {
+        let (p, d, e) = (
+            uniform_sphere(at(i, 0)),
+            uniform_sphere(at(i, 1)),
+            uniform_sphere(at(i, 2)),
         );
+        [p, p + d, p + 0.5 * d + 10f32.powi(-(1 + i as i32 % 6)) * e]
+    };
+    Mesh {
+        positions: (0..n).flat_map(triangle).collect(),
+        triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+    }
+}
+
+/// Triangles without area (corners or lines), among others that have some.
+fn degenerate() -> Mesh {
+    let mut mesh = soup(60, 0.4);
+    for (i, t) in (0..).zip(&mut mesh.triangles) {
+        match i % 3 {
+            0 => t[1] = t[0],
+            1 => mesh.positions[t[2] as usize] = mesh.positions[t[0] as usize].midpoint(mesh.positions[t[1] as usize]),
+            _ => {}
+        }
+    }
+    mesh
+}
+
+fn moved(mesh: Mesh, scale: f32, place: Vec3) -> Mesh {
+    Mesh {
+        positions: mesh.positions.iter().map(|p| scale * *p + place).collect(),
+        ..mesh
     }
 }
 
 #[test]
-fn closest_hits_and_occlusion_agree() {
-    let scene = scene_of(vec![soup(500, 0.2), room(), sphere(0.3, Vec3::splat(0.5), 3)]);
-    let ray = |i| {
-        let (a, b) = (at(i, 4), at(i, 5));
-        let origin = 3.0 * Vec3::new(a.x, a.y, b.x) - Vec3::ONE;
-        Ray {
-            t_max: if i % 3 == 0 { 0.7 } else { f32::INFINITY },
-            ..Ray::new(origin, uniform_sphere(at(i, 6)))
+fn backends_agree_with_brute_force() {
+    const RAYS: u32 = 10_000;
+    let far = |x: f32| Vec3::new(x, -0.7 * x, 0.9 * x);
+    let scenes = [
+        (
+            "soup, room and sphere",
+            vec![soup(300, 0.2), room(), sphere(0.3, Vec3::splat(0.5), 2)],
+        ),
+        ("one triangle", vec![polygon(&[Vec3::ZERO, Vec3::X, Vec3::Y])]),
+        ("fan", vec![fan(64)]),
+        ("coplanar", vec![coplanar()]),
+        ("slivers", vec![slivers(120)]),
+        ("degenerate", vec![degenerate()]),
+        ("10⁵ from the origin", vec![moved(soup(200, 0.3), 2.0, far(1e5))]),
+        (
+            "10⁶ from the origin",
+            vec![moved(sphere(1.0, Vec3::ZERO, 2), 50.0, far(1e6))],
+        ),
+        ("scale 10⁻⁸", vec![moved(soup(200, 0.3), 1e-8, Vec3::ZERO)]),
+        ("scale 10⁸", vec![moved(soup(200, 0.3), 1e8, Vec3::ZERO)]),
+    ];
+    for (name, meshes) in scenes {
+        let scene = scene_of(meshes);
+        for (kind, rays) in rays_at(&scene, RAYS) {
+            // Rays at the outer edges of a surface meet it or not by their last bit; others should hardly ever.
+            let budget = if matches!(kind, "random" | "along axes") {
+                1
+            } else {
+                usize::MAX
+            };
+            assert_agree(&format!("{name}, {kind}"), &scene, &rays, budget);
         }
-    };
-    let rays: Vec<Ray> = (0..20_000).map(ray).collect();
-    // Coordinates up to 3, a few roundings
-    assert_agree("random", &scene, &rays, |_, _| 1e-5, 1);
-}
-
-#[test]
-fn rays_along_the_axes_agree() {
-    let scene = scene_of(vec![soup(300, 0.3), room()]);
-    let ray = |i: u32| {
-        let (a, b) = (at(i, 14), at(i, 15));
-        let axis = [Vec3::X, Vec3::Y, Vec3::Z][i as usize % 3];
-        let origin = 1.8 * Vec3::new(a.x, a.y, b.x) - 0.9;
-        // Some start on the planes of the room's faces, beside it
-        let origin = if i % 5 == 0 {
-            origin.with_y(1.0) + 3.0 * Vec3::X
-        } else {
-            origin
-        };
-        Ray::new(origin, if i % 2 == 0 { axis } else { -axis })
-    };
-    let rays: Vec<Ray> = (0..6_000).map(ray).collect();
-    // A ray in the plane of a face may or may not meet it.
-    let rays: Vec<Ray> = rays
-        .into_iter()
-        .filter(|r| r.origin.abs().max_element() < 1.0 || r.direction.y != 0.0)
-        .collect();
-    assert_agree("along axes", &scene, &rays, |_, _| 1e-5, 1);
+    }
 }
 
 /// Rays at corners and edges of a closed sphere, from inside: each hits, whichever triangle it is given to.
@@ -176,6 +284,25 @@ fn a_closed_sphere_is_closed() {
     }
 }
 
+/// Far from the origin, where floats are 1/64 apart: corners and rays' origins are on that grid.
+#[test]
+fn a_closed_sphere_far_away_is_closed() {
+    let place = Vec3::new(2.0e5, -1.5e5, 1.7e5);
+    let scene = scene_of(vec![sphere(2.0, place, 3)]);
+    assert_eq!(place.x.next_up() - place.x, 1.0 / 64.0);
+    for backend in backends(&scene) {
+        let missed = (0..1_000_000).filter(|&i| {
+            let origin = place + 0.3 * uniform_sphere(at(i, 19));
+            backend
+                .intersect(&Ray::new(origin, uniform_sphere(at(i, 18))))
+                .is_none()
+        });
+        let missed = missed.count();
+        println!("{}: {missed} of 10⁶ rays missed", backend.info().name);
+        assert!(missed <= 20, "{}: {missed}", backend.info().name);
+    }
+}
+
 #[test]
 fn hits_name_the_point_by_their_barycentrics() {
     let scene = scene_of(vec![soup(50, 0.5), soup(80, 0.4)]);
@@ -211,6 +338,11 @@ fn rays_do_not_meet_the_surface_they_left() {
         let scale = 10f32.powi(i as i32 % 17 - 8);
         let place = [Vec3::ZERO, Vec3::ONE, Vec3::new(100.0, -3.0, 20.0)][i as usize % 3];
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
+        // Slivers too, 10 to 1000 times as long as wide: the narrower, the further are they from where f32 finds them.
+        if i % 5 == 0 {
+            corners[2] =
+                corners[0].lerp(corners[1], 0.4) + 10f32.powi(-(1 + i as i32 / 5 % 3)) * (corners[2] - corners[0]);
+        }
         // Axis-aligned ones too, through the origin or beside it.
         if i % 4 == 0 {
             corners = corners.map(|p| p.with_y(if i % 8 == 0 { 0.0 } else { scale }));
@@ -278,60 +410,135 @@ fn scenes_give_their_memory_back() {
     }
 }
 
-/// Rays through real rooms and meshes: Embree and obvhs against each other, where brute force would take too long.
+/// Rays through real rooms and meshes, and those of renders of them: Embree and obvhs against each other, where brute force would
+/// take too long.
 #[cfg(all(feature = "embree", feature = "obvhs"))]
-#[test]
-fn backends_agree_on_real_scenes() {
-    use embrasure::accel::{bvh::BvhAccel, embree::EmbreeAccel};
+mod together {
+    use super::*;
+    use embrasure::accel::{Auditor, bvh::BvhAccel, embree::EmbreeAccel};
+    use embrasure::camera::{Camera, CameraParameters};
+    use embrasure::film::Film;
+    use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
     use embrasure::io::{SceneFile, load_scene};
-    let Some(folder) = shared("scenes") else { return };
-    const RAYS: u32 = 200_000;
-    for name in [
-        "cornell-box-mcguire/CornellBox-Water.obj",
-        "sponza-dabrovic/sponza.obj",
-        "meshes/stanford-bunny.obj",
-        "meshes/teapot.obj",
-        "meshes/nefertiti.obj",
-    ] {
-        let file = SceneFile::of_obj(&folder.join(name));
-        let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;
-        let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));
-        let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
-        let (mut hits, mut differ) = (0, Vec::new());
-        for i in 0..RAYS {
-            // From within the bounding sphere, and from outside towards a point within
-            let inner = center + 0.7 * radius * at(i, 30).x * uniform_sphere(at(i, 31));
-            let ray = if i % 2 == 0 {
-                Ray::new(inner, uniform_sphere(at(i, 32)))
-            } else {
-                let from = center + 2.0 * radius * uniform_sphere(at(i, 32));
-                Ray::new(from, (inner - from).normalize())
-            };
-            let (e, b) = (embree.intersect(&ray), bvh.intersect(&ray));
-            let agree = match (e, b) {
-                (None, None) => true,
-                (Some(e), Some(b)) => {
-                    hits += 1;
-                    // Some ten roundings of the coordinates, which grazing incidence and slivers make longer
-                    let p = scene.surface_point(&e);
-                    let cos = ray.direction.dot(p.ng).abs().max(1e-3);
-                    (e.t - b.t).abs() <= 1e-5 * (ray.origin.abs().max_element() + radius) / cos
-                }
-                _ => false,
-            };
-            let same_occlusion = embree.occluded(&ray) == e.is_some() && bvh.occluded(&ray) == b.is_some();
-            if !agree || !same_occlusion {
-                differ.push((ray, e, b));
+    use embrasure::math::UVec2;
+    use std::path::Path;
+
+    #[test]
+    fn backends_agree_on_real_scenes() {
+        let Some(folder) = shared("scenes") else { return };
+        const RAYS: u32 = 200_000;
+        for name in [
+            "cornell-box-mcguire/CornellBox-Water.obj",
+            "sponza-dabrovic/sponza.obj",
+            "living-room/living-room.obj",
+            "staircase2/staircase2.obj",
+            "kitchen-blender/kitchen.obj",
+            "meshes/stanford-bunny.obj",
+            "meshes/teapot.obj",
+            "meshes/nefertiti.obj",
+        ] {
+            let scene = load_scene(&SceneFile::of_obj(&folder.join(name)), SceneBuilder::new())
+                .unwrap()
+                .scene;
+            let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));
+            let auditor = Auditor::new(&scene, [&embree, &bvh], 1.0);
+            let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
+            let mut hits = 0;
+            for i in 0..RAYS {
+                // From within the bounding sphere, and from outside towards a point within
+                let inner = center + 0.7 * radius * at(i, 30).x * uniform_sphere(at(i, 31));
+                let ray = if i % 2 == 0 {
+                    Ray::new(inner, uniform_sphere(at(i, 32)))
+                } else {
+                    let from = center + 2.0 * radius * uniform_sphere(at(i, 32));
+                    Ray::new(from, (inner - from).normalize())
+                };
+                hits += u32::from(auditor.intersect(&ray).is_some());
+                auditor.occluded(&ray);
             }
+            assert!(hits > RAYS / 10, "{name}: only {hits} hits");
+            check(name, &auditor);
         }
-        println!("{name}: {} of {RAYS} rays differ, {hits} hits", differ.len());
-        assert!(hits > RAYS / 10, "{name}: only {hits} hits");
-        // One ray in 10⁵; Embree lets some through at corners (embree issues 174, 181, 387, 423).
+    }
+
+    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ.
+    fn check(name: &str, auditor: &Auditor) {
+        let findings = auditor.findings();
+        let (count, rays) = (findings.count(), findings.rays());
+        println!("{name}: {count} of {rays} rays differ");
+        for d in &findings.disagreements {
+            println!(
+                "  {:?} {:?} {:x?} {:?}",
+                d.cause,
+                d.query.kind,
+                d.query.ray.bits(),
+                d.answers
+            );
+        }
+        assert_eq!(findings.caused_by(Cause::Unexplained), 0, "{name}");
         assert!(
-            differ.len() <= 2,
-            "{name}: {} of {RAYS} rays differ: {:?}",
-            differ.len(),
-            &differ[..3.min(differ.len())]
+            count * 100_000 <= rays.max(100_000),
+            "{name}: {count} of {rays} rays differ"
         );
+    }
+
+    /// The same picture from both backends, with every ray of the first one checked.
+    ///
+    /// Barycentrics differ in their last bits, so no pixel need be the same to the bit. More than that is a path that went
+    /// another way: it passed an edge, or a choice at random, more closely than those bits tell.
+    #[test]
+    fn pictures_agree() {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+        let mut files: Vec<_> = ["cornell-box", "closed-box", "depth-of-field", "veach-plates", "furnace"]
+            .map(|name| project.join(name).with_extension("toml"))
+            .to_vec();
+        for name in ["cornell", "hall", "sponza"] {
+            files.extend(shared(&format!("suite/{name}/{name}.toml")));
+        }
+        for path in files {
+            let file = SceneFile::load(&path).unwrap();
+            let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;
+            let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));
+            let auditor = Auditor::new(&scene, [&embree, &bvh], 1.0);
+            let resolution = UVec2::new(128, 128);
+            let section = file.camera.as_ref().unwrap();
+            let camera = CameraParameters {
+                vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
+                ..pinhole(
+                    Vec3::from(*section.position.get_ref()),
+                    Vec3::from(*section.look_at.get_ref()),
+                    40.0,
+                )
+            };
+            let camera = Camera::new(camera, resolution).unwrap();
+            let (a, b) = (picture(&scene, &auditor, &camera), picture(&scene, &bvh, &camera));
+            let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+            let (mut same, mut other) = (0, 0);
+            for (a, b) in a.iter().zip(&b) {
+                let apart = (0..3)
+                    .map(|c| (a[c] - b[c]).abs() / (a[c].abs().max(b[c].abs()) + 1e-3))
+                    .fold(0.0, f64::max);
+                same += usize::from(apart == 0.0);
+                other += usize::from(apart > 1e-3);
+            }
+            println!(
+                "{name}: of {} pixels {same} are the same to the bit, {other} differ by more than 0.1 %",
+                a.len()
+            );
+            check(&name, &auditor);
+            assert!(other * 100 <= a.len(), "{name}: {other} of {} pixels differ", a.len());
+        }
+    }
+
+    fn picture<A: Accel>(scene: &Scene, accel: &A, camera: &Camera) -> Vec<[f64; 3]> {
+        let integrator = PathIntegrator {
+            world: World { scene, accel, camera },
+            strategy: Strategy::default(),
+            max_depth: Some(16),
+            roulette: Roulette::default(),
+        };
+        let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
+        let tiles = film.tiles().iter().flat_map(|tile| tile.iter());
+        tiles.map(|(_, sums)| [0, 1, 2].map(|c| sums.mean(c))).collect()
     }
 }

@@ -670,6 +670,142 @@ fn the_lab_compares_the_ladder() {
     assert!(words(&out).contains("40x24"), "{}", words(&out));
 }
 
+/// What a command prints as JSON.
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", words(output)))
+}
+
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+#[test]
+fn audits_report_and_replay() {
+    let folder = scene();
+    let out = run(
+        folder.path(),
+        &[
+            "audit",
+            "s.toml",
+            "--rays",
+            "20000",
+            "--against",
+            "brute",
+            "-o",
+            "r.json",
+        ],
+    );
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    let report: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(folder.path().join("r.json")).unwrap()).unwrap();
+    let rays = report["closest_rays"].as_u64().unwrap() + report["occlusion_rays"].as_u64().unwrap();
+    assert!((19_000..21_000).contains(&rays), "{report}");
+    assert_eq!(report["causes"]["unexplained"], 0);
+
+    // A ray that was written down is traced again: straight down onto the floor.
+    let bits = |values: [f32; 8]| values.map(|v| format!("{:08x}", v.to_bits()));
+    let ray = bits([0.1, 0.5, 0.2, 0.0, -1.0, 0.0, 0.0, f32::INFINITY]);
+    let replay = serde_json::json!({
+        "scene_hash": report["scene_hash"], "rays": [{ "kind": "closest", "bits": ray }],
+    });
+    fs::write(folder.path().join("one.json"), replay.to_string()).unwrap();
+    let out = run(
+        folder.path(),
+        &[
+            "audit",
+            "s.toml",
+            "--replay",
+            "one.json",
+            "--against",
+            "brute",
+            "--json",
+        ],
+    );
+    assert_eq!((code(&out), words(&out).as_str()), (0, ""));
+    let again = json(&out);
+    assert_eq!(
+        (again["closest_rays"].as_u64(), again["disagreements"].as_u64()),
+        (Some(1), Some(0))
+    );
+
+    // A share of a render
+    let args = ["render", "s.toml", "-q", "--audit-rays", "0.5", "--stats", "s.json"];
+    assert_eq!(code(&run(folder.path(), &args)), 0);
+    let stats = fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&stats).unwrap();
+    let rays: u64 = ["camera", "bounce", "shadow"]
+        .iter()
+        .map(|k| stats["rays"][k].as_u64().unwrap())
+        .sum();
+    let checked: u64 = ["closest_rays", "occlusion_rays"]
+        .iter()
+        .map(|k| stats["audit"][k].as_u64().unwrap())
+        .sum();
+    assert!((checked as f64 / rays as f64 - 0.5).abs() < 0.05, "{checked} of {rays}");
+
+    // Mistakes
+    for (args, what) in [
+        (
+            &["audit", "s.toml", "--backend", "brute", "--against", "brute"][..],
+            "against",
+        ),
+        (&["audit", "s.toml", "--against", "nothing"], "unknown backend"),
+        (&["audit", "s.toml", "--rays", "0"], "--rays"),
+        (
+            &["audit", "s.toml", "--rays", "18446744073709551615", "--size", "1x1"],
+            "2^32",
+        ),
+        (&["render", "s.toml", "--audit-rays", "2"], "from 0 to 1"),
+    ] {
+        let out = run(folder.path(), args);
+        assert_eq!(code(&out), 2, "{args:?}: {}", words(&out));
+        assert!(words(&out).contains(what), "{args:?}: {}", words(&out));
+    }
+    let out = run(folder.path(), &["audit", "s.toml", "--replay", "a.obj"]);
+    assert_eq!(code(&out), 1);
+    assert!(words(&out).contains("a.obj: not a report"), "{}", words(&out));
+}
+
+#[test]
+fn benches_print_tables_and_json() {
+    let folder = scene();
+    let out = run(
+        folder.path(),
+        &["bench", "s.toml", "a.obj", "--repeat", "1", "--size", "16x16"],
+    );
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    let text = String::from_utf8_lossy(&out.stdout);
+    for word in ["| s ", "| a ", "render / replay", "bytes a triangle", "shadow"] {
+        assert!(text.contains(word), "{word} in {text}");
+    }
+    let out = run(
+        folder.path(),
+        &["bench", "s.toml", "--repeat", "1", "--json", "-q", "--threads", "2"],
+    );
+    assert_eq!((code(&out), words(&out).as_str()), (0, ""));
+    let report = json(&out);
+    let scene = &report["scenes"][0];
+    assert_eq!(
+        (scene["triangles"].as_u64(), scene["width"].as_u64()),
+        (Some(4), Some(40))
+    );
+    for backend in scene["backends"].as_array().unwrap() {
+        let threads: Vec<_> = backend["runs"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|r| r["threads"].as_u64().unwrap())
+            .collect();
+        assert_eq!(threads, [1, 2]);
+        for run in backend["runs"].as_array().unwrap() {
+            for kind in ["camera", "first_bounce", "shadow"] {
+                assert!(run["mrays_per_s"][kind].as_f64().unwrap() > 0.0, "{report}");
+            }
+            // A render does all that the replay does.
+            assert!(run["rays"].as_u64().unwrap() > 40 * 24 && run["replay_s"].as_f64().unwrap() > 0.0);
+        }
+    }
+    let out = run(folder.path(), &["bench", "gone.toml"]);
+    assert_eq!(code(&out), 1);
+}
+
 #[test]
 fn quiet_is_quiet_and_version_tells_the_backends() {
     let folder = scene();

@@ -191,8 +191,9 @@ impl Slabs {
 /// Ray/Triangle Intersection").
 struct Sheared {
     origin: Vec3,
+    direction: Vec3,
     axes: [usize; 3],
-    shear: [f32; 3],
+    shear: [f32; 2],
 }
 
 impl Sheared {
@@ -206,8 +207,9 @@ impl Sheared {
         }
         Self {
             origin: ray.origin,
+            direction: d,
             axes: [x, y, z],
-            shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]],
+            shear: [d[x] / d[z], d[y] / d[z]],
         }
     }
 
@@ -216,10 +218,10 @@ impl Sheared {
     #[inline(always)]
     fn intersect(&self, corners: [Vec3; 3], t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
         let [x, y, z] = self.axes;
-        let [sx, sy, sz] = self.shear;
+        let [sx, sy] = self.shear;
         let [a, b, c] = corners.map(|p| {
             let p = p - self.origin;
-            [p[x] - sx * p[z], p[y] - sy * p[z], sz * p[z]]
+            [p[x] - sx * p[z], p[y] - sy * p[z]]
         });
         // Edge functions; where one is 0 in f32, its sign is found in f64.
         let (mut u, mut v, mut w) = (
@@ -228,7 +230,7 @@ impl Sheared {
             b[0] * a[1] - b[1] * a[0],
         );
         if u == 0.0 || v == 0.0 || w == 0.0 {
-            let edge = |p: [f32; 3], q: [f32; 3]| (p[0] as f64 * q[1] as f64 - p[1] as f64 * q[0] as f64) as f32;
+            let edge = |p: [f32; 2], q: [f32; 2]| (p[0] as f64 * q[1] as f64 - p[1] as f64 * q[0] as f64) as f32;
             (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
         }
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
@@ -238,9 +240,18 @@ impl Sheared {
         if determinant == 0.0 {
             return None;
         }
+        let t = self.distance(corners);
         let inverse = 1.0 / determinant;
-        let t = (u * a[2] + v * b[2] + w * c[2]) * inverse;
         (t > t_min && t < t_max).then_some((t, v * inverse, w * inverse))
+    }
+
+    /// Where the ray crosses the plane of the triangle, in f64: a ray that leaves a sliver would find it again by the errors of
+    /// f32, which the length of the sliver over its width makes larger than any clearance.
+    fn distance(&self, corners: [Vec3; 3]) -> f32 {
+        let [a, b, c] = corners.map(Vec3::as_dvec3);
+        let normal = (b - a).cross(c - a);
+        let t = normal.dot(a - self.origin.as_dvec3()) / normal.dot(self.direction.as_dvec3());
+        t as f32
     }
 }
 

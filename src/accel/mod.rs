@@ -1,13 +1,17 @@
 //! Ray queries: the closest hit, and whether there is any.
 
+mod audit;
 pub mod brute;
 #[cfg(feature = "obvhs")]
 pub mod bvh;
+mod compare;
 #[cfg(feature = "embree")]
 pub mod embree;
 mod query;
 mod record;
 
+pub use audit::{Auditor, Findings};
+pub use compare::{Cause, Crossing, Disagreement, compare};
 pub use query::{Answer, Query, QueryKind};
 pub use record::Recorder;
 

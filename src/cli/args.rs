@@ -20,10 +20,65 @@ pub(super) enum Command {
     Render(Box<RenderArgs>),
     /// Render one scene by every estimator of the ladder, and compare them
     Lab(Box<LabArgs>),
+    /// Check a ray-tracing backend against another one, ray by ray
+    Audit(AuditArgs),
     /// Measure ray rates and the cost of a render, backend by backend
     Bench(BenchArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     Info(InfoArgs),
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+The rays are those of a render. A disagreement is explained where the ray passes an edge, or a plane, or an end of its interval
+more closely than roundings can tell; the exit code is 1 where one is not.
+Examples:
+  embrasure audit scenes/cornell-box.toml
+  embrasure audit room.obj --rays 100000000 -o room-audit.json
+  embrasure audit room.obj --replay room-audit.json")]
+pub(super) struct AuditArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// About so many rays, spread evenly over the image
+    #[arg(long, value_name = "N", default_value = "1000000")]
+    pub rays: std::num::NonZeroU64,
+
+    /// Check the rays of this report instead
+    #[arg(long, value_name = "FILE", conflicts_with = "rays")]
+    pub replay: Option<PathBuf>,
+
+    /// Write the report here, as JSON
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// The ray-tracing backend to check
+    #[arg(long, value_name = "NAME")]
+    pub backend: Option<String>,
+
+    /// The one to check it against [default: another one that is built in]
+    #[arg(long, value_name = "NAME")]
+    pub against: Option<String>,
+
+    /// Size of the image in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Seed of the random numbers [default: 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// Threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// Equal samples with --spp, equal time with --time.
@@ -167,6 +222,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "NAME")]
     pub backend: Option<String>,
 
+    /// Ask another backend too for this share of the rays, and report where they disagree
+    #[arg(long, value_name = "SHARE", value_parser = parse_share)]
+    pub audit_rays: Option<f64>,
+
     /// Render and build threads [default: all]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
@@ -268,6 +327,11 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     let seconds = digits.parse().ok().map(|n: f64| n * unit);
     let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
+    share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -129,7 +129,7 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
     // Every triangle against every ray is no measure of anything, unless asked for by name.
     let chosen = |b: &Backend| match args.backend {
         Some(_) => *b == job.backend,
-        None => *b != Backend::Brute,
+        None => *b != Backend::Brute || Backend::ALL.len() == 1,
     };
     let mut backends = Vec::new();
     for backend in Backend::ALL.iter().copied().filter(chosen) {

@@ -74,8 +74,7 @@ impl Job {
         let estimator = Estimator::new(&args.estimator, &scene)?;
         let samplers = [(Independent::NAME, Independent::NAME)];
         let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, &samplers)?;
-        let backends: Vec<(&str, Backend)> = Backend::ALL.iter().map(|&b| (b.name(), b)).collect();
-        let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends)?;
+        let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends())?;
         if args.threads == Some(0) {
             return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
         }
@@ -241,6 +240,19 @@ pub(super) fn choose<T: Copy>(
         (None, Some(name)) => check_name(scene, name, what, known),
         (None, None) => Ok(known[0].1),
     }
+}
+
+fn backends() -> Vec<(&'static str, Backend)> {
+    Backend::ALL.iter().map(|&b| (b.name(), b)).collect()
+}
+
+/// The backend that `flag` names.
+pub(super) fn find_backend(name: &str, flag: &str) -> Result<Backend, CliError> {
+    let known = backends();
+    find(&known, name).ok_or_else(|| {
+        let names = join_names(&known);
+        CliError::Usage(format!("{flag} {name}: unknown backend\n  help: there is {names}"))
+    })
 }
 
 fn check_name<T: Copy>(

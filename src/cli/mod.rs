@@ -1,6 +1,7 @@
 //! The command line: what was typed (`args`), what it means (`job`), and doing it (`run`).
 
 mod args;
+mod audit;
 mod backend;
 mod bench;
 mod bench_tables;
@@ -49,6 +50,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     match args.command {
         Some(Command::Render(args)) => run::render(&args),
         Some(Command::Lab(args)) => lab::lab(&args),
+        Some(Command::Audit(args)) => audit::audit(&args),
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Info(args)) => info::info(&args),
         None => Err(CliError::Usage(

@@ -1,11 +1,12 @@
 use super::args::RenderArgs;
+use super::audit::{PairTask, Report, both, other_backend};
 use super::backend::BackendTask;
 use super::error::{CliError, INTERRUPTED};
 use super::explain;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::stats::{Dropped, Rays, Stats, peak_rss_bytes};
-use crate::accel::Accel;
+use crate::accel::{Accel, Auditor};
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
@@ -48,7 +49,13 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         prepared: &prepared,
         warnings: &mut warnings,
     };
-    job.backend.with(&scene, &pool, task)?
+    match args.audit_rays {
+        None => job.backend.with(&scene, &pool, task)?,
+        Some(share) => {
+            let other = other_backend(job.backend, None)?;
+            both(job.backend, other, &scene, &pool, Audited { task, share })?
+        }
+    }
 }
 
 /// Renders with the backend that was chosen.
@@ -61,7 +68,28 @@ impl BackendTask for Task<'_> {
     type Output = Result<ExitCode, CliError>;
 
     fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-        self.prepared.render(accel, build_s, self.warnings)
+        self.prepared.render(accel, build_s, self.warnings, || None)
+    }
+}
+
+/// Renders with the backend that was chosen, and asks another one too for a share of the rays.
+struct Audited<'a> {
+    task: Task<'a>,
+    share: f64,
+}
+
+impl PairTask for Audited<'_> {
+    type Output = Result<ExitCode, CliError>;
+
+    fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output {
+        let Task { prepared, warnings } = self.task;
+        let auditor = Auditor::new(prepared.scene, accels, self.share);
+        prepared.render(&auditor, build_s, warnings, || {
+            let name = prepared.job.scene_path.display().to_string();
+            let backends = accels.map(|accel| accel.info());
+            let hash = prepared.scene_hash.clone();
+            Some(Report::new(name, hash, prepared.scene, backends, &auditor.findings()))
+        })
     }
 }
 
@@ -84,7 +112,14 @@ struct Prepared<'a> {
 }
 
 impl Prepared<'_> {
-    fn render<A: Accel>(&self, accel: &A, build_s: f64, warnings: &mut Vec<String>) -> Result<ExitCode, CliError> {
+    /// `audit` says afterwards what was found about the backend, if anything was looked for.
+    fn render<A: Accel>(
+        &self,
+        accel: &A,
+        build_s: f64,
+        warnings: &mut Vec<String>,
+        audit: impl FnOnce() -> Option<Report>,
+    ) -> Result<ExitCode, CliError> {
         let job = self.job;
         let world = World {
             scene: self.scene,
@@ -112,6 +147,17 @@ impl Prepared<'_> {
             let warning = dropped_warning(&statistics);
             eprintln!("warning: {warning}");
             warnings.push(warning);
+        }
+
+        let audit = audit();
+        if let Some(report) = &audit {
+            if report.is_unexplained() {
+                let warning = format!("the backends disagree: {}", report.text().trim_end());
+                eprintln!("warning: {warning}");
+                warnings.push(warning);
+            } else if !job.quiet {
+                eprint!("{}", report.text());
+            }
         }
 
         // Every output is tried, so that one full disk does not cost the other picture.
@@ -162,6 +208,7 @@ impl Prepared<'_> {
             peak_rss_bytes: peak_rss_bytes(),
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            audit,
             warnings,
         };
         if let Some(output) = &self.files.stats {

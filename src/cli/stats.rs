@@ -1,3 +1,4 @@
+use super::audit::Report;
 use crate::render::DroppedSample;
 use serde::Serialize;
 
@@ -31,6 +32,9 @@ pub(super) struct Stats<'a> {
     pub dropped_samples: u64,
     /// The first few, each enough to trace it again.
     pub dropped: Vec<Dropped>,
+    /// Of `--audit-rays`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub audit: Option<Report>,
     pub warnings: &'a [String],
 }
 

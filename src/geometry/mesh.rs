@@ -1,5 +1,5 @@
 use super::PrimId;
-use crate::math::{Vec3, float::gamma};
+use crate::math::{Vec3, Vec4, float::gamma};
 
 /// Indexed triangles in world space, counter-clockwise seen from the front.
 #[derive(Clone, Debug, Default)]
@@ -29,32 +29,68 @@ impl Mesh {
         self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
     }
 
+    /// What all points of triangle `prim` share.
+    pub fn facet(&self, prim: PrimId) -> Facet {
+        Facet::new(self.corners(prim))
+    }
+
     /// The point of triangle `prim` at barycentric coordinates `b1`, `b2` of its second and third corner.
-    #[inline(always)]
     pub fn surface_point(&self, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
-        let corners = self.corners(prim);
-        let [p0, p1, p2] = corners;
-        SurfacePoint::on_triangle(corners, triangle_normal(p0, p1, p2), b1, b2)
+        SurfacePoint::new(self.corners(prim), self.facet(prim), b1, b2)
+    }
+}
+
+/// What all points of a triangle share.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet(Vec4);
+
+impl Facet {
+    /// Of the triangle with these corners.
+    ///
+    /// An intersector that tests the triangle later subtracts the ray's origin from the corners and rounds edges as long as the
+    /// triangle: some roundings of its longest edge E move its plane, the more so the narrower it is, by E² over twice
+    /// the area. This does not vanish on a plane through the origin, where an intersector would find the surface again.
+    /// Slivers are given no more than half their width, lest rays skip what is beside them.
+    pub fn new([p0, p1, p2]: [Vec3; 3]) -> Self {
+        let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
+        let longest = [p1 - p0, p2 - p1, p0 - p2]
+            .map(Vec3::length)
+            .into_iter()
+            .fold(0.0, f32::max);
+        let width = (2.0 * triangle_area(p0, p1, p2) / longest as f64) as f32;
+        let rounding = gamma(6) * extent;
+        let clearance = rounding.max((rounding * (longest / width)).min(0.5 * width));
+        Self(triangle_normal(p0, p1, p2).extend(clearance))
+    }
+
+    /// Unit geometric normal, by the winding.
+    #[inline(always)]
+    pub fn normal(self) -> Vec3 {
+        Vec3::from_vec4(self.0)
+    }
+
+    /// How far from a point of the plane an intersector may find the triangle.
+    #[inline(always)]
+    fn clearance(self) -> f32 {
+        self.0.w
     }
 }
 
 impl SurfacePoint {
-    /// The point at barycentric coordinates `b1`, `b2` of a flat triangle whose unit normal is `ng`.
+    /// The point at barycentric coordinates `b1`, `b2` of a flat triangle.
     ///
     /// Rounding puts `p` into a box around the true point; its half-width is `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25) and two more
-    /// roundings for the move off the surface. A plane of normal `n` clears it by the half-width's `|n|`-weighted sum.
-    /// A second part comes from later tests of the same triangle: an intersector subtracts the ray's origin from the
-    /// corners and rounds edges as long as the triangle. It does not vanish on a plane through the origin, where an
-    /// intersector that includes `t = 0` would find the surface again.
+    /// roundings for the move off the surface. A plane of normal `n` clears it by the half-width's `|n|`-weighted sum, to which
+    /// the facet's own clearance is added.
     #[inline(always)]
-    pub fn on_triangle([p0, p1, p2]: [Vec3; 3], ng: Vec3, b1: f32, b2: f32) -> Self {
+    pub fn new([p0, p1, p2]: [Vec3; 3], facet: Facet, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
         let magnitude = t0.abs() + t1.abs() + t2.abs();
-        let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
+        let ng = facet.normal();
         Self {
             p: t0 + t1 + t2,
             // The components of a unit vector sum to √3 at most.
-            clearance: gamma(9) * ng.abs().dot(magnitude) + gamma(6) * extent,
+            clearance: gamma(9) * ng.abs().dot(magnitude) + facet.clearance(),
             ng,
             ns: ng,
         }

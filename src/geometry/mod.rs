@@ -8,5 +8,5 @@ mod mesh;
 mod spawn;
 
 pub use hit::{GeomId, Hit, InstanceId, PrimId};
-pub use mesh::{Mesh, SurfacePoint, triangle_area, triangle_normal};
+pub use mesh::{Facet, Mesh, SurfacePoint, triangle_area, triangle_normal};
 pub use spawn::{offset_origin, ray_between, ray_towards};

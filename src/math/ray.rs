@@ -25,4 +25,21 @@ impl Ray {
             t_max: f32::INFINITY,
         }
     }
+
+    /// The bits of origin, direction, `t_min` and `t_max`: a ray that is written down must come back as it was.
+    pub fn bits(&self) -> [u32; 8] {
+        let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());
+        [a, b, c, d, e, f, self.t_min, self.t_max].map(f32::to_bits)
+    }
+
+    /// The ray whose [`Ray::bits`] these are.
+    pub fn from_bits(bits: [u32; 8]) -> Self {
+        let [a, b, c, d, e, f, t_min, t_max] = bits.map(f32::from_bits);
+        Self {
+            origin: Vec3::new(a, b, c),
+            direction: Vec3::new(d, e, f),
+            t_min,
+            t_max,
+        }
+    }
 }

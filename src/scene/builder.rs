@@ -1,7 +1,7 @@
 use super::{Scene, Shape};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
-use crate::geometry::{GeomId, Mesh, PrimId, triangle_area, triangle_normal};
+use crate::geometry::{GeomId, Mesh, PrimId, triangle_area};
 use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightId, LightSelection, PointLight,
     SelectionMode, SpotLight, TriangleLight, TriangleSampling,
@@ -252,7 +252,7 @@ impl SceneBuilder {
         let mut scene = Scene {
             bounds: self.meshes.iter().flat_map(|(m, _)| used_positions(m)).collect(),
             meshes: Vec::with_capacity(self.meshes.len()),
-            normals: Vec::with_capacity(self.meshes.len()),
+            facets: Vec::with_capacity(self.meshes.len()),
             shapes: Vec::with_capacity(self.meshes.len()),
             bsdfs: self.materials.iter().map(Material::bsdf).collect(),
             materials: self.materials,
@@ -273,11 +273,8 @@ impl SceneBuilder {
                         Light::Triangle(TriangleLight::new(&mesh, prim, emission, self.triangle_sampling))
                     }));
             }
-            let normals = mesh.triangles.iter().map(|corners| {
-                let [p0, p1, p2] = corners.map(|i| mesh.positions[i as usize]);
-                triangle_normal(p0, p1, p2)
-            });
-            scene.normals.push(normals.collect());
+            let prims = (0..mesh.triangles.len() as u32).map(PrimId);
+            scene.facets.push(prims.map(|prim| mesh.facet(prim)).collect());
             scene.meshes.push(mesh);
             scene.shapes.push(Shape { material, first_light });
         }

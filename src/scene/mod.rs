@@ -6,7 +6,7 @@ pub use builder::{BuildError, SceneBuilder, SceneReport};
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{GeomId, Hit, Mesh, SurfacePoint};
+use crate::geometry::{Facet, GeomId, Hit, Mesh, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection};
 use crate::material::{Material, MaterialId};
 use crate::math::{Bounds3, Vec3};
@@ -24,8 +24,8 @@ pub struct Shape {
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
-    /// Unit geometric normals of each mesh's triangles.
-    normals: Vec<Vec<Vec3>>,
+    /// What the points of each mesh's triangles share.
+    facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
     /// The BSDF of each material; none varies over a surface.
@@ -74,7 +74,7 @@ impl Scene {
             .iter()
             .map(|m| size_of_val(m.positions.as_slice()) + size_of_val(m.triangles.as_slice()))
             .sum();
-        let normals: usize = self.normals.iter().map(|n| size_of_val(n.as_slice())).sum();
+        let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
         let maps: usize = self
             .lights
             .iter()
@@ -83,7 +83,7 @@ impl Scene {
                 _ => 0,
             })
             .sum();
-        (meshes + normals + maps + size_of_val(self.lights.as_slice())) as u64
+        (meshes + facets + maps + size_of_val(self.lights.as_slice())) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -95,8 +95,8 @@ impl Scene {
     #[inline(always)]
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         let geom = hit.geom.0 as usize;
-        let normal = self.normals[geom][hit.prim.0 as usize];
-        SurfacePoint::on_triangle(self.meshes[geom].corners(hit.prim), normal, hit.b1, hit.b2)
+        let facet = self.facets[geom][hit.prim.0 as usize];
+        SurfacePoint::new(self.meshes[geom].corners(hit.prim), facet, hit.b1, hit.b2)
     }
 
     /// Material of the surface that was hit.

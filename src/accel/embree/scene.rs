@@ -150,7 +150,8 @@ const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 #[inline(always)]
 fn to_embree(ray: &Ray) -> RTCRay {
     let words = RayWords {
-        origin_tnear: ray.origin.extend(ray.t_min),
+        // Embree's interval holds its lower end; a surface that the ray starts on is not in ours.
+        origin_tnear: ray.origin.extend(ray.t_min.max(f32::MIN_POSITIVE)),
         direction_time: ray.direction.extend(0.0),
         tfar_mask_id_flags: Vec4::new(ray.t_max, f32::from_bits(u32::MAX), 0.0, 0.0),
     };

@@ -1,0 +1,421 @@
+//! One backend checked against another, ray by ray.
+
+use super::args::{AuditArgs, RenderArgs};
+use super::backend::{Backend, BackendTask};
+use super::error::{CliError, INTERRUPTED};
+use super::hash::scene_hash;
+use super::job::{Job, find_backend};
+use super::progress::{Progress, catch_interrupts};
+use crate::accel::brute::{self, BruteForce};
+use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
+use crate::camera::Camera;
+use crate::film::Film;
+use crate::integrator::World;
+use crate::io::{FileError, Loaded, Output, load_scene};
+use crate::math::Ray;
+use crate::render::{Outcome, Statistics};
+use crate::sampler::Independent;
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Triangles times rays up to which brute force is asked for its opinion.
+const MOST_BRUTE: u64 = 2_000_000_000;
+
+/// Disagreements that people are told of; the report holds more.
+const MOST_TOLD: usize = 5;
+
+/// What an audit says, as JSON: enough to trace every ray again, on another machine too.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    version: &'static str,
+    scene: String,
+    scene_hash: String,
+    triangles: u64,
+    /// The one that was checked, and the one it was checked against.
+    backends: [BackendName; 2],
+    closest_rays: u64,
+    occlusion_rays: u64,
+    disagreements: u64,
+    /// Disagreements per ray.
+    rate: f64,
+    /// Disagreements by cause.
+    causes: BTreeMap<&'static str, u64>,
+    /// The first of them; unexplained ones come first.
+    rays: Vec<Entry>,
+}
+
+#[derive(Debug, Serialize)]
+struct BackendName {
+    name: &'static str,
+    version: String,
+    isa: &'static str,
+}
+
+impl From<BackendInfo> for BackendName {
+    fn from(info: BackendInfo) -> Self {
+        let BackendInfo { name, version, isa } = info;
+        Self { name, version, isa }
+    }
+}
+
+/// A ray on which backends disagree.
+#[derive(Debug, Serialize)]
+struct Entry {
+    kind: &'static str,
+    cause: &'static str,
+    origin: [f32; 3],
+    direction: [f32; 3],
+    t_min: f32,
+    /// `null` for a ray without end.
+    t_max: Option<f32>,
+    /// Origin, direction, `t_min` and `t_max` as the bits of their floats.
+    bits: [String; 8],
+    answers: BTreeMap<&'static str, serde_json::Value>,
+}
+
+/// What is read back from a report.
+#[derive(Debug, Deserialize)]
+struct Replay {
+    scene_hash: String,
+    rays: Vec<ReplayRay>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ReplayRay {
+    kind: String,
+    bits: [String; 8],
+}
+
+/// Audits as the arguments say.
+pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
+    let job = Job::new(&render_args(args))?;
+    let other = other_backend(job.backend, args.against.as_deref())?;
+    let output = args.output.as_deref().map(Output::prepare).transpose()?;
+    let replay = args.replay.as_deref().map(read_replay).transpose()?;
+    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
+    for warning in &warnings {
+        eprintln!("warning: {warning}");
+    }
+    let (parameters, camera) = job.camera(scene.bounds())?;
+    let hash = scene_hash(&scene, &parameters);
+    if let (Some(replay), Some(file)) = (&replay, &args.replay) {
+        if replay.scene_hash != hash {
+            eprintln!(
+                "warning: {} was made with another scene, or another camera",
+                file.display()
+            );
+        }
+    }
+    catch_interrupts();
+    let pool = job.thread_pool()?;
+    let task = Audit {
+        job: &job,
+        scene: &scene,
+        camera: &camera,
+        rays: args.rays.get(),
+        replay: replay.as_ref(),
+    };
+    let (findings, backends, outcome) = both(job.backend, other, &scene, &pool, task)??;
+    let report = Report::new(args.scene.display().to_string(), hash, &scene, backends, &findings);
+    let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
+    if let Some(output) = &output {
+        output.write(|w| std::io::Write::write_all(w, json.as_bytes()))?;
+    }
+    if args.json {
+        println!("{json}");
+    } else {
+        print!("{}", report.text());
+    }
+    Ok(match outcome {
+        Outcome::Stopped => ExitCode::from(INTERRUPTED),
+        Outcome::Complete if findings.caused_by(Cause::Unexplained) > 0 => ExitCode::FAILURE,
+        Outcome::Complete => ExitCode::SUCCESS,
+    })
+}
+
+/// The render command whose rays are checked.
+fn render_args(args: &AuditArgs) -> RenderArgs {
+    RenderArgs {
+        scene: args.scene.clone(),
+        seed: args.seed,
+        size: args.size,
+        backend: args.backend.clone(),
+        threads: args.threads,
+        quiet: args.quiet,
+        ..RenderArgs::default()
+    }
+}
+
+/// The backend to check `backend` against: the one that is named, else another one that is built in.
+pub(super) fn other_backend(backend: Backend, name: Option<&str>) -> Result<Backend, CliError> {
+    let other = match name {
+        Some(name) => Some(find_backend(name, "--against")?),
+        None => Backend::ALL.iter().copied().find(|b| *b != backend),
+    };
+    other.filter(|other| *other != backend).ok_or_else(|| {
+        let message = format!("there is nothing to check the backend {} against", backend.name());
+        CliError::Usage(format!(
+            "{message}\n  help: name another one (see --version), or build with one more"
+        ))
+    })
+}
+
+/// What is done with two backends.
+pub(super) trait PairTask {
+    type Output;
+
+    /// `build_s` is how long building the first one took.
+    fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output;
+}
+
+/// Builds both backends, and gives them to `task`.
+pub(super) fn both<T: PairTask>(
+    first: Backend,
+    second: Backend,
+    scene: &Scene,
+    pool: &rayon::ThreadPool,
+    task: T,
+) -> Result<T::Output, CliError> {
+    struct First<'a, T> {
+        second: Backend,
+        scene: &'a Scene,
+        pool: &'a rayon::ThreadPool,
+        task: T,
+    }
+    struct Second<'a, T> {
+        first: &'a dyn Accel,
+        build_s: f64,
+        task: T,
+    }
+    impl<T: PairTask> BackendTask for First<'_, T> {
+        type Output = Result<T::Output, CliError>;
+        fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
+            let (first, task) = (accel as &dyn Accel, self.task);
+            self.second.with(self.scene, self.pool, Second { first, build_s, task })
+        }
+    }
+    impl<T: PairTask> BackendTask for Second<'_, T> {
+        type Output = T::Output;
+        fn run<A: Accel>(self, accel: &A, _build_s: f64) -> T::Output {
+            self.task.run([self.first, accel], self.build_s)
+        }
+    }
+    let task = First {
+        second,
+        scene,
+        pool,
+        task,
+    };
+    first.with(scene, pool, task)?
+}
+
+struct Audit<'a> {
+    job: &'a Job,
+    scene: &'a Scene,
+    camera: &'a Camera,
+    rays: u64,
+    replay: Option<&'a Replay>,
+}
+
+impl PairTask for Audit<'_> {
+    type Output = Result<(Findings, [BackendInfo; 2], Outcome), CliError>;
+
+    fn run(self, accels: [&dyn Accel; 2], _build_s: f64) -> Self::Output {
+        let (findings, outcome) = match self.replay {
+            Some(replay) => (self.retrace(accels, replay)?, Outcome::Complete),
+            None => self.sample(accels)?,
+        };
+        Ok((findings, accels.map(|accel| accel.info()), outcome))
+    }
+}
+
+impl Audit<'_> {
+    /// Checks about as many rays as were asked for, spread evenly over those of a render.
+    fn sample(&self, accels: [&dyn Accel; 2]) -> Result<(Findings, Outcome), CliError> {
+        // One sample a pixel tells how many rays there are.
+        let (_, statistics) = self.render(Auditor::new(self.scene, accels, 0.0), 1)?;
+        let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;
+        let samples = self.rays.div_ceil(traced.max(1));
+        let samples = u32::try_from(samples).map_err(|_| {
+            let message = format!("--rays {} is more than 2^32 samples of this image have", self.rays);
+            CliError::Usage(format!("{message}\n  help: use fewer"))
+        })?;
+        let share = self.rays as f64 / (traced.max(1) as f64 * samples as f64);
+        let (checked, statistics) = self.render(Auditor::new(self.scene, accels, share), samples)?;
+        let outcome = match statistics.samples == self.job.crop.area() * samples as u64 {
+            true => Outcome::Complete,
+            false => Outcome::Stopped,
+        };
+        Ok((checked, outcome))
+    }
+
+    fn render(&self, auditor: Auditor, samples: u32) -> Result<(Findings, Statistics), CliError> {
+        let job = self.job;
+        let world = World {
+            scene: self.scene,
+            accel: &auditor,
+            camera: self.camera,
+        };
+        let mut film = Film::new(job.resolution, job.crop);
+        let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);
+        let sampler = Independent::new(job.seed);
+        let pool = job.thread_pool()?;
+        let (_, statistics) = pool.install(|| job.estimator.render(world, &sampler, &mut film, 0..samples, &progress));
+        progress.finish();
+        Ok((auditor.findings(), statistics))
+    }
+
+    /// Checks the rays of a report again.
+    fn retrace(&self, accels: [&dyn Accel; 2], replay: &Replay) -> Result<Findings, CliError> {
+        let auditor = Auditor::new(self.scene, accels, 1.0);
+        for (i, ray) in replay.rays.iter().enumerate() {
+            let broken = || CliError::Failed(format!("--replay: ray {i} of the report cannot be read"));
+            let query = ray.query().ok_or_else(broken)?;
+            query.ask(&auditor);
+        }
+        Ok(auditor.findings())
+    }
+}
+
+fn read_replay(path: &Path) -> Result<Replay, FileError> {
+    let text = std::fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the report", &e))?;
+    serde_json::from_str(&text).map_err(|e| {
+        let error = FileError::new(path, format!("not a report of an audit: {e}"));
+        error.help("give the JSON that `embrasure audit` wrote")
+    })
+}
+
+impl ReplayRay {
+    fn query(&self) -> Option<Query> {
+        let kind = match self.kind.as_str() {
+            "closest" => QueryKind::Closest,
+            "occlusion" => QueryKind::Occlusion,
+            _ => return None,
+        };
+        let mut bits = [0; 8];
+        for (bits, text) in bits.iter_mut().zip(&self.bits) {
+            *bits = u32::from_str_radix(text, 16).ok()?;
+        }
+        Some(Query {
+            ray: Ray::from_bits(bits),
+            kind,
+        })
+    }
+}
+
+impl Report {
+    pub fn new(
+        scene_name: String,
+        scene_hash: String,
+        scene: &Scene,
+        backends: [BackendInfo; 2],
+        findings: &Findings,
+    ) -> Self {
+        let kept = &findings.disagreements;
+        let names = [backends[0].name, backends[1].name];
+        // A third opinion, where it can be had in a moment
+        let work = scene.triangle_count() * kept.len() as u64;
+        let brute = (work > 0 && work <= MOST_BRUTE).then(|| BruteForce::new(scene));
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: scene_name,
+            scene_hash,
+            triangles: scene.triangle_count(),
+            backends: backends.map(BackendName::from),
+            closest_rays: findings.closest,
+            occlusion_rays: findings.occlusion,
+            disagreements: findings.count(),
+            rate: findings.count() as f64 / findings.rays().max(1) as f64,
+            causes: Cause::ALL.map(|c| (c.name(), findings.caused_by(c))).into(),
+            rays: kept.iter().map(|d| Entry::new(d, names, brute.as_ref())).collect(),
+        }
+    }
+
+    /// For people: one line, and how to go on where there is more to know.
+    pub fn text(&self) -> String {
+        let [a, b] = &self.backends;
+        let mut text = format!(
+            "{}: {} {} and {} {} disagree on {} of {} rays ({:.1e})",
+            self.scene,
+            a.name,
+            a.version,
+            b.name,
+            b.version,
+            self.disagreements,
+            self.closest_rays + self.occlusion_rays,
+            self.rate
+        );
+        let causes: Vec<String> = self
+            .causes
+            .iter()
+            .filter(|c| *c.1 > 0)
+            .map(|(c, n)| format!("{n} {c}"))
+            .collect();
+        if !causes.is_empty() {
+            text += &format!(": {}", causes.join(", "));
+        }
+        text.push('\n');
+        for ray in self.rays.iter().take(MOST_TOLD) {
+            text += &format!(
+                "  {} {} from {:?} along {:?}\n",
+                ray.cause, ray.kind, ray.origin, ray.direction
+            );
+            for (who, what) in &ray.answers {
+                text += &format!("    {who}: {}\n", words(what));
+            }
+        }
+        text
+    }
+
+    /// Whether there is anything that roundings do not explain.
+    pub fn is_unexplained(&self) -> bool {
+        self.causes.get(Cause::Unexplained.name()).is_some_and(|n| *n > 0)
+    }
+}
+
+impl Entry {
+    fn new(found: &Disagreement, names: [&'static str; 2], brute: Option<&BruteForce>) -> Self {
+        let Query { ray, kind } = found.query;
+        let mut answers: BTreeMap<_, _> = names.into_iter().zip(found.answers.map(|a| answer(&a))).collect();
+        if let Some(brute) = brute {
+            answers.insert(brute::NAME, answer(&found.query.ask(brute)));
+        }
+        Self {
+            kind: match kind {
+                QueryKind::Closest => "closest",
+                QueryKind::Occlusion => "occlusion",
+            },
+            cause: found.cause.name(),
+            origin: ray.origin.to_array(),
+            direction: ray.direction.to_array(),
+            t_min: ray.t_min,
+            t_max: ray.t_max.is_finite().then_some(ray.t_max),
+            bits: ray.bits().map(|b| format!("{b:08x}")),
+            answers,
+        }
+    }
+}
+
+/// An answer of a report for people.
+fn words(answer: &serde_json::Value) -> String {
+    use serde_json::Value;
+    match answer {
+        Value::Bool(true) => "occluded".into(),
+        Value::Bool(false) => "free".into(),
+        Value::Null => "nothing".into(),
+        hit => format!("triangle {} of mesh {} at t {}", hit["prim"], hit["geom"], hit["t"]),
+    }
+}
+
+fn answer(answer: &Answer) -> serde_json::Value {
+    match answer {
+        Answer::Closest(None) => serde_json::Value::Null,
+        Answer::Closest(Some(hit)) => serde_json::json!({
+            "t": hit.t, "b1": hit.b1, "b2": hit.b2, "prim": hit.prim.0, "geom": hit.geom.0,
+        }),
+        Answer::Occlusion(occluded) => serde_json::json!(occluded),
+    }
+}

@@ -3,9 +3,11 @@
 //! Embree never calls back into Rust while rays are traced; the one callback counts bytes during builds.
 
 mod device;
+mod raw;
 mod scene;
 
 pub use device::{Device, EmbreeError};
+pub use raw::{raw_hits, raw_occlusions};
 pub use scene::EmbreeAccel;
 
 /// The name users type.

@@ -72,6 +72,11 @@ impl<'a> EmbreeAccel<'a> {
             meshes: PhantomData,
         })
     }
+
+    /// The committed scene.
+    pub(super) fn handle(&self) -> RTCScene {
+        self.scene.0
+    }
 }
 
 /// Makes a geometry of `mesh` and attaches it to `scene`.

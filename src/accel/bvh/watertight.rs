@@ -1,0 +1,87 @@
+use crate::geometry::{GeomId, PrimId};
+use crate::math::{DVec3, Ray, Vec3, Vec3Swizzles};
+
+/// A triangle of the scene, turned for SIMD: along each axis the coordinates of its three corners.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangle {
+    coordinates: [Vec3; 3],
+    pub geom: GeomId,
+    pub prim: PrimId,
+}
+
+impl Triangle {
+    pub fn new([a, b, c]: [Vec3; 3], geom: GeomId, prim: PrimId) -> Self {
+        Self {
+            coordinates: [0, 1, 2].map(|axis| Vec3::new(a[axis], b[axis], c[axis])),
+            geom,
+            prim,
+        }
+    }
+
+    pub fn corners(&self) -> [Vec3; 3] {
+        let [x, y, z] = self.coordinates;
+        [0, 1, 2].map(|corner| Vec3::new(x[corner], y[corner], z[corner]))
+    }
+}
+
+/// A ray prepared for triangles: axes permuted and sheared so that it runs along +z (Woop, Benthin and Wald 2013, "Watertight
+/// Ray/Triangle Intersection").
+pub(super) struct Sheared {
+    origin: Vec3,
+    direction: Vec3,
+    axes: [usize; 3],
+    shear: [f32; 2],
+}
+
+impl Sheared {
+    pub fn new(ray: &Ray) -> Self {
+        let d = ray.direction;
+        let z = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });
+        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
+        // The winding is kept.
+        if d[z] < 0.0 {
+            (x, y) = (y, x);
+        }
+        Self {
+            origin: ray.origin,
+            direction: d,
+            axes: [x, y, z],
+            shear: [d[x] / d[z], d[y] / d[z]],
+        }
+    }
+
+    /// Ray parameter and barycentrics of the second and third corner, for a hit inside `(t_min, t_max)`. Edges belong to the
+    /// triangle, and neighbours agree on them.
+    #[inline(always)]
+    pub fn intersect(&self, triangle: &Triangle, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
+        // Where the corners are, seen along the ray
+        let [x, y, z] = self.axes.map(|axis| triangle.coordinates[axis] - self.origin[axis]);
+        let (x, y) = (x - self.shear[0] * z, y - self.shear[1] * z);
+
+        // Edge functions; where one is 0 in f32, its sign is found in f64.
+        let mut edges = x.zxy() * y.yzx() - y.zxy() * x.yzx();
+        if edges.cmpeq(Vec3::ZERO).any() {
+            let (x, y) = (x.as_dvec3(), y.as_dvec3());
+            edges = (x.zxy() * y.yzx() - y.zxy() * x.yzx()).as_vec3a();
+        }
+        if edges.cmplt(Vec3::ZERO).any() && edges.cmpgt(Vec3::ZERO).any() {
+            return None;
+        }
+        let determinant = edges.x + edges.y + edges.z;
+        if determinant == 0.0 {
+            return None;
+        }
+        let t = self.distance(triangle);
+        let inverse = 1.0 / determinant;
+        (t > t_min && t < t_max).then_some((t, edges.y * inverse, edges.z * inverse))
+    }
+
+    /// Where the ray crosses the plane of the triangle, in f64: a ray that leaves a sliver would find it again by the errors of
+    /// f32, which the length of the sliver over its width makes larger than any clearance.
+    fn distance(&self, triangle: &Triangle) -> f32 {
+        let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
+        let normal: DVec3 = (b - a).cross(c - a);
+        let t = normal.dot(a - self.origin.as_dvec3()) / normal.dot(self.direction.as_dvec3());
+        t as f32
+    }
+}

@@ -1,0 +1,125 @@
+use crate::math::{Ray, Vec3, Vec4, float::gamma};
+use obvhs::bvh2::{Bvh2, node::Bvh2Node};
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 4;
+
+/// Four boxes, coordinate by coordinate, and what is in them. Two cache lines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    /// Lower and upper ends along x, y and z; an empty place has its ends the wrong way round.
+    bounds: [[Vec4; 3]; 2],
+    /// What is in each box.
+    pub children: [Child; WIDTH],
+}
+
+/// What is in a box: the node `first`, or from `first` on so many triangles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Child {
+    pub first: u32,
+    /// 0 for a node.
+    pub count: u32,
+}
+
+impl Node {
+    const EMPTY: Self = Self {
+        bounds: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]],
+        children: [Child { first: 0, count: 0 }; WIDTH],
+    };
+
+    fn set(&mut self, place: usize, node: &Bvh2Node, child: Child) {
+        let ends = [node.aabb().min, node.aabb().max];
+        for (bounds, end) in self.bounds.iter_mut().zip(ends) {
+            for axis in 0..3 {
+                bounds[axis][place] = end[axis];
+            }
+        }
+        self.children[place] = child;
+    }
+}
+
+/// Makes a hierarchy of four children a node from a binary one: a node takes in the children of its largest children, until
+/// it is full. The root comes first.
+pub(super) fn widen(binary: &Bvh2) -> Vec<Node> {
+    let Some(root) = binary.nodes.first() else {
+        return Vec::new();
+    };
+    let mut nodes = vec![Node::EMPTY];
+    // Binary nodes whose children are still to be put into a wide one
+    let mut open = vec![(root, 0)];
+    while let Some((node, index)) = open.pop() {
+        let mut members = vec![node];
+        while let Some(largest) = largest_inner(&members) {
+            let [left, right] = children(binary, members[largest]);
+            members[largest] = left;
+            members.push(right);
+            if members.len() == WIDTH {
+                break;
+            }
+        }
+        for (place, member) in members.into_iter().enumerate() {
+            let child = match member.is_leaf() {
+                true => Child {
+                    first: member.first_index,
+                    count: member.prim_count,
+                },
+                false => {
+                    nodes.push(Node::EMPTY);
+                    let first = nodes.len() as u32 - 1;
+                    open.push((member, first));
+                    Child { first, count: 0 }
+                }
+            };
+            nodes[index as usize].set(place, member, child);
+        }
+    }
+    nodes
+}
+
+fn children<'a>(binary: &'a Bvh2, node: &Bvh2Node) -> [&'a Bvh2Node; 2] {
+    let first = node.first_index as usize;
+    [&binary.nodes[first], &binary.nodes[first + 1]]
+}
+
+/// The inner node of the largest surface.
+fn largest_inner(members: &[&Bvh2Node]) -> Option<usize> {
+    let area = |i: &usize| members[*i].aabb().half_area();
+    let inner = (0..members.len()).filter(|&i| !members[i].is_leaf());
+    inner.max_by(|i, j| area(i).total_cmp(&area(j)))
+}
+
+/// A ray prepared for boxes.
+pub(super) struct Slabs {
+    origin: [Vec4; 3],
+    inverse: [Vec4; 3],
+    /// By axis, which end of a box the ray meets first: 0 the lower one.
+    near: [usize; 3],
+    t_min: f32,
+}
+
+impl Slabs {
+    pub fn new(ray: &Ray) -> Self {
+        // A component of 0 becomes the smallest there is, so that no product is NaN.
+        let smallest = Vec3::splat(f32::MIN_POSITIVE).copysign(ray.direction);
+        let is_small = ray.direction.abs().cmplt(Vec3::splat(f32::MIN_POSITIVE));
+        let inverse = Vec3::select(is_small, smallest, ray.direction).recip().to_array();
+        Self {
+            origin: ray.origin.to_array().map(Vec4::splat),
+            inverse: inverse.map(Vec4::splat),
+            near: inverse.map(|i| usize::from(i < 0.0)),
+            t_min: ray.t_min,
+        }
+    }
+
+    /// Where the ray enters each box, and which of them it meets before `t_max`, as bits.
+    ///
+    /// The far end is moved out by the error bound of both (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).
+    #[inline(always)]
+    pub fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
+        let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];
+        let [x, y, z] = self.near;
+        let enter = t(x, 0).max(t(y, 1)).max(t(z, 2)).max(Vec4::splat(self.t_min));
+        let leave = t(1 - x, 0).min(t(1 - y, 1)).min(t(1 - z, 2)) * (1.0 + 2.0 * gamma(3));
+        (enter, enter.cmple(leave.min(Vec4::splat(t_max))).bitmask())
+    }
+}

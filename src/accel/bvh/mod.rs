@@ -54,7 +54,12 @@ impl BvhAccel {
                 Corners { v0, v1, v2 }
             })
             .collect();
-        let bvh = build_bvh2_from_tris(&corners, BvhBuildParams::slow_build(), &mut Duration::default());
+        // Splitting large triangles beforehand costs rays more than it saves them (docs/benchmarks.md).
+        let parameters = BvhBuildParams {
+            pre_split: false,
+            ..BvhBuildParams::slow_build()
+        };
+        let bvh = build_bvh2_from_tris(&corners, parameters, &mut Duration::default());
         Self {
             triangles: bvh.primitive_indices.iter().map(|&i| triangles[i as usize]).collect(),
             nodes: widen(&bvh),

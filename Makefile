@@ -14,7 +14,7 @@ FLAGS_none    := -p embrasure --no-default-features
 # Those with the obvhs backend, which needs Rust 1.88; with an older one they are skipped with a word, which is a failure
 # where EMBRASURE_REQUIRE_OBVHS is set, as in CI.
 OBVHS_SETS  := both obvhs
-FLAGS_both  := -p embrasure --features obvhs --lib --test backends --test command_line
+FLAGS_both  := -p embrasure --features obvhs --lib --test backends --test command_line --test memory
 FLAGS_obvhs := -p embrasure --no-default-features --features obvhs
 HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
@@ -23,10 +23,10 @@ with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-6s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) where it is missing
 	@scripts/setup
@@ -51,6 +51,12 @@ $(FEATURE_SETS:%=test-%): test-%: setup
 
 $(OBVHS_SETS:%=test-%): test-%: setup
 	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_$*))
+
+sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
+	scripts/sanitize
+
+bench: setup ## measure ray rates of all backends on all scenes there are, and rewrite the tables of docs/benchmarks.md
+	scripts/bench
 
 clean: ## remove what builds and renders made (.deps stays)
 	rm -rf $(TARGET) out

@@ -23,6 +23,16 @@ pub trait Accel: Send + Sync {
     /// The closest hit in the ray's open interval.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
+    /// The closest hits of rays that start and go nearly alike: a backend may trace them together.
+    ///
+    /// `hits` is as long as `rays`. Which of two triangles is hit where they meet may be another one than by
+    /// [`Accel::intersect`].
+    fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = self.intersect(ray);
+        }
+    }
+
     /// Whether anything is hit in the ray's open interval.
     fn occluded(&self, ray: &Ray) -> bool;
 

@@ -8,11 +8,11 @@ use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::camera::Camera;
-use crate::film::{Film, FirstSurface};
+use crate::film::{Film, FirstSurface, Rect};
 use crate::integrator::{RayKind, Sink, World};
 use crate::io::{Loaded, load_scene};
-use crate::math::Ray;
-use crate::render::{Observer, passes};
+use crate::math::{Ray, UVec2};
+use crate::render::Observer;
 use crate::sampler::{Independent, SampleKey};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -23,8 +23,10 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Samples whose rays are recorded: enough to fill every cache, few enough to be kept.
+/// Samples whose rays are recorded, over all pixels: enough to fill every cache, few enough to be kept.
 const MOST_SAMPLES: u64 = 1 << 19;
+/// Their indices: a single pass.
+const SAMPLES: Range<u32> = 16..32;
 /// A measurement of less is repeated until it has taken so long, in seconds.
 const SHORTEST: f64 = 0.05;
 
@@ -87,7 +89,8 @@ pub(super) struct Rates {
 pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     // Everything that can be wrong is found before the first ray.
     let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
-    let jobs = jobs?;
+    let mut jobs = jobs?;
+    jobs.iter_mut().for_each(shrink);
     catch_interrupts();
     let scenes: Result<Vec<_>, CliError> = jobs.iter().map(|job| bench_scene(args, job)).collect();
     let report = Report {
@@ -123,7 +126,6 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
         eprintln!("warning: {warning}");
     }
     let (_, camera) = job.camera(scene.bounds())?;
-    let samples = pass_of(job.crop.area());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 
     // Every triangle against every ray is no measure of anything, unless asked for by name.
@@ -148,7 +150,6 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
             job,
             scene: &scene,
             camera: &camera,
-            samples: samples.clone(),
             repeat: args.repeat.get(),
         };
         let measured = backend.with(&scene, &pool, task)??;
@@ -163,15 +164,19 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
         lights: scene.lights().len(),
         width: job.resolution.x,
         height: job.resolution.y,
-        spp: samples.len(),
+        spp: SAMPLES.len(),
         backends,
     })
 }
 
-/// Sample indices that make a single pass, as many as fit.
-fn pass_of(pixels: u64) -> Range<u32> {
-    let fitting = passes(0..u32::MAX).take_while(|pass| pass.len() as u64 * pixels <= MOST_SAMPLES);
-    fitting.take(7).last().unwrap_or(0..1)
+/// Scales the image down until sixteen samples of each pixel are no more than can be kept: with fewer, camera rays would not be
+/// traced together as they are in renders.
+fn shrink(job: &mut Job) {
+    let pixels = (MOST_SAMPLES / SAMPLES.len() as u64) as f64;
+    let scale = (pixels / job.crop.area() as f64).sqrt().min(1.0);
+    let side = |n: u32| ((n as f64 * scale) as u32).max(1);
+    job.resolution = UVec2::new(side(job.resolution.x), side(job.resolution.y));
+    job.crop = Rect::full(job.resolution);
 }
 
 struct BuildTime;
@@ -188,7 +193,6 @@ struct Measure<'a> {
     job: &'a Job,
     scene: &'a Scene,
     camera: &'a Camera,
-    samples: Range<u32>,
     repeat: usize,
 }
 
@@ -243,7 +247,7 @@ impl Measure<'_> {
             let mut rays = <[Vec<Ray>; 4]>::default();
             let mut all = Vec::new();
             for (pixel, _) in tile.iter() {
-                for index in self.samples.clone() {
+                for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
                     let world = self.world(&recorder);
                     self.job.estimator.sample(world, key, &mut sampler, &mut Nothing);
@@ -316,7 +320,7 @@ impl Measure<'_> {
 
     fn render<A: Accel>(&self, accel: &A) {
         let mut film = Film::new(self.job.resolution, self.job.crop);
-        let (sampler, samples) = (Independent::new(self.job.seed), self.samples.clone());
+        let (sampler, samples) = (Independent::new(self.job.seed), SAMPLES);
         let estimator = &self.job.estimator;
         black_box(estimator.render(self.world(accel), &sampler, &mut film, samples, &Progress::new(0, true)));
     }

@@ -29,7 +29,17 @@ use crate::sampler::{SampleKey, Sampler};
 pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
+
+    /// The same for several samples of one pixel, each into an `out` of its own: their camera rays may be traced together.
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        for (key, out) in keys.iter().zip(out) {
+            self.sample(*key, sampler, out);
+        }
+    }
 }
+
+/// Samples that are worth tracing together.
+pub const SAMPLES_AT_ONCE: usize = 16;
 
 /// Why a ray is traced; statistics count by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,12 @@
 use super::direct::{Direct, LightNumbers, Vertex};
 use super::strategy::Scattered;
-use super::{Integrator, RayKind, Roulette, Sink, Strategy, World};
+use super::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::ray_towards;
-use crate::math::{Ray, Vec2};
+use crate::geometry::{Hit, ray_towards};
+use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use std::array::from_fn;
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
 /// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
@@ -54,21 +55,43 @@ struct Segment {
 
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let ray = self.world.camera_ray(key, sampler);
+        let hit = self.world.intersect(&ray, RayKind::Camera, out);
+        self.follow(ray, hit, sampler, out);
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            let mut samplers: [S; SAMPLES_AT_ONCE] = from_fn(|_| sampler.clone());
+            let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
+            for ((ray, key), sampler) in rays.iter_mut().zip(keys).zip(&mut samplers) {
+                *ray = self.world.camera_ray(*key, sampler);
+            }
+            let mut hits = [None; SAMPLES_AT_ONCE];
+            let n = keys.len();
+            self.world.accel.intersect_coherent(&rays[..n], &mut hits[..n]);
+            for (((ray, hit), sampler), out) in rays.into_iter().zip(hits).zip(&samplers).zip(out) {
+                out.ray(RayKind::Camera);
+                self.follow(ray, hit, sampler, out);
+            }
+        }
+    }
+}
+
+impl<A: Accel> PathIntegrator<'_, A> {
+    /// Follows the path that begins with the camera's `ray`, whose closest hit is `hit`.
+    #[inline(always)]
+    fn follow<S: Sampler>(&self, ray: Ray, mut hit: Option<Hit>, sampler: &S, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
         let mut radiance = Spectrum::ZERO;
         let mut path = Segment {
-            ray: world.camera_ray(key, sampler),
+            ray,
             beta: Spectrum::ONE,
             eta_squared: 1.0,
             scattered: None,
         };
-        let sampler = &*sampler;
-
         for depth in 0.. {
-            // All draws of a vertex stand in one place, before its ray: none of them depends on what is hit.
-            let u = VertexNumbers::draw(sampler, depth);
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let Some(hit) = world.intersect(&path.ray, kind, out) else {
+            let Some(met) = hit else {
                 // Escaped: infinitely distant lights
                 for light in world.scene.escaped(path.ray.direction) {
                     radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
@@ -77,9 +100,9 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             };
 
             // The surface, and the light it emits by itself
-            let vertex = world.vertex(&hit, &path.ray);
+            let vertex = world.vertex(&met, &path.ray);
             let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
-            if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, path.ray.direction) {
+            if let Some(light) = world.scene.emitted(&met, from, vertex.point.p, path.ray.direction) {
                 radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
             }
             if depth == 0 {
@@ -91,19 +114,17 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 
             // Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
             // shadow ray is traced last, so that the next one can follow it without delay.
+            let u = VertexNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, &vertex, strategy, &u.light, out);
             let next = self.scatter(&vertex, &path, depth, &u);
             radiance += path.beta * direct.arrives(world, out);
-            match next {
-                Some(next) => path = next,
-                None => break,
-            }
+            let Some(next) = next else { break };
+            path = next;
+            hit = world.intersect(&path.ray, RayKind::Bounce, out);
         }
         out.radiance(radiance);
     }
-}
 
-impl<A: Accel> PathIntegrator<'_, A> {
     /// Goes on from `vertex` in a sampled direction, unless all is absorbed or Russian roulette ends the path.
     #[inline(always)]
     fn scatter<S>(&self, vertex: &Vertex, path: &Segment, depth: u32, u: &VertexNumbers<S>) -> Option<Segment> {

@@ -2,9 +2,10 @@ use super::schedule::passes;
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
 use crate::film::{Accumulator, Film, FirstSurface, Tile};
-use crate::integrator::{Integrator, RayKind, Sink};
+use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
+use std::array::from_fn;
 use std::ops::Range;
 
 /// Watches a render from outside; called from many threads at once.
@@ -65,21 +66,30 @@ fn render_tile<I: Integrator, S: Sampler>(
 ) -> Statistics {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
+    let mut taken: [PixelSample; SAMPLES_AT_ONCE] = Default::default();
     for (pixel, sums) in tile.iter_mut() {
         let mut block = Accumulator::default();
-        for index in samples.clone() {
-            let key = SampleKey::new(pixel.x, pixel.y, index);
-            let mut sample = PixelSample::default();
-            integrator.sample(key, &mut sampler, &mut sample);
-            statistics.rays = sample.rays.plus(statistics.rays);
-            if !sample.radiance.is_valid() {
-                statistics.drop_sample(DroppedSample {
-                    key,
-                    radiance: sample.radiance.to_array(),
-                });
-                sample.radiance = Spectrum::ZERO;
+        let mut start = samples.start;
+        while start < samples.end {
+            // Some samples at once, whose camera rays are nearly the same
+            let count = SAMPLES_AT_ONCE.min((samples.end - start) as usize);
+            let keys: [_; SAMPLES_AT_ONCE] =
+                from_fn(|i| SampleKey::new(pixel.x, pixel.y, start.wrapping_add(i as u32)));
+            let (keys, taken) = (&keys[..count], &mut taken[..count]);
+            taken.fill_with(PixelSample::default);
+            integrator.samples(keys, &mut sampler, taken);
+            for (&key, sample) in keys.iter().zip(taken) {
+                statistics.rays = sample.rays.plus(statistics.rays);
+                if !sample.radiance.is_valid() {
+                    statistics.drop_sample(DroppedSample {
+                        key,
+                        radiance: sample.radiance.to_array(),
+                    });
+                    sample.radiance = Spectrum::ZERO;
+                }
+                block.add(sample.radiance, sample.surface.as_ref());
             }
-            block.add(sample.radiance, sample.surface.as_ref());
+            start += count as u32;
         }
         statistics.samples += samples.len() as u64;
         sums.merge(&block);

@@ -3,6 +3,7 @@
 //! Embree never calls back into Rust while rays are traced; the one callback counts bytes during builds.
 
 mod device;
+mod packet;
 mod raw;
 mod scene;
 

@@ -151,12 +151,17 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
+/// Where Embree's interval begins: it holds its lower end, but a surface that a ray starts on is not in ours.
+#[inline(always)]
+pub(super) fn t_near(ray: &Ray) -> f32 {
+    ray.t_min.max(f32::MIN_POSITIVE)
+}
+
 /// An Embree ray for `ray`: time 0, all masks, no id and no flags.
 #[inline(always)]
 fn to_embree(ray: &Ray) -> RTCRay {
     let words = RayWords {
-        // Embree's interval holds its lower end; a surface that the ray starts on is not in ours.
-        origin_tnear: ray.origin.extend(ray.t_min.max(f32::MIN_POSITIVE)),
+        origin_tnear: ray.origin.extend(t_near(ray)),
         direction_time: ray.direction.extend(0.0),
         tfar_mask_id_flags: Vec4::new(ray.t_max, f32::from_bits(u32::MAX), 0.0, 0.0),
     };
@@ -189,6 +194,10 @@ impl Accel for EmbreeAccel<'_> {
             geom: GeomId(query.hit.geomID),
             inst: InstanceId::NONE,
         })
+    }
+
+    fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        super::packet::intersect_coherent(self, rays, hits);
     }
 
     fn occluded(&self, ray: &Ray) -> bool {

@@ -90,6 +90,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             eta_squared: 1.0,
             scattered: None,
         };
+        let mut u = VertexNumbers::draw(sampler, 0);
         for depth in 0.. {
             let Some(met) = hit else {
                 // Escaped: infinitely distant lights
@@ -114,12 +115,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
             // shadow ray is traced last, so that the next one can follow it without delay.
-            let u = VertexNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, &vertex, strategy, &u.light, out);
             let next = self.scatter(&vertex, &path, depth, &u);
             radiance += path.beta * direct.arrives(world, out);
             let Some(next) = next else { break };
             path = next;
+            // The next vertex's numbers do not depend on what is hit: they are drawn before the ray, and so while it is traced.
+            u = VertexNumbers::draw(sampler, depth + 1);
             hit = world.intersect(&path.ray, RayKind::Bounce, out);
         }
         out.radiance(radiance);

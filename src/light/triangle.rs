@@ -70,9 +70,14 @@ impl TriangleLight {
         };
         let [p0, p1, p2] = self.corners;
         let q = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
-        let wi = (q - p).try_normalize()?;
-        let pdf = self.pdf(p, q, wi);
-        if pdf <= 0.0 {
+        let squared = p.distance_squared(q);
+        let wi = (q - p) * (1.0 / squared.sqrt());
+        let pdf = match self.sampling {
+            TriangleSampling::Area => squared / (-wi.dot(self.normal) * self.area),
+            TriangleSampling::SolidAngle => self.pdf(p, q, wi),
+        };
+        // NaN where both points are one
+        if !(pdf > 0.0 && pdf < f32::INFINITY) {
             return None;
         }
         Some(LightSample {

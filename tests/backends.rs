@@ -303,6 +303,41 @@ fn a_closed_sphere_far_away_is_closed() {
     }
 }
 
+/// Rays that are traced together hit what they hit one by one, however many there are and wherever they go.
+#[test]
+fn rays_may_be_traced_together() {
+    let scene = scene_of(vec![soup(300, 0.3), room()]);
+    for backend in backends(&scene) {
+        let (mut hits, mut misses) = (0, 0);
+        for i in 0..2_000 {
+            let from = 1.5 * uniform_sphere(at(i, 40));
+            let spread = [0.001, 0.1, 10.0][i as usize % 3];
+            let rays: Vec<Ray> = (0..i % 40)
+                .map(|k| Ray {
+                    t_max: if k % 5 == 0 { 0.9 } else { f32::INFINITY },
+                    ..Ray::new(from, spread * uniform_sphere(at(i, 41 + k)) - from)
+                })
+                .collect();
+            let mut together = vec![None; rays.len()];
+            backend.intersect_coherent(&rays, &mut together);
+            for (ray, hit) in rays.iter().zip(together) {
+                match (hit, backend.intersect(ray)) {
+                    (Some(a), Some(b)) => {
+                        hits += 1;
+                        let error = Crossing::new(&scene, ray, &a).t_error() + Crossing::new(&scene, ray, &b).t_error();
+                        assert!((a.t as f64 - b.t as f64).abs() <= error, "{ray:?}: {a:?} and {b:?}");
+                    }
+                    (a, b) => {
+                        misses += 1;
+                        assert_eq!(a, b, "{ray:?}");
+                    }
+                }
+            }
+        }
+        assert!(hits > 10_000 && misses > 100, "{hits} hits, {misses} misses");
+    }
+}
+
 #[test]
 fn hits_name_the_point_by_their_barycentrics() {
     let scene = scene_of(vec![soup(50, 0.5), soup(80, 0.4)]);

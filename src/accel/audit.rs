@@ -96,10 +96,7 @@ impl<'a> Auditor<'a> {
 
 impl Accel for Auditor<'_> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        match self.ask(ray, QueryKind::Closest) {
-            Answer::Closest(hit) => hit,
-            Answer::Occlusion(_) => None,
-        }
+        self.ask(ray, QueryKind::Closest).hit()
     }
 
     fn occluded(&self, ray: &Ray) -> bool {

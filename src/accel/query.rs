@@ -41,6 +41,15 @@ impl Query {
 }
 
 impl Answer {
+    /// The closest hit, if that was asked for and there is one.
+    #[inline(always)]
+    pub fn hit(&self) -> Option<Hit> {
+        match self {
+            Self::Closest(hit) => *hit,
+            Self::Occlusion(_) => None,
+        }
+    }
+
     /// Whether anything was hit.
     #[inline(always)]
     pub fn is_hit(&self) -> bool {

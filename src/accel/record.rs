@@ -35,10 +35,7 @@ impl<'a, A: Accel> Recorder<'a, A> {
 
 impl<A: Accel> Accel for Recorder<'_, A> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        match self.ask(ray, QueryKind::Closest) {
-            Answer::Closest(hit) => hit,
-            Answer::Occlusion(_) => None,
-        }
+        self.ask(ray, QueryKind::Closest).hit()
     }
 
     fn occluded(&self, ray: &Ray) -> bool {

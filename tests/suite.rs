@@ -8,11 +8,11 @@ use std::process::Command;
 use support::{read_rgb, rel_mse, shared};
 
 /// Renders `toml` and reads the picture.
-fn render(toml: &Path, spp: u32) -> [Vec<f32>; 3] {
+fn render(toml: &Path, spp: u32, sampler: &str) -> [Vec<f32>; 3] {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("x.exr");
     let status = Command::new(env!("CARGO_BIN_EXE_embrasure"))
-        .args(["render", "-q", "--spp", &spp.to_string(), "-o"])
+        .args(["render", "-q", "--sampler", sampler, "--spp", &spp.to_string(), "-o"])
         .args([&out, toml])
         .status()
         .unwrap();
@@ -37,7 +37,7 @@ fn cornell_converges_to_the_reference() {
     let Some(folder) = shared("suite/cornell") else { return };
     let (toml, reference) = (folder.join("cornell.toml"), read_rgb(&folder.join("reference.exr")));
     let counts = [16, 64, 256, 1024];
-    let images = counts.map(|spp| render(&toml, spp));
+    let images = counts.map(|spp| render(&toml, spp, "independent"));
     assert_means("1024 spp", &images[3], &reference, 0.003);
 
     // The error of independent samples falls as 1/spp. The reference has 4096 samples and some error of its own, which
@@ -58,6 +58,17 @@ fn cornell_converges_to_the_reference() {
         / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
     println!("slope {slope:.3}");
     assert!((slope + 1.0).abs() < 0.05, "relMSE {raw:?} falls as spp^{slope}");
+
+    // Stratified samples have the same mean and less error.
+    let sobol = render(&toml, 64, "sobol");
+    assert_means("sobol", &sobol, &reference, 0.003);
+    let error = rel_mse(&sobol, &reference);
+    println!("sobol at 64 spp: relMSE {error:.5}");
+    assert!(
+        error < 0.8 * raw[1],
+        "relMSE {error} against {} of independent samples",
+        raw[1]
+    );
 }
 
 #[test]
@@ -67,7 +78,7 @@ fn hall_and_sponza_have_the_means_of_their_references() {
             return;
         };
         let reference = read_rgb(&folder.join("reference.exr"));
-        let image = render(&folder.join(format!("{name}.toml")), 64);
+        let image = render(&folder.join(format!("{name}.toml")), 64, "independent");
         // Fireflies of many small lights: the mean of 64 samples is good to some 0.1 %.
         assert_means(name, &image, &reference, 0.006);
     }

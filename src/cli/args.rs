@@ -211,7 +211,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
-    /// Source of random numbers: independent
+    /// Source of random numbers: independent or sobol (Owen-scrambled) [default: independent]
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
 

@@ -14,7 +14,6 @@ use crate::integrator::World;
 use crate::io::{FileError, Loaded, Output, load_scene};
 use crate::math::Ray;
 use crate::render::{Outcome, Statistics};
-use crate::sampler::Independent;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -261,7 +260,7 @@ impl Audit<'_> {
         };
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);
-        let sampler = Independent::new(job.seed);
+        let sampler = job.sampler();
         let pool = job.thread_pool()?;
         let (_, statistics) = pool.install(|| job.estimator.render(world, &sampler, &mut film, 0..samples, &progress));
         progress.finish();

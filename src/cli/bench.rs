@@ -13,7 +13,7 @@ use crate::integrator::{RayKind, Sink, World};
 use crate::io::{Loaded, load_scene};
 use crate::math::{Ray, UVec2};
 use crate::render::Observer;
-use crate::sampler::{Independent, SampleKey};
+use crate::sampler::SampleKey;
 use crate::scene::Scene;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -243,7 +243,7 @@ impl Measure<'_> {
         let film = Film::new(self.job.resolution, self.job.crop);
         let tiles = film.tiles().par_iter().map(|tile| {
             let recorder = Recorder::new(accel);
-            let mut sampler = Independent::new(self.job.seed);
+            let mut sampler = self.job.sampler();
             let mut rays = <[Vec<Ray>; 4]>::default();
             let mut all = Vec::new();
             for (pixel, _) in tile.iter() {
@@ -320,7 +320,7 @@ impl Measure<'_> {
 
     fn render<A: Accel>(&self, accel: &A) {
         let mut film = Film::new(self.job.resolution, self.job.crop);
-        let (sampler, samples) = (Independent::new(self.job.seed), SAMPLES);
+        let (sampler, samples) = (self.job.sampler(), SAMPLES);
         let estimator = &self.job.estimator;
         black_box(estimator.render(self.world(accel), &sampler, &mut film, samples, &Progress::new(0, true)));
     }

@@ -1,6 +1,6 @@
 use super::args::EstimatorArgs;
 use super::error::CliError;
-use super::job::{choose, positive};
+use super::job::{choose, name_of, positive};
 use crate::accel::Accel;
 use crate::film::Film;
 use crate::integrator::{
@@ -336,8 +336,4 @@ impl Estimator {
 trait Task {
     type Output;
     fn run(self, integrator: &impl Integrator) -> Self::Output;
-}
-
-fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
-    names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
 }

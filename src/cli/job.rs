@@ -6,7 +6,7 @@ use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::Rect;
 use crate::io::{CameraSection, FileError, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
-use crate::sampler::{Independent, Sampler};
+use crate::sampler::{AnySampler, SamplerKind};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -24,7 +24,7 @@ pub(super) struct Job {
     pub crop: Rect,
     pub samples: Range<u32>,
     pub seed: u64,
-    pub sampler: &'static str,
+    pub sampler: SamplerKind,
     pub estimator: Estimator,
     /// The pixel and sample to explain instead of rendering.
     pub pixel: Option<([u32; 2], u32)>,
@@ -72,8 +72,7 @@ impl Job {
             (None, None) => 64,
         };
         let estimator = Estimator::new(&args.estimator, &scene)?;
-        let samplers = [(Independent::NAME, Independent::NAME)];
-        let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, &samplers)?;
+        let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, SamplerKind::NAMES)?;
         let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends())?;
         if args.threads == Some(0) {
             return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
@@ -154,7 +153,21 @@ impl Job {
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
-        format!("{} sampler={} filter=box", self.estimator.settings(), self.sampler)
+        format!(
+            "{} sampler={} filter=box",
+            self.estimator.settings(),
+            self.sampler_name()
+        )
+    }
+
+    /// The random numbers of the render.
+    pub fn sampler(&self) -> AnySampler {
+        self.sampler.with_seed(self.seed)
+    }
+
+    /// The sampler's name, as users type it.
+    pub fn sampler_name(&self) -> &'static str {
+        name_of(SamplerKind::NAMES, self.sampler)
     }
 }
 
@@ -266,6 +279,11 @@ fn check_name<T: Copy>(
         let help = format!("there is {}", join_names(known));
         scene.error(name.span(), message).help(help).into()
     })
+}
+
+/// The name of `value` among those known.
+pub(super) fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
 }
 
 fn find<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {

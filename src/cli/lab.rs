@@ -12,7 +12,6 @@ use crate::film::{Errors, Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy, World};
 use crate::io::{Loaded, Output, Panel, load_scene, read_exr, write_contact_sheet};
 use crate::render::{Observer, Outcome};
-use crate::sampler::Independent;
 use crate::scene::Scene;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -272,7 +271,7 @@ impl Ladder<'_> {
         seed: u64,
         name: &'static str,
     ) -> Result<(Film, u32, f64), CliError> {
-        let sampler = Independent::new(seed);
+        let sampler = self.job.sampler.with_seed(seed);
         let mut film = Film::new(self.job.resolution, self.job.crop);
         let most = match budget {
             Budget::Samples(n) => n,

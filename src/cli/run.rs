@@ -12,7 +12,6 @@ use crate::film::Film;
 use crate::integrator::World;
 use crate::io::{FileError, Format, Loaded, Metadata, Output, load_scene};
 use crate::render::{Outcome, Statistics};
-use crate::sampler::Independent;
 use crate::scene::Scene;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -126,7 +125,7 @@ impl Prepared<'_> {
             accel,
             camera: self.camera,
         };
-        let mut sampler = Independent::new(job.seed);
+        let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
             let key = explain::key(pixel, sample, job.crop)?;
             explain::explain(&job.estimator, (self.scene, accel, self.camera), &mut sampler, key);
@@ -184,7 +183,7 @@ impl Prepared<'_> {
             backend_version: &info.version,
             isa: info.isa,
             integrator: job.estimator.name(),
-            sampler: job.sampler,
+            sampler: job.sampler_name(),
             spp: job.samples.len() as u32,
             threads: job.threads,
             width: job.resolution.x,

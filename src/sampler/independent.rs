@@ -1,4 +1,4 @@
-use super::{Dimension, SampleKey, Sampler};
+use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::Vec2;
 
 /// Independent uniform variates by hashing a counter.
@@ -11,21 +11,6 @@ pub struct Independent {
     key: u64,
 }
 
-/// SplitMix64's increment: 2⁶⁴ over the golden ratio, made odd.
-const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// SplitMix64's output function: a bijection on 64 bits (variant 13 of Stafford's search).
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
-/// The top 24 of 32 bits as a multiple of 2⁻²⁴ in [0, 1): every such value is exact in f32.
-fn unit_f32(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
-}
-
 impl Independent {
     /// A sampler for the given seed.
     pub fn new(seed: u64) -> Self {
@@ -33,29 +18,22 @@ impl Independent {
     }
 
     fn bits(&self, dimension: Dimension) -> u64 {
-        let counter = (dimension.index() as u64 + 1).wrapping_mul(GOLDEN_GAMMA);
-        mix(self.key.wrapping_add(counter))
+        hash::numbered(self.key, dimension.index())
     }
 }
 
 impl Sampler for Independent {
-    const NAME: &'static str = "independent";
-
     fn start(&mut self, key: SampleKey) {
-        // Each input is hashed into the key by itself, so that no two of them can cancel.
-        let pixel = ((key.y as u64) << 32) | key.x as u64;
-        let h = mix(self.seed.wrapping_add(GOLDEN_GAMMA));
-        let h = mix(h ^ pixel);
-        self.key = mix(h.wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
+        self.key = hash::mix(hash::pixel(self.seed, key).wrapping_add(hash::GOLDEN_GAMMA) ^ key.sample as u64);
     }
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
-        unit_f32((self.bits(dimension) >> 32) as u32)
+        hash::unit_f32((self.bits(dimension) >> 32) as u32)
     }
 
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         let bits = self.bits(dimension);
-        Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32))
+        Vec2::new(hash::unit_f32((bits >> 32) as u32), hash::unit_f32(bits as u32))
     }
 }
 

@@ -1,8 +1,13 @@
 //! Where the random numbers come from: pure functions of (seed, pixel, sample index, dimension).
 
+mod any;
+mod hash;
 mod independent;
+mod sobol;
 
+pub use any::{AnySampler, SamplerKind};
 pub use independent::Independent;
+pub use sobol::Sobol;
 
 use crate::math::{UVec2, Vec2};
 
@@ -80,9 +85,6 @@ impl Dimension {
 
 /// A source of uniform variates in [0, 1), addressed by sample and dimension; it keeps no state between draws.
 pub trait Sampler: Clone + Send + Sync {
-    /// The name users type.
-    const NAME: &'static str;
-
     /// Turns to the sample `key`.
     fn start(&mut self, key: SampleKey);
 

@@ -1,0 +1,205 @@
+use super::{Dimension, SampleKey, Sampler, hash};
+use crate::math::Vec2;
+
+/// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen Scrambling").
+///
+/// Each dimension of each pixel has a sequence of its own: the order of its points and their digits are scrambled
+/// by seeds that depend on seed, pixel and dimension, so that dimensions are padded without correlation. Within one of
+/// them the first 2ᵏ samples, and every aligned 2ᵏ after them, are stratified in all elementary intervals.
+#[derive(Clone, Debug)]
+pub struct Sobol {
+    seed: u64,
+    /// Of seed and pixel.
+    key: u64,
+    sample: u32,
+}
+
+impl Sobol {
+    /// A sampler for the given seed.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            key: 0,
+            sample: 0,
+        }
+    }
+
+    /// The place in the sequence, shuffled, and seeds for the digits of two coordinates.
+    fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
+        let bits = hash::numbered(self.key, dimension.index());
+        let order = hash::mix(bits) as u32;
+        // Shuffled by scrambling the index's own digits, which keeps aligned blocks together
+        let index = scramble(self.sample.reverse_bits(), order).reverse_bits();
+        (index, [(bits >> 32) as u32, bits as u32])
+    }
+}
+
+impl Sampler for Sobol {
+    fn start(&mut self, key: SampleKey) {
+        self.key = hash::pixel(self.seed, key);
+        self.sample = key.sample;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        let (index, [seed, _]) = self.place(dimension);
+        hash::unit_f32(scramble(index, seed).reverse_bits())
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let (index, [seed_x, seed_y]) = self.place(dimension);
+        let x = scramble(index, seed_x).reverse_bits();
+        let y = scramble(second_dimension(index), seed_y).reverse_bits();
+        Vec2::new(hash::unit_f32(x), hash::unit_f32(y))
+    }
+}
+
+/// Sobol's second coordinate of point `index`, digits in reversed order; the first one is the index itself.
+///
+/// Its generator matrix is Pascal's triangle modulo 2, whose entry (i, j) is 1 where the digits of i are among those of j
+/// (Lucas): a sum over supersets, which is taken one digit at a time.
+fn second_dimension(index: u32) -> u32 {
+    let mut y = index;
+    y ^= (y >> 1) & 0x5555_5555;
+    y ^= (y >> 2) & 0x3333_3333;
+    y ^= (y >> 4) & 0x0f0f_0f0f;
+    y ^= (y >> 8) & 0x00ff_00ff;
+    y ^= (y >> 16) & 0x0000_ffff;
+    y
+}
+
+/// Owen scrambling of a number whose digits are in reversed order: each is flipped or not by a hash of those below it (Laine and
+/// Karras 2011; constants of Burley 2020, listing 2).
+fn scramble(mut x: u32, seed: u32) -> u32 {
+    x = x.wrapping_add(seed);
+    x ^= x.wrapping_mul(0x6c50_b47c);
+    x ^= x.wrapping_mul(0xb82f_1e52);
+    x ^= x.wrapping_mul(0xc7af_e638);
+    x ^= x.wrapping_mul(0x8d22_f6e6);
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Bounce;
+
+    fn points(seed: u64, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
+        let mut sampler = Sobol::new(seed);
+        let point = |sample| {
+            sampler.start(SampleKey::new(x, 5, sample));
+            sampler.get_2d(dimension)
+        };
+        samples.map(point).collect()
+    }
+
+    #[test]
+    fn the_second_dimension_has_sobols_direction_numbers() {
+        // v₀ = 1/2 and vⱼ₊₁ = vⱼ ⊕ vⱼ/2 for the primitive polynomial x + 1
+        let mut v = vec![1u32 << 31];
+        for j in 0..31 {
+            v.push(v[j] ^ (v[j] >> 1));
+        }
+        for index in (0..10_000).chain([u32::MAX, 0x8000_0001]) {
+            let bits = (0..32).filter(|j| index >> j & 1 == 1);
+            let expected = bits.fold(0, |y, j| y ^ v[j as usize]);
+            assert_eq!(second_dimension(index).reverse_bits(), expected, "{index}");
+        }
+    }
+
+    #[test]
+    fn aligned_blocks_are_nets() {
+        // Each elementary interval of area 2⁻ᵏ holds one of 2ᵏ points, whatever its shape.
+        for (k, start) in [(0, 3), (1, 0), (3, 8), (4, 0), (4, 48), (6, 64), (8, 256)] {
+            let n = 1u32 << k;
+            for seed in 0..20 {
+                let block = points(seed, 17, Dimension::bounce(2, Bounce::Direction), start..start + n);
+                for a in 0..=k {
+                    let cell = |p: &Vec2| ((p.x * (1 << a) as f32) as u32, (p.y * (1 << (k - a)) as f32) as u32);
+                    let mut cells: Vec<_> = block.iter().map(cell).collect();
+                    cells.sort_unstable();
+                    cells.dedup();
+                    assert_eq!(
+                        cells.len(),
+                        n as usize,
+                        "{n} points from {start}, seed {seed}, 2^{a} columns"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn single_variates_are_stratified() {
+        let mut sampler = Sobol::new(3);
+        let mut cells = [0; 64];
+        for sample in 64..128 {
+            sampler.start(SampleKey::new(1, 2, sample));
+            cells[(sampler.get_1d(Dimension::bounce(0, Bounce::Lobe)) * 64.0) as usize] += 1;
+        }
+        assert_eq!(cells, [1; 64]);
+    }
+
+    /// Numbers of different dimensions, and of neighbouring pixels, have nothing to do with each other.
+    #[test]
+    fn dimensions_and_pixels_are_not_correlated() {
+        let here = Dimension::bounce(0, Bounce::Direction);
+        let others = [
+            (here, 1),
+            (Dimension::bounce(0, Bounce::LightPoint), 0),
+            (Dimension::bounce(1, Bounce::Direction), 0),
+            (Dimension::PIXEL, 0),
+        ];
+        const SEEDS: u64 = 400;
+        const N: u32 = 64;
+        for (dimension, dx) in others {
+            let mut sum = 0.0;
+            for seed in 0..SEEDS {
+                let (a, b) = (points(seed, 9, here, 0..N), points(seed, 9 + dx, dimension, 0..N));
+                let product = |(p, q): (&Vec2, &Vec2)| (p.x as f64 - 0.5) * (q.x as f64 - 0.5);
+                sum += a.iter().zip(&b).map(product).sum::<f64>();
+            }
+            // Independent variates have variance 1/144 each.
+            let z = sum / ((SEEDS * N as u64) as f64 / 144.0).sqrt();
+            assert!(z.abs() < 4.0, "{dimension:?} {dx}: {z}");
+        }
+    }
+
+    /// Mean squared error of means over `n` points.
+    fn error(n: u32, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
+        const SEEDS: u64 = 200;
+        let one = |seed| {
+            let p = points(seed, 3, Dimension::PIXEL, 0..n);
+            (p.iter().map(|p| f(*p)).sum::<f64>() / n as f64 - exact).powi(2)
+        };
+        (0..SEEDS).map(one).sum::<f64>() / SEEDS as f64
+    }
+
+    /// Owen 1997: the variance falls as n⁻³ for smooth integrands; an edge leaves n⁻³ᐟ². Independent samples have n⁻¹.
+    #[test]
+    fn errors_fall_as_theory_says() {
+        let slope = |f: &dyn Fn(Vec2) -> f64, exact| {
+            let (few, many) = (error(16, exact, f), error(1024, exact, f));
+            (many / few).log2() / 6.0
+        };
+        let smooth = slope(&|p: Vec2| (p.x * p.x * (1.0 + p.y)) as f64, 0.5);
+        let edge = slope(
+            &|p: Vec2| f64::from(u8::from(p.x * p.x + p.y * p.y < 1.0)),
+            std::f64::consts::FRAC_PI_4,
+        );
+        assert!((smooth + 3.0).abs() < 0.3, "smooth: {smooth}");
+        assert!((edge + 1.5).abs() < 0.2, "edge: {edge}");
+    }
+
+    #[test]
+    fn any_sample_can_be_replayed() {
+        let all = points(5, 2, Dimension::LENS, 0..100);
+        for sample in [0, 1, 63, 64, 99] {
+            assert_eq!(
+                points(5, 2, Dimension::LENS, sample..sample + 1)[0],
+                all[sample as usize]
+            );
+        }
+        assert_ne!(all, points(6, 2, Dimension::LENS, 0..100));
+        assert_ne!(all, points(5, 3, Dimension::LENS, 0..100));
+    }
+}

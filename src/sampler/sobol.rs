@@ -100,7 +100,7 @@ mod tests {
             v.push(v[j] ^ (v[j] >> 1));
         }
         for index in (0..10_000).chain([u32::MAX, 0x8000_0001]) {
-            let bits = (0..32).filter(|j| index >> j & 1 == 1);
+            let bits = (0..32).filter(|j| (index >> j) & 1 == 1);
             let expected = bits.fold(0, |y, j| y ^ v[j as usize]);
             assert_eq!(second_dimension(index).reverse_bits(), expected, "{index}");
         }

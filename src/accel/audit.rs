@@ -1,6 +1,7 @@
-use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, compare};
+use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
 use crate::geometry::Hit;
 use crate::math::Ray;
+use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::scene::Scene;
 use std::sync::{Mutex, PoisonError};
 
@@ -80,7 +81,8 @@ impl<'a> Auditor<'a> {
     fn ask(&self, ray: &Ray, kind: QueryKind) -> Answer {
         let query = Query { ray: *ray, kind };
         if hash(&query) < self.threshold {
-            let found = compare(self.scene, self.accels, &query);
+            let answers = self.accels.map(|accel| query.ask(accel));
+            let found = judge(self.scene, self.accels, &query, answers);
             let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
             match kind {
                 QueryKind::Closest => findings.closest += 1,
@@ -89,6 +91,7 @@ impl<'a> Auditor<'a> {
             if let Some(found) = found {
                 findings.add(found);
             }
+            return answers[0];
         }
         query.ask(self.accels[0])
     }
@@ -112,13 +115,10 @@ impl Accel for Auditor<'_> {
     }
 }
 
-/// A number that looks random, from the bits of the query (FNV-1a over words, then a multiplication that spreads them upwards).
+/// A number that looks random, from the bits of the query.
 fn hash(query: &Query) -> u64 {
     let words = query.ray.bits().into_iter().chain([query.kind as u32]);
-    let h = words.fold(0xcbf2_9ce4_8422_2325u64, |h, word| {
-        (h ^ word as u64).wrapping_mul(0x0000_0100_0000_01b3)
-    });
-    (h ^ (h >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    words.fold(0, |h, word| mix(h ^ word as u64).wrapping_add(GOLDEN_GAMMA))
 }
 
 #[cfg(test)]

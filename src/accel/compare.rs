@@ -45,11 +45,20 @@ impl Cause {
 }
 
 /// Asks both backends, and says how they disagree, if they do.
+pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
+    judge(scene, accels, query, accels.map(|accel| query.ask(accel)))
+}
+
+/// Says how the answers that `accels` gave disagree, if they do.
 ///
 /// They agree where both miss, or both hit at distances that differ by no more than [`Crossing::t_error`] of both hits: whose
 /// triangle it is does not matter, since neighbours share their edges. Occlusion must be the same.
-pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
-    let answers = accels.map(|accel| query.ask(accel));
+pub(super) fn judge(
+    scene: &Scene,
+    accels: [&dyn Accel; 2],
+    query: &Query,
+    answers: [Answer; 2],
+) -> Option<Disagreement> {
     let ray = &query.ray;
     let cause = match answers {
         [Answer::Closest(Some(a)), Answer::Closest(Some(b))] => {

@@ -11,6 +11,7 @@ mod query;
 mod record;
 
 pub use audit::{Auditor, Findings};
+use compare::judge;
 pub use compare::{Cause, Crossing, Disagreement, compare};
 pub use query::{Answer, Query, QueryKind};
 pub use record::Recorder;

@@ -62,15 +62,16 @@ impl Mix {
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let choice = self.choice(wo);
         let (lobe, p) = chosen(&self.lobes, &choice, u_lobe)?;
-        let mut sample = lobe.sample(wo, u, mode)?;
-        if lobe.is_delta() {
-            sample.pdf *= p;
+        let sample = lobe.sample(wo, u, mode)?;
+        let (f, pdf) = if lobe.is_delta() {
+            (sample.f, sample.pdf * p)
         } else {
-            sample.f = self.eval(wo, sample.wi);
-            sample.pdf = self.pdf_for(&choice, wo, sample.wi);
-        }
-        sample.weight = sample.f * (sample.wi.z.abs() / sample.pdf);
-        Some(sample)
+            (self.eval(wo, sample.wi), self.pdf_for(&choice, wo, sample.wi))
+        };
+        Some(BsdfSample {
+            eta: sample.eta,
+            ..BsdfSample::new(f, sample.wi, pdf, sample.scattering)
+        })
     }
 }
 

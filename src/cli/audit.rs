@@ -1,10 +1,10 @@
 //! One backend checked against another, ray by ray.
 
 use super::args::{AuditArgs, RenderArgs};
-use super::backend::{Backend, BackendTask};
+use super::backend::{PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
 use super::hash::scene_hash;
-use super::job::{Job, find_backend};
+use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
@@ -114,6 +114,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
         job: &job,
         scene: &scene,
         camera: &camera,
+        pool: &pool,
         rays: args.rays.get(),
         replay: replay.as_ref(),
     };
@@ -148,73 +149,11 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
     }
 }
 
-/// The backend to check `backend` against: the one that is named, else another one that is built in.
-pub(super) fn other_backend(backend: Backend, name: Option<&str>) -> Result<Backend, CliError> {
-    let other = match name {
-        Some(name) => Some(find_backend(name, "--against")?),
-        None => Backend::ALL.iter().copied().find(|b| *b != backend),
-    };
-    other.filter(|other| *other != backend).ok_or_else(|| {
-        let message = format!("there is nothing to check the backend {} against", backend.name());
-        CliError::Usage(format!(
-            "{message}\n  help: name another one (see --version), or build with one more"
-        ))
-    })
-}
-
-/// What is done with two backends.
-pub(super) trait PairTask {
-    type Output;
-
-    /// `build_s` is how long building the first one took.
-    fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output;
-}
-
-/// Builds both backends, and gives them to `task`.
-pub(super) fn both<T: PairTask>(
-    first: Backend,
-    second: Backend,
-    scene: &Scene,
-    pool: &rayon::ThreadPool,
-    task: T,
-) -> Result<T::Output, CliError> {
-    struct First<'a, T> {
-        second: Backend,
-        scene: &'a Scene,
-        pool: &'a rayon::ThreadPool,
-        task: T,
-    }
-    struct Second<'a, T> {
-        first: &'a dyn Accel,
-        build_s: f64,
-        task: T,
-    }
-    impl<T: PairTask> BackendTask for First<'_, T> {
-        type Output = Result<T::Output, CliError>;
-        fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-            let (first, task) = (accel as &dyn Accel, self.task);
-            self.second.with(self.scene, self.pool, Second { first, build_s, task })
-        }
-    }
-    impl<T: PairTask> BackendTask for Second<'_, T> {
-        type Output = T::Output;
-        fn run<A: Accel>(self, accel: &A, _build_s: f64) -> T::Output {
-            self.task.run([self.first, accel], self.build_s)
-        }
-    }
-    let task = First {
-        second,
-        scene,
-        pool,
-        task,
-    };
-    first.with(scene, pool, task)?
-}
-
 struct Audit<'a> {
     job: &'a Job,
     scene: &'a Scene,
     camera: &'a Camera,
+    pool: &'a rayon::ThreadPool,
     rays: u64,
     replay: Option<&'a Replay>,
 }
@@ -235,7 +174,7 @@ impl Audit<'_> {
     /// Checks about as many rays as were asked for, spread evenly over those of a render.
     fn sample(&self, accels: [&dyn Accel; 2]) -> Result<(Findings, Outcome), CliError> {
         // One sample a pixel tells how many rays there are.
-        let (_, statistics) = self.render(Auditor::new(self.scene, accels, 0.0), 1)?;
+        let (_, statistics) = self.render(Auditor::new(self.scene, accels, 0.0), 1);
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;
         let samples = self.rays.div_ceil(traced.max(1));
         let samples = u32::try_from(samples).map_err(|_| {
@@ -243,7 +182,7 @@ impl Audit<'_> {
             CliError::Usage(format!("{message}\n  help: use fewer"))
         })?;
         let share = self.rays as f64 / (traced.max(1) as f64 * samples as f64);
-        let (checked, statistics) = self.render(Auditor::new(self.scene, accels, share), samples)?;
+        let (checked, statistics) = self.render(Auditor::new(self.scene, accels, share), samples);
         let outcome = match statistics.samples == self.job.crop.area() * samples as u64 {
             true => Outcome::Complete,
             false => Outcome::Stopped,
@@ -251,7 +190,7 @@ impl Audit<'_> {
         Ok((checked, outcome))
     }
 
-    fn render(&self, auditor: Auditor, samples: u32) -> Result<(Findings, Statistics), CliError> {
+    fn render(&self, auditor: Auditor, samples: u32) -> (Findings, Statistics) {
         let job = self.job;
         let world = World {
             scene: self.scene,
@@ -261,10 +200,11 @@ impl Audit<'_> {
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);
         let sampler = job.sampler();
-        let pool = job.thread_pool()?;
-        let (_, statistics) = pool.install(|| job.estimator.render(world, &sampler, &mut film, 0..samples, &progress));
+        let (_, statistics) = self
+            .pool
+            .install(|| job.estimator.render(world, &sampler, &mut film, 0..samples, &progress));
         progress.finish();
-        Ok((auditor.findings(), statistics))
+        (auditor.findings(), statistics)
     }
 
     /// Checks the rays of a report again.

@@ -1,4 +1,5 @@
 use super::error::CliError;
+use super::job::find_backend;
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;
 #[cfg(feature = "embree")]
@@ -73,6 +74,69 @@ impl Backend {
             }
         }
     }
+}
+
+/// The backend to check `backend` against: the one that is named, else another one that is built in.
+pub(super) fn other_backend(backend: Backend, name: Option<&str>) -> Result<Backend, CliError> {
+    let other = match name {
+        Some(name) => Some(find_backend(name, "--against")?),
+        None => Backend::ALL.iter().copied().find(|b| *b != backend),
+    };
+    other.filter(|other| *other != backend).ok_or_else(|| {
+        let message = format!("there is nothing to check the backend {} against", backend.name());
+        CliError::Usage(format!(
+            "{message}\n  help: name another one (see --version), or build with one more"
+        ))
+    })
+}
+
+/// What is done with two backends.
+pub(super) trait PairTask {
+    type Output;
+
+    /// `build_s` is how long building the first one took.
+    fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output;
+}
+
+/// Builds both backends, and gives them to `task`.
+pub(super) fn both<T: PairTask>(
+    first: Backend,
+    second: Backend,
+    scene: &Scene,
+    pool: &rayon::ThreadPool,
+    task: T,
+) -> Result<T::Output, CliError> {
+    struct First<'a, T> {
+        second: Backend,
+        scene: &'a Scene,
+        pool: &'a rayon::ThreadPool,
+        task: T,
+    }
+    struct Second<'a, T> {
+        first: &'a dyn Accel,
+        build_s: f64,
+        task: T,
+    }
+    impl<T: PairTask> BackendTask for First<'_, T> {
+        type Output = Result<T::Output, CliError>;
+        fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
+            let (first, task) = (accel as &dyn Accel, self.task);
+            self.second.with(self.scene, self.pool, Second { first, build_s, task })
+        }
+    }
+    impl<T: PairTask> BackendTask for Second<'_, T> {
+        type Output = T::Output;
+        fn run<A: Accel>(self, accel: &A, _build_s: f64) -> T::Output {
+            self.task.run([self.first, accel], self.build_s)
+        }
+    }
+    let task = First {
+        second,
+        scene,
+        pool,
+        task,
+    };
+    first.with(scene, pool, task)?
 }
 
 /// What `--version` prints.

@@ -4,7 +4,7 @@ use super::args::{BenchArgs, RenderArgs};
 use super::backend::{Backend, BackendTask};
 use super::bench_tables::tables;
 use super::error::CliError;
-use super::job::Job;
+use super::job::{Job, thread_pool};
 use super::progress::{Progress, catch_interrupts};
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::camera::Camera;
@@ -133,9 +133,9 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
         Some(_) => *b == job.backend,
         None => *b != Backend::Brute || Backend::ALL.len() == 1,
     };
+    let pool = job.thread_pool()?;
     let mut backends = Vec::new();
     for backend in Backend::ALL.iter().copied().filter(chosen) {
-        let pool = job.thread_pool()?;
         let tell = |what: &str| {
             if !args.quiet {
                 eprintln!("{name}: {}, {what}", backend.name());
@@ -150,6 +150,7 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
             job,
             scene: &scene,
             camera: &camera,
+            pool: &pool,
             repeat: args.repeat.get(),
         };
         let measured = backend.with(&scene, &pool, task)??;
@@ -193,6 +194,7 @@ struct Measure<'a> {
     job: &'a Job,
     scene: &'a Scene,
     camera: &'a Camera,
+    pool: &'a rayon::ThreadPool,
     repeat: usize,
 }
 
@@ -200,8 +202,7 @@ impl BackendTask for Measure<'_> {
     type Output = Result<BackendReport, CliError>;
 
     fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-        let all = self.job.thread_pool()?;
-        let recording = all.install(|| self.record(accel));
+        let recording = self.pool.install(|| self.record(accel));
         let mut threads = vec![1, self.job.threads];
         threads.dedup();
         let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(accel, &recording, n)).collect();
@@ -280,8 +281,7 @@ impl Measure<'_> {
     }
 
     fn measure<A: Accel>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| CliError::Failed(format!("cannot start {threads} threads: {error}")))?;
+        let pool = thread_pool(threads)?;
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let closest = |ray: &Ray| accel.intersect(ray).is_some();
         let occluded = |ray: &Ray| accel.occluded(ray);

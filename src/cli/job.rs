@@ -147,8 +147,7 @@ impl Job {
 
     /// The threads that render.
     pub fn thread_pool(&self) -> Result<rayon::ThreadPool, CliError> {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
-        pool.map_err(|error| CliError::Failed(format!("cannot start {} threads: {error}", self.threads)))
+        thread_pool(self.threads)
     }
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
@@ -169,6 +168,12 @@ impl Job {
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
     }
+}
+
+/// So many threads.
+pub(super) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, CliError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| CliError::Failed(format!("cannot start {threads} threads: {error}")))
 }
 
 /// A scene file, or the scene that a bare OBJ stands for.

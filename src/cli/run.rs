@@ -1,6 +1,6 @@
 use super::args::RenderArgs;
-use super::audit::{PairTask, Report, both, other_backend};
-use super::backend::BackendTask;
+use super::audit::Report;
+use super::backend::{BackendTask, PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
 use super::explain;
 use super::job::Job;

@@ -1,6 +1,6 @@
 use super::LightSample;
 use crate::color::Spectrum;
-use crate::geometry::{Mesh, PrimId, triangle_area};
+use crate::geometry::{Mesh, PrimId, SurfacePoint, triangle_area};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::sampling::spherical_triangle::SphericalTriangle;
 use crate::sampling::warp::uniform_triangle;
@@ -37,10 +37,11 @@ impl TriangleLight {
     pub fn new(mesh: &Mesh, prim: PrimId, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let corners = mesh.corners(prim);
         let [p0, p1, p2] = corners;
-        let clearance = |b1, b2| mesh.surface_point(prim, b1, b2).clearance;
+        let facet = mesh.facet(prim);
+        let clearance = |b1, b2| SurfacePoint::new(corners, facet, b1, b2).clearance;
         Self {
             corners,
-            normal: mesh.surface_point(prim, 0.0, 0.0).ng,
+            normal: facet.normal(),
             clearance: clearance(0.0, 0.0).max(clearance(1.0, 0.0)).max(clearance(0.0, 1.0)),
             area: triangle_area(p0, p1, p2) as f32,
             radiance,
@@ -73,7 +74,7 @@ impl TriangleLight {
         let squared = p.distance_squared(q);
         let wi = (q - p) * (1.0 / squared.sqrt());
         let pdf = match self.sampling {
-            TriangleSampling::Area => squared / (-wi.dot(self.normal) * self.area),
+            TriangleSampling::Area => self.pdf_by_area(squared, -wi.dot(self.normal)),
             TriangleSampling::SolidAngle => self.pdf(p, q, wi),
         };
         // NaN where both points are one
@@ -101,9 +102,15 @@ impl TriangleLight {
         if let Some(seen) = self.seen(p) {
             return (1.0 / seen.solid_angle()) as f32;
         }
-        let pdf = p.distance_squared(q) / (cos_light * self.area);
+        let pdf = self.pdf_by_area(p.distance_squared(q), cos_light);
         // Edge-on or vanishing triangles: a density that is no number is no sample.
         if pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// `r² / (A cos θ)`, for the squared distance.
+    #[inline(always)]
+    fn pdf_by_area(&self, squared: f32, cos_light: f32) -> f32 {
+        squared / (cos_light * self.area)
     }
 
     /// The triangle on the sphere of directions at `p`, if that is what is sampled there.

@@ -3,6 +3,7 @@
 mod bounds;
 pub mod float;
 mod frame;
+pub mod hash;
 mod ray;
 mod transform;
 

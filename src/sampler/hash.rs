@@ -1,16 +1,7 @@
-//! SplitMix64 (Steele, Lea and Flood 2014) as a function of its counter.
+//! SplitMix64 as a function of its counter.
 
 use super::SampleKey;
-
-/// SplitMix64's increment: 2⁶⁴ over the golden ratio, made odd.
-pub(super) const GOLDEN_GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
-
-/// SplitMix64's output function: a bijection on 64 bits (variant 13 of Stafford's search).
-pub(super) fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
+use crate::math::hash::{GOLDEN_GAMMA, mix};
 
 /// Number `n` of the sequence that `key` names.
 pub(super) fn numbered(key: u64, n: u32) -> u64 {

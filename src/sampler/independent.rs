@@ -1,5 +1,6 @@
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::Vec2;
+use crate::math::hash::{GOLDEN_GAMMA, mix};
 
 /// Independent uniform variates by hashing a counter.
 ///
@@ -24,7 +25,7 @@ impl Independent {
 
 impl Sampler for Independent {
     fn start(&mut self, key: SampleKey) {
-        self.key = hash::mix(hash::pixel(self.seed, key).wrapping_add(hash::GOLDEN_GAMMA) ^ key.sample as u64);
+        self.key = mix(hash::pixel(self.seed, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
     }
 
     fn get_1d(&self, dimension: Dimension) -> f32 {

@@ -1,5 +1,5 @@
 use super::{Dimension, SampleKey, Sampler, hash};
-use crate::math::Vec2;
+use crate::math::{Vec2, hash::mix};
 
 /// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen Scrambling").
 ///
@@ -11,7 +11,8 @@ pub struct Sobol {
     seed: u64,
     /// Of seed and pixel.
     key: u64,
-    sample: u32,
+    /// Index of the sample, its digits in reversed order.
+    reversed: u32,
 }
 
 impl Sobol {
@@ -20,16 +21,16 @@ impl Sobol {
         Self {
             seed,
             key: 0,
-            sample: 0,
+            reversed: 0,
         }
     }
 
     /// The place in the sequence, shuffled, and seeds for the digits of two coordinates.
     fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
         let bits = hash::numbered(self.key, dimension.index());
-        let order = hash::mix(bits) as u32;
+        let order = mix(bits) as u32;
         // Shuffled by scrambling the index's own digits, which keeps aligned blocks together
-        let index = scramble(self.sample.reverse_bits(), order).reverse_bits();
+        let index = scramble(self.reversed, order).reverse_bits();
         (index, [(bits >> 32) as u32, bits as u32])
     }
 }
@@ -37,7 +38,7 @@ impl Sobol {
 impl Sampler for Sobol {
     fn start(&mut self, key: SampleKey) {
         self.key = hash::pixel(self.seed, key);
-        self.sample = key.sample;
+        self.reversed = key.sample.reverse_bits();
     }
 
     fn get_1d(&self, dimension: Dimension) -> f32 {

@@ -35,6 +35,7 @@ fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32) -> Estima
             strategy,
             max_depth: Some(MAX_DEPTH),
             roulette: Roulette { depth: roulette_depth },
+            reuse: false,
         };
         film_of(&integrator, RESOLUTION, spp, 1)
     };
@@ -137,6 +138,7 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip
         strategy: Strategy::default(),
         max_depth: Some(MAX_DEPTH),
         roulette: Roulette::default(),
+        reuse: false,
     };
     let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
     for estimator in estimators(spp) {
@@ -213,6 +215,7 @@ fn mis_is_as_good_as_the_better_strategy() {
             },
             max_depth: Some(4),
             roulette: Roulette::default(),
+            reuse: false,
         };
         RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
     };

@@ -572,6 +572,7 @@ mod together {
             strategy: Strategy::default(),
             max_depth: Some(16),
             roulette: Roulette::default(),
+            reuse: false,
         };
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
         let tiles = film.tiles().iter().flat_map(|tile| tile.iter());

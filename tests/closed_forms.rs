@@ -58,6 +58,7 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
         strategy: Strategy::default(),
         max_depth: None,
         roulette: Roulette { depth: 0 },
+        reuse: false,
     };
     // e / (1 - ρ)
     assert_unbiased("roulette from 0", &film_of(&integrator, UVec2::splat(96), 256, 0), 2.0);

@@ -552,6 +552,7 @@ fn every_integrator_renders() {
     for flags in [
         "--integrator path --directions cosine --direct light --roulette-depth 3",
         "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
+        "--integrator path --reuse none --sampler independent",
         "--integrator naive --max-depth none",
         "--integrator whitted",
         "--integrator distributed --branching 2 --max-depth 3",
@@ -623,6 +624,20 @@ fn one_sample_can_be_explained() {
         assert!(text.contains(needle), "no `{needle}` in: {text}");
     }
     assert!(!folder.path().join("s.exr").exists());
+
+    // What is told is what a render takes, whoever it shares its paths with.
+    for reuse in ["pixels", "none"] {
+        let args = ["render", "s.toml", "--reuse", reuse];
+        let told = run(folder.path(), &[&args[..], &["--pixel", "20,14"]].concat());
+        let told = String::from_utf8_lossy(&told.stdout).into_owned();
+        assert_eq!(code(&run(folder.path(), &[&args[..], &["--spp", "1"]].concat())), 0);
+        let [r, g, b] = ["R", "G", "B"].map(|c| read_channel(&folder.path().join("s.exr"), c)[14 * 40 + 20]);
+        assert!(r > 0.0);
+        assert!(
+            told.ends_with(&format!("radiance [{r:?}, {g:?}, {b:?}]\n")),
+            "[{r:?}, {g:?}, {b:?}] was rendered, but told: {told}"
+        );
+    }
 }
 
 #[test]
@@ -631,7 +646,7 @@ fn the_lab_compares_the_ladder() {
     let out = run(folder.path(), &["lab", "s.toml", "--spp", "4", "-o", "ladder"]);
     assert_eq!(code(&out), 0, "{}", words(&out));
     let csv = fs::read_to_string(folder.path().join("ladder.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 8, "{csv}");
+    assert_eq!(csv.lines().count(), 9, "{csv}");
     let error = |line: usize| -> f64 {
         csv.lines()
             .nth(line)

@@ -8,12 +8,13 @@ use std::process::Command;
 use support::{read_rgb, rel_mse, shared};
 
 /// Renders `toml` and reads the picture.
-fn render(toml: &Path, spp: u32, sampler: &str) -> [Vec<f32>; 3] {
+fn render(toml: &Path, spp: u32, flags: &[&str]) -> [Vec<f32>; 3] {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("x.exr");
     let status = Command::new(env!("CARGO_BIN_EXE_embrasure"))
-        .args(["render", "-q", "--sampler", sampler, "--spp", &spp.to_string(), "-o"])
+        .args(["render", "-q", "--spp", &spp.to_string(), "-o"])
         .args([&out, toml])
+        .args(flags)
         .status()
         .unwrap();
     assert!(status.success());
@@ -37,7 +38,8 @@ fn cornell_converges_to_the_reference() {
     let Some(folder) = shared("suite/cornell") else { return };
     let (toml, reference) = (folder.join("cornell.toml"), read_rgb(&folder.join("reference.exr")));
     let counts = [16, 64, 256, 1024];
-    let images = counts.map(|spp| render(&toml, spp, "independent"));
+    let plain = ["--sampler", "independent", "--reuse", "none"];
+    let images = counts.map(|spp| render(&toml, spp, &plain));
     assert_means("1024 spp", &images[3], &reference, 0.003);
 
     // The error of independent samples falls as 1/spp. The reference has 4096 samples and some error of its own, which
@@ -59,16 +61,18 @@ fn cornell_converges_to_the_reference() {
     println!("slope {slope:.3}");
     assert!((slope + 1.0).abs() < 0.05, "relMSE {raw:?} falls as spp^{slope}");
 
-    // Stratified samples have the same mean and less error.
-    let sobol = render(&toml, 64, "sobol");
-    assert_means("sobol", &sobol, &reference, 0.003);
-    let error = rel_mse(&sobol, &reference);
-    println!("sobol at 64 spp: relMSE {error:.5}");
-    assert!(
-        error < 0.8 * raw[1],
-        "relMSE {error} against {} of independent samples",
-        raw[1]
-    );
+    // Stratified samples, and then paths that are shared, have the same mean and less error.
+    for (flags, most) in [(&["--reuse", "none"][..], 0.8), (&[], 0.15)] {
+        let image = render(&toml, 64, flags);
+        assert_means(&format!("64 spp, {flags:?}"), &image, &reference, 0.003);
+        let error = rel_mse(&image, &reference);
+        println!("64 spp, {flags:?}: relMSE {error:.5}");
+        assert!(
+            error < most * raw[1],
+            "{flags:?}: relMSE {error} against {} of independent samples",
+            raw[1]
+        );
+    }
 }
 
 #[test]
@@ -78,7 +82,7 @@ fn hall_and_sponza_have_the_means_of_their_references() {
             return;
         };
         let reference = read_rgb(&folder.join("reference.exr"));
-        let image = render(&folder.join(format!("{name}.toml")), 64, "independent");
+        let image = render(&folder.join(format!("{name}.toml")), 64, &[]);
         // Fireflies of many small lights: the mean of 64 samples is good to some 0.1 %.
         assert_means(name, &image, &reference, 0.006);
     }

@@ -37,6 +37,15 @@ pub trait Accel: Send + Sync {
     /// Whether anything is hit in the ray's open interval.
     fn occluded(&self, ray: &Ray) -> bool;
 
+    /// Whether anything is hit, for rays that start and go nearly alike: a backend may trace them together.
+    ///
+    /// `occluded` is as long as `rays`.
+    fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            *occluded = self.occluded(ray);
+        }
+    }
+
     /// Which backend this is, and what it uses.
     fn info(&self) -> BackendInfo;
 

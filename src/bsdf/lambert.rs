@@ -23,7 +23,7 @@ impl Lambert {
 
     /// Density of [`Lambert::sample`], cosine-weighted about the normal on the side of `wo`.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if same_hemisphere(wo, wi) {
+        if same_hemisphere(wo, wi) && !self.albedo.is_black() {
             cosine_hemisphere_pdf(wi.z.abs())
         } else {
             0.0

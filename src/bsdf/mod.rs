@@ -110,6 +110,11 @@ impl Bsdf {
         }
     }
 
+    /// Whether it scatters to all directions of a side alike.
+    pub fn is_lambert(&self) -> bool {
+        matches!(self, Self::Single(Lobe::Lambert(_)))
+    }
+
     /// Value of the BSDF, cosine excluded, sr⁻¹; delta lobes count nothing.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {

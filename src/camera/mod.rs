@@ -112,6 +112,11 @@ impl Camera {
         Ray::new(self.position + lens, to_focus.normalize())
     }
 
+    /// Whether rays start from more than a single point.
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0
+    }
+
     /// Distance of `p` from the camera along the view axis.
     pub fn depth(&self, p: Vec3) -> f32 {
         (p - self.position).dot(self.forward)

@@ -302,6 +302,10 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub triangle_sampling: Option<String>,
 
+    /// Who shares the paths of `path`: pixels of a tile with each other, or none [default: pixels]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub reuse: Option<String>,
+
     /// Rays that leave a vertex of the distributed integrator [default: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub branching: Option<u32>,

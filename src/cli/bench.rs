@@ -1,6 +1,6 @@
 //! Ray rates and the cost of a render, backend by backend.
 
-use super::args::{BenchArgs, RenderArgs};
+use super::args::{BenchArgs, EstimatorArgs, RenderArgs};
 use super::backend::{Backend, BackendTask};
 use super::bench_tables::tables;
 use super::error::CliError;
@@ -116,6 +116,11 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
         backend: args.backend.clone(),
         threads: args.threads,
         quiet: true,
+        // Each path by itself: its rays are asked for one by one, and can be again.
+        estimator: EstimatorArgs {
+            reuse: Some("none".into()),
+            ..EstimatorArgs::default()
+        },
         ..RenderArgs::default()
     }
 }
@@ -251,7 +256,8 @@ impl Measure<'_> {
                 for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
                     let world = self.world(&recorder);
-                    self.job.estimator.sample(world, key, &mut sampler, &mut Nothing);
+                    let key = (self.job.resolution, key);
+                    self.job.estimator.sample(world, key, &mut sampler, |_| Nothing);
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);

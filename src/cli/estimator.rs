@@ -9,7 +9,8 @@ use crate::integrator::{
 };
 use crate::io::{MaxDepth, SceneFile};
 use crate::light::{SelectionMode, TriangleSampling};
-use crate::render::{self, Observer, Outcome, Statistics};
+use crate::math::UVec2;
+use crate::render::{self, Observer, Outcome, Statistics, companions};
 use crate::sampler::{SampleKey, Sampler};
 use crate::scene::{Scene, SceneBuilder};
 use std::ops::Range;
@@ -23,6 +24,8 @@ pub(super) struct Estimator {
     pub triangle_sampling: TriangleSampling,
     pub max_depth: Option<u32>,
     pub roulette: Roulette,
+    /// Whether pixels share their paths.
+    pub reuse: bool,
     pub branching: u32,
     /// Scene units; `None`: the size of the scene.
     pub ao_distance: Option<f32>,
@@ -71,6 +74,7 @@ const TRIANGLE_SAMPLINGS: &[(&str, TriangleSampling)] = &[
     ("area", TriangleSampling::Area),
     ("solid-angle", TriangleSampling::SolidAngle),
 ];
+const REUSES: &[(&str, bool)] = &[("pixels", true), ("none", false)];
 const VIEWS: &[(&str, DebugView)] = &[
     ("normals", DebugView::Normals),
     ("uv", DebugView::Uv),
@@ -94,6 +98,7 @@ impl Default for Estimator {
             triangle_sampling: TriangleSampling::default(),
             max_depth: Some(DEFAULT_DEPTH),
             roulette: Roulette::default(),
+            reuse: true,
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
             view: DebugView::default(),
@@ -141,6 +146,7 @@ impl Estimator {
                 .roulette_depth
                 .or(file.roulette_depth)
                 .map_or_else(Roulette::default, |depth| Roulette { depth }),
+            reuse: choose(scene, "reuse", &args.reuse, &file.reuse, REUSES)?,
             branching: positive(scene, "branching", args.branching, &file.branching)?.unwrap_or(DEFAULT_BRANCHING),
             ao_distance: positive(scene, "ao-distance", args.ao_distance, &file.ao_distance)?,
             view: choose(scene, "view", &args.view, &file.view, VIEWS)?,
@@ -238,7 +244,11 @@ impl Estimator {
             );
         }
         match self.kind {
-            Kind::Path | Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
+            Kind::Path => {
+                let (roulette, reuse) = (self.roulette.depth, name_of(REUSES, self.reuse));
+                text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse}")
+            }
+            Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
             Kind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             Kind::Whitted => text + &format!(" max_depth={depth}"),
             Kind::Direct | Kind::AmbientOcclusion | Kind::Debug => text,
@@ -277,20 +287,38 @@ impl Estimator {
         )
     }
 
-    /// Traces one sample.
-    pub fn sample<A: Accel>(&self, world: World<A>, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink) {
-        struct Sample<'a, S, O> {
+    /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
+    /// `key` itself.
+    pub fn sample<A: Accel, O: Sink>(
+        &self,
+        world: World<A>,
+        (resolution, key): (UVec2, SampleKey),
+        sampler: &mut impl Sampler,
+        sink: impl Fn(bool) -> O,
+    ) {
+        struct Sample<'a, S, F> {
+            resolution: UVec2,
             key: SampleKey,
             sampler: &'a mut S,
-            out: &'a mut O,
+            sink: F,
         }
-        impl<S: Sampler, O: Sink> Task for Sample<'_, S, O> {
+        impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
             type Output = ();
             fn run(self, integrator: &impl Integrator) {
-                integrator.sample(self.key, self.sampler, self.out);
+                let keys = companions(integrator, self.resolution, self.key);
+                let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
+                integrator.samples(&keys, self.sampler, &mut sinks);
             }
         }
-        self.with_integrator(world, Sample { key, sampler, out });
+        self.with_integrator(
+            world,
+            Sample {
+                resolution,
+                key,
+                sampler,
+                sink,
+            },
+        );
     }
 
     /// The one place that chooses the integrator.
@@ -301,16 +329,17 @@ impl Estimator {
             max_depth,
             ..
         } = *self;
-        let path = |max_depth| PathIntegrator {
+        let path = |max_depth, reuse| PathIntegrator {
             world,
             strategy,
             max_depth,
             roulette,
+            reuse,
         };
         match self.kind {
-            Kind::Path => task.run(&path(max_depth)),
-            // One scattering is a path of depth 1.
-            Kind::Direct => task.run(&path(Some(1))),
+            Kind::Path => task.run(&path(max_depth, self.reuse)),
+            // One scattering is a path of depth 1, which has nothing to share.
+            Kind::Direct => task.run(&path(Some(1), false)),
             Kind::Naive => task.run(&NaiveIntegrator {
                 world,
                 max_depth,

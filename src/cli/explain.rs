@@ -5,31 +5,35 @@ use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
 use crate::integrator::{RayKind, Sink, World};
+use crate::math::UVec2;
 use crate::sampler::{SampleKey, Sampler};
 use crate::scene::Scene;
+use std::cell::RefCell;
 
 /// Traces one sample and prints every ray with its answer, and what it added to the pixel.
 pub(super) fn explain<A: Accel>(
     estimator: &Estimator,
     (scene, accel, camera): (&Scene, &A, &Camera),
     sampler: &mut impl Sampler,
-    key: SampleKey,
+    (resolution, key): (UVec2, SampleKey),
 ) {
     let recorder = Recorder::new(accel);
-    let mut told = Telling {
+    let story = RefCell::new(Story {
         recorder: &recorder,
         scene,
         kinds: Vec::new(),
         radiance: Spectrum::ZERO,
         lines: Vec::new(),
-    };
+    });
     let world = World {
         scene,
         accel: &recorder,
         camera,
     };
-    estimator.sample(world, key, sampler, &mut told);
-    told.take_rays();
+    let listener = |told| Listener { story: &story, told };
+    estimator.sample(world, (resolution, key), sampler, listener);
+    let mut story = story.into_inner();
+    story.take_rays();
     println!(
         "sample {} of pixel {},{}: {}",
         key.sample,
@@ -37,8 +41,8 @@ pub(super) fn explain<A: Accel>(
         key.y,
         estimator.settings()
     );
-    told.lines.iter().for_each(|line| println!("{line}"));
-    println!("radiance {:?}", told.radiance.to_array());
+    story.lines.iter().for_each(|line| println!("{line}"));
+    println!("radiance {:?}", story.radiance.to_array());
 }
 
 /// The pixel and sample that `--pixel` and `--sample` name.
@@ -56,19 +60,23 @@ pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey
     )))
 }
 
-/// Puts the rays, their purpose and what they gave in one order.
-struct Telling<'a, A> {
+/// The rays, their purpose and what they gave, in one order.
+struct Story<'a, A> {
     recorder: &'a Recorder<'a, A>,
     scene: &'a Scene,
-    kinds: Vec<RayKind>,
+    /// What each ray since the last time was for, and whether it is told.
+    kinds: Vec<(RayKind, bool)>,
     radiance: Spectrum,
     lines: Vec<String>,
 }
 
-impl<A: Accel> Telling<'_, A> {
+impl<A: Accel> Story<'_, A> {
     /// Rays that were answered since the last time.
     fn take_rays(&mut self) {
-        for (kind, (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
+        for ((kind, told), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
+            if !told {
+                continue;
+            }
             let kind = match kind {
                 RayKind::Camera => "camera",
                 RayKind::Bounce => "bounce",
@@ -92,24 +100,34 @@ impl<A: Accel> Telling<'_, A> {
     }
 }
 
-impl<A: Accel> Sink for Telling<'_, A> {
+/// Listens to one of the samples that are traced together.
+struct Listener<'a, 'b, A> {
+    story: &'a RefCell<Story<'b, A>>,
+    /// Whether it is the one that is asked for.
+    told: bool,
+}
+
+impl<A: Accel> Sink for Listener<'_, '_, A> {
     fn radiance(&mut self, radiance: Spectrum) {
-        self.take_rays();
-        self.lines.push(format!("  adds {:?}", radiance.to_array()));
-        self.radiance += radiance;
+        let mut story = self.story.borrow_mut();
+        story.take_rays();
+        if self.told {
+            story.lines.push(format!("  adds {:?}", radiance.to_array()));
+            story.radiance += radiance;
+        }
     }
 
     fn first_surface(&mut self, s: FirstSurface) {
-        self.take_rays();
-        self.lines.push(format!(
-            "  first surface: albedo {:?}, normal {}, depth {}",
-            s.albedo.to_array(),
-            s.normal,
-            s.depth
-        ));
+        let mut story = self.story.borrow_mut();
+        story.take_rays();
+        if self.told {
+            let (albedo, normal, depth) = (s.albedo.to_array(), s.normal, s.depth);
+            let line = format!("  first surface: albedo {albedo:?}, normal {normal}, depth {depth}");
+            story.lines.push(line);
+        }
     }
 
     fn ray(&mut self, kind: RayKind) {
-        self.kinds.push(kind);
+        self.story.borrow_mut().kinds.push((kind, self.told));
     }
 }

@@ -125,6 +125,7 @@ fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
             heuristic,
         },
         roulette,
+        reuse: false,
         ..best
     };
     let power = Heuristic::Power;
@@ -155,7 +156,8 @@ fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
             "+ MIS",
             step(Directions::Cosine, DirectLight::Mis, Heuristic::Balance, best.roulette),
         ),
-        ("best: BSDF, power", best),
+        ("+ BSDF, power", Estimator { reuse: false, ..best }),
+        ("best: + shared paths", best),
     ]
 }
 

@@ -128,7 +128,12 @@ impl Prepared<'_> {
         let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
             let key = explain::key(pixel, sample, job.crop)?;
-            explain::explain(&job.estimator, (self.scene, accel, self.camera), &mut sampler, key);
+            explain::explain(
+                &job.estimator,
+                (self.scene, accel, self.camera),
+                &mut sampler,
+                (job.resolution, key),
+            );
             return Ok(ExitCode::SUCCESS);
         }
         let mut film = Film::new(job.resolution, job.crop);

@@ -105,8 +105,9 @@ mod tests {
         };
         let mut film = Film::new(UVec2::new(64, 32), crop);
         for tile in film.tiles_mut() {
-            for (pixel, sums) in tile.iter_mut() {
-                sums.add(Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0), None);
+            for pixel in tile.bounds().pixels() {
+                let value = Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0);
+                tile.sums_mut(pixel).unwrap().add(value, None);
             }
         }
         let image = film.develop();

@@ -30,12 +30,12 @@ impl Film {
     /// If the crop is empty or not inside the image; callers validate it with [`Rect::is_inside`].
     pub fn new(resolution: UVec2, crop: Rect) -> Self {
         assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
+        // Tiles lie where they do in the full image, so that a crop has its pixels.
+        let first = crop.min / TILE_SIZE * TILE_SIZE;
         let mut tiles = Vec::new();
-        for y in (crop.min.y..crop.max.y).step_by(TILE_SIZE as usize) {
-            for x in (crop.min.x..crop.max.x).step_by(TILE_SIZE as usize) {
-                let min = UVec2::new(x, y);
-                let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(crop.max);
-                tiles.push(Tile::new(Rect { min, max }));
+        for y in (first.y..crop.max.y).step_by(TILE_SIZE as usize) {
+            for x in (first.x..crop.max.x).step_by(TILE_SIZE as usize) {
+                tiles.push(Tile::new(Self::cell(resolution, UVec2::new(x, y)), crop));
             }
         }
         Self {
@@ -43,6 +43,13 @@ impl Film {
             crop,
             tiles,
         }
+    }
+
+    /// The block of pixels, of an image of `resolution` pixels, that `pixel` is worked on with.
+    pub fn cell(resolution: UVec2, pixel: UVec2) -> Rect {
+        let min = pixel / TILE_SIZE * TILE_SIZE;
+        let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(resolution);
+        Rect { min, max }
     }
 
     /// Size of the full image.

@@ -34,6 +34,14 @@ impl Rect {
         self.area() > 0 && self.max.cmple(resolution).all()
     }
 
+    /// What both have.
+    pub fn intersection(self, other: Self) -> Self {
+        Self {
+            min: self.min.max(other.min),
+            max: self.max.min(other.max),
+        }
+    }
+
     /// Columns and rows of all pixels, row by row.
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
         (self.min.y..self.max.y).flat_map(move |y| (self.min.x..self.max.x).map(move |x| UVec2::new(x, y)))
@@ -43,16 +51,25 @@ impl Rect {
 /// A block of pixels that one task works on at a time.
 #[derive(Clone, Debug)]
 pub struct Tile {
+    cell: Rect,
     bounds: Rect,
     pixels: Vec<Accumulator>,
 }
 
 impl Tile {
-    pub(super) fn new(bounds: Rect) -> Self {
+    /// The part of `cell` that is inside `crop`.
+    pub(super) fn new(cell: Rect, crop: Rect) -> Self {
+        let bounds = cell.intersection(crop);
         Self {
+            cell,
             bounds,
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
+    }
+
+    /// The block of the full image that it is of; a crop leaves a part of it.
+    pub fn cell(&self) -> Rect {
+        self.cell
     }
 
     /// Its place in the image.
@@ -65,8 +82,13 @@ impl Tile {
         self.bounds.pixels().zip(&self.pixels)
     }
 
-    /// Each pixel's coordinates and sums, row by row.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = (UVec2, &mut Accumulator)> {
-        self.bounds.pixels().zip(&mut self.pixels)
+    /// The sums of the pixel in this column and row of the image, if it is in the tile.
+    pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
+        let Rect { min, max } = self.bounds;
+        if pixel.cmplt(min).any() || pixel.cmpge(max).any() {
+            return None;
+        }
+        let at = pixel - min;
+        self.pixels.get_mut((at.y * (max.x - min.x) + at.x) as usize)
     }
 }

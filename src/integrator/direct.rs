@@ -28,12 +28,23 @@ pub(super) struct LightNumbers<'a, S> {
 impl<'a, S: Sampler> LightNumbers<'a, S> {
     /// Those of the vertex reached after `depth` scatterings.
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
+        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
+        Self::with_choice(sampler, depth, decisions.x)
+    }
+
+    /// The same, where the number that chooses the light has been drawn.
+    pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         Self {
-            choice: sampler.get_1d(Dimension::bounce(depth, Bounce::LightChoice)),
+            choice,
             point: sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint)),
             sampler,
             depth,
         }
+    }
+
+    /// That of the vertex's own choice of a lobe.
+    pub fn lobe(&self) -> f32 {
+        self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe))
     }
 
     /// Those of the light in place `index`, where all lights are sampled.

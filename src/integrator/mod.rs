@@ -6,6 +6,7 @@ mod direct;
 mod distributed;
 mod naive;
 mod path;
+mod reuse;
 mod roulette;
 mod strategy;
 mod whitted;
@@ -30,11 +31,16 @@ pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// The same for several samples of one pixel, each into an `out` of its own: their camera rays may be traced together.
+    /// The same for several samples, each into an `out` of its own: what they have in common may be done once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
         }
+    }
+
+    /// Pixels, of a tile, whose samples are worth tracing together: 1, or up to [`SAMPLES_AT_ONCE`].
+    fn pixels_at_once(&self) -> usize {
+        1
     }
 }
 

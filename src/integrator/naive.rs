@@ -24,7 +24,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
         let mut eta_squared = 1.0;
 
         for depth in 0.. {
-            let u = |what| sampler.get_1d(Dimension::bounce(depth, what));
+            let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let Some(hit) = world.intersect(&ray, kind, out) else {
                 // Escaped: infinitely distant lights
@@ -47,19 +47,20 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 (Some(_), true) => 0.5,
                 _ => 1.0,
             };
-            if let (Some(radiance), true) = (emitted, !reflects || u(Bounce::LightChoice) < 0.5) {
+            if let (Some(radiance), true) = (emitted, !reflects || decisions.x < 0.5) {
                 out.radiance(beta * radiance / chance);
                 return;
             }
             beta = beta / chance;
 
             // On in a uniform direction
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u(Bounce::Lobe), direction);
+            let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u_lobe, direction);
             let Some(sample) = sample else { return };
             beta *= sample.weight;
             eta_squared *= sample.eta * sample.eta;
-            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u(Bounce::Roulette)) else {
+            let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {
                 return;
             };
             beta *= factor;

@@ -1,7 +1,9 @@
 use super::direct::{Direct, LightNumbers, Vertex};
+use super::reuse::End;
 use super::strategy::Scattered;
 use super::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::accel::Accel;
+use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Hit, ray_towards};
 use crate::math::{Ray, Vec2, Vec3};
@@ -10,6 +12,7 @@ use std::array::from_fn;
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
 /// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
+/// Pixels of a tile may share what their paths have found (Bekaert, Sbert and Halton 2002).
 #[derive(Debug)]
 pub struct PathIntegrator<'a, A> {
     /// What light meets, and from where it is seen.
@@ -20,24 +23,32 @@ pub struct PathIntegrator<'a, A> {
     pub max_depth: Option<u32>,
     /// When paths end at random.
     pub roulette: Roulette,
+    /// Whether samples of different pixels share their paths: all of them look at all second vertices that are matte.
+    pub reuse: bool,
 }
 
 /// The random numbers of one vertex.
 struct VertexNumbers<'a, S> {
     light: LightNumbers<'a, S>,
-    lobe: f32,
     direction: Vec2,
     roulette: f32,
 }
 
 impl<'a, S: Sampler> VertexNumbers<'a, S> {
     fn draw(sampler: &'a S, depth: u32) -> Self {
-        let dimension = |what| Dimension::bounce(depth, what);
+        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
         Self {
-            light: LightNumbers::draw(sampler, depth),
-            lobe: sampler.get_1d(dimension(Bounce::Lobe)),
-            direction: sampler.get_2d(dimension(Bounce::Direction)),
-            roulette: sampler.get_1d(dimension(Bounce::Roulette)),
+            light: LightNumbers::with_choice(sampler, depth, decisions.x),
+            direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
+            roulette: decisions.y,
+        }
+    }
+
+    /// Chooses a lobe of `bsdf`, where there are several.
+    fn lobe(&self, bsdf: &Bsdf) -> f32 {
+        match bsdf {
+            Bsdf::Single(_) => 0.0,
+            Bsdf::Mix(_) => self.light.lobe(),
         }
     }
 }
@@ -47,17 +58,43 @@ struct Segment {
     ray: Ray,
     /// Throughput: what the light that is met along `ray` counts in the pixel.
     beta: Spectrum,
-    /// Product of the squared indices of refraction that `beta` has been divided by.
-    eta_squared: f32,
+    /// What roulette multiplies `beta` by before it judges: squared indices of refraction that `beta` has been divided by, and
+    /// what a path that serves several pixels counts in them.
+    roulette_scale: f32,
+    /// Factor of `beta` for having survived the last roulette.
+    roulette_factor: f32,
     /// The scattering that `ray` comes from; `None` at the camera.
     scattered: Option<Scattered>,
 }
 
+impl Segment {
+    /// The first one.
+    fn from_camera(ray: Ray) -> Self {
+        Self {
+            ray,
+            beta: Spectrum::ONE,
+            roulette_scale: 1.0,
+            roulette_factor: 1.0,
+            scattered: None,
+        }
+    }
+
+    /// The same way, for the light that goes back along it and counts in several pixels, in each by a factor of its own.
+    fn shared(self) -> Self {
+        Self {
+            beta: Spectrum::splat(self.roulette_factor),
+            roulette_scale: self.roulette_scale * self.beta.max_component() / self.roulette_factor,
+            ..self
+        }
+    }
+}
+
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let ray = self.world.camera_ray(key, sampler);
-        let hit = self.world.intersect(&ray, RayKind::Camera, out);
-        self.follow(ray, hit, sampler, out);
+        let path = Segment::from_camera(self.world.camera_ray(key, sampler));
+        let hit = self.world.intersect(&path.ray, RayKind::Camera, out);
+        let radiance = self.follow(path, hit, sampler, out);
+        out.radiance(radiance);
     }
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
@@ -70,76 +107,177 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             let mut hits = [None; SAMPLES_AT_ONCE];
             let n = keys.len();
             self.world.accel.intersect_coherent(&rays[..n], &mut hits[..n]);
-            for (((ray, hit), sampler), out) in rays.into_iter().zip(hits).zip(&samplers).zip(out) {
-                out.ray(RayKind::Camera);
-                self.follow(ray, hit, sampler, out);
+            out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
+            let starts = rays.into_iter().zip(hits).zip(&samplers).take(n);
+            if self.reuse {
+                self.follow_together(starts, out);
+            } else {
+                for (((ray, hit), sampler), out) in starts.zip(out) {
+                    let radiance = self.follow(Segment::from_camera(ray), hit, sampler, out);
+                    out.radiance(radiance);
+                }
             }
         }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        if self.reuse { SAMPLES_AT_ONCE } else { 1 }
     }
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Follows the path that begins with the camera's `ray`, whose closest hit is `hit`.
+    /// Follows the path that comes from the camera and meets `hit`; the radiance that it brings.
     #[inline(always)]
-    fn follow<S: Sampler>(&self, ray: Ray, mut hit: Option<Hit>, sampler: &S, out: &mut impl Sink) {
-        let (world, strategy) = (&self.world, &self.strategy);
-        let mut radiance = Spectrum::ZERO;
-        let mut path = Segment {
-            ray,
-            beta: Spectrum::ONE,
-            eta_squared: 1.0,
-            scattered: None,
-        };
-        let mut u = VertexNumbers::draw(sampler, 0);
-        for depth in 0.. {
-            let Some(met) = hit else {
-                // Escaped: infinitely distant lights
-                for light in world.scene.escaped(path.ray.direction) {
-                    radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
-                }
-                break;
-            };
+    fn follow<S: Sampler>(&self, path: Segment, hit: Option<Hit>, sampler: &S, out: &mut impl Sink) -> Spectrum {
+        let (emitted, vertex) = self.arrive(&path, hit);
+        let Some(vertex) = vertex else { return emitted };
+        out.first_surface(self.world.first_surface(&vertex));
+        emitted + self.scattered(vertex, path, 0, sampler, out)
+    }
 
-            // The surface, and the light it emits by itself
-            let vertex = world.vertex(&met, &path.ray);
-            let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
-            if let Some(light) = world.scene.emitted(&met, from, vertex.point.p, path.ray.direction) {
+    /// Follows some paths from the camera, all of which then look at all their second vertices.
+    fn follow_together<'s, S: Sampler + 's>(
+        &self,
+        starts: impl Iterator<Item = ((Ray, Option<Hit>), &'s S)>,
+        out: &mut [impl Sink],
+    ) {
+        let mut firsts = [const { None }; SAMPLES_AT_ONCE];
+        let mut ends = [const { None }; SAMPLES_AT_ONCE];
+        for (i, ((ray, hit), sampler)) in starts.enumerate() {
+            (firsts[i], ends[i]) = self.follow_to_end(ray, hit, sampler, &mut out[i]);
+        }
+        for (owner, end) in ends.iter().enumerate() {
+            if let Some(end) = end {
+                end.light_all(&self.world, self.strategy.directions, &firsts, owner, out);
+            }
+        }
+    }
+
+    /// Follows a path as [`PathIntegrator::follow`] does, except that what a matte second vertex scatters is not yet its own. That
+    /// end is given back, and the first vertex with it.
+    #[inline(always)]
+    fn follow_to_end<S: Sampler>(
+        &self,
+        ray: Ray,
+        hit: Option<Hit>,
+        sampler: &S,
+        out: &mut impl Sink,
+    ) -> (Option<Vertex<'_>>, Option<End>) {
+        let path = Segment::from_camera(ray);
+        let (mut radiance, first) = self.arrive(&path, hit);
+        let mut end = None;
+        if let Some(first) = &first {
+            out.first_surface(self.world.first_surface(first));
+            let (direct, next) = self.step(first, &path, 0, &VertexNumbers::draw(sampler, 0), out);
+            radiance += direct;
+            if let Some(next) = next {
+                let hit = self.world.intersect(&next.ray, RayKind::Bounce, out);
+                let (emitted, second) = self.arrive(&next, hit);
+                radiance += emitted;
+                let is_delta = next.scattered.is_some_and(|s| s.is_delta);
+                match second {
+                    Some(second) if !is_delta && End::can_be(&second) => {
+                        let (point, wo) = (second.point, second.wo);
+                        let light = self.scattered(second, next.shared(), 1, sampler, out);
+                        end = Some(End::new(&point, wo, light));
+                    }
+                    Some(second) => radiance += self.scattered(second, next, 1, sampler, out),
+                    None => {}
+                }
+            }
+        }
+        out.radiance(radiance);
+        (first, end)
+    }
+
+    /// The light that `path` meets: what is emitted where it arrives, and the vertex that is there, if any.
+    #[inline(always)]
+    fn arrive(&self, path: &Segment, hit: Option<Hit>) -> (Spectrum, Option<Vertex<'_>>) {
+        let (scene, strategy) = (self.world.scene, &self.strategy);
+        let mut radiance = Spectrum::ZERO;
+        let Some(met) = hit else {
+            // Escaped: infinitely distant lights
+            for light in scene.escaped(path.ray.direction) {
                 radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
             }
-            if depth == 0 {
-                out.first_surface(world.first_surface(&vertex));
-            }
-            if self.max_depth.is_some_and(|max| depth >= max) {
-                break;
-            }
+            return (radiance, None);
+        };
+        // The surface, and the light it emits by itself
+        let vertex = self.world.vertex(&met, &path.ray);
+        let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
+        if let Some(light) = scene.emitted(&met, from, vertex.point.p, path.ray.direction) {
+            radiance = path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
+        }
+        (radiance, Some(vertex))
+    }
 
-            // Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
-            // shadow ray is traced last, so that the next one can follow it without delay.
-            let direct = Direct::sample(world, &vertex, strategy, &u.light, out);
-            let next = self.scatter(&vertex, &path, depth, &u);
-            radiance += path.beta * direct.arrives(world, out);
+    /// The light that `vertex`, where `path` arrives after `depth` scatterings, scatters.
+    #[inline(always)]
+    fn scattered<'v, S: Sampler>(
+        &'v self,
+        mut vertex: Vertex<'v>,
+        mut path: Segment,
+        depth: u32,
+        sampler: &S,
+        out: &mut impl Sink,
+    ) -> Spectrum {
+        let mut radiance = Spectrum::ZERO;
+        let mut u = VertexNumbers::draw(sampler, depth);
+        for depth in depth.. {
+            let (direct, next) = self.step(&vertex, &path, depth, &u, out);
+            radiance += direct;
             let Some(next) = next else { break };
             path = next;
             // The next vertex's numbers do not depend on what is hit: they are drawn before the ray, and so while it is traced.
             u = VertexNumbers::draw(sampler, depth + 1);
-            hit = world.intersect(&path.ray, RayKind::Bounce, out);
+            let hit = self.world.intersect(&path.ray, RayKind::Bounce, out);
+            let (emitted, met) = self.arrive(&path, hit);
+            radiance += emitted;
+            let Some(met) = met else { break };
+            vertex = met;
         }
-        out.radiance(radiance);
+        radiance
+    }
+
+    /// Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
+    /// shadow ray is traced last, so that the next one can follow it without delay.
+    #[inline(always)]
+    fn step<S: Sampler>(
+        &self,
+        vertex: &Vertex,
+        path: &Segment,
+        depth: u32,
+        u: &VertexNumbers<S>,
+        out: &mut impl Sink,
+    ) -> (Spectrum, Option<Segment>) {
+        if self.max_depth.is_some_and(|max| depth >= max) {
+            return (Spectrum::ZERO, None);
+        }
+        let direct = Direct::sample(&self.world, vertex, &self.strategy, &u.light, out);
+        let next = self.scatter(vertex, path, depth, u);
+        (path.beta * direct.arrives(&self.world, out), next)
     }
 
     /// Goes on from `vertex` in a sampled direction, unless all is absorbed or Russian roulette ends the path.
     #[inline(always)]
-    fn scatter<S>(&self, vertex: &Vertex, path: &Segment, depth: u32, u: &VertexNumbers<S>) -> Option<Segment> {
+    fn scatter<S: Sampler>(
+        &self,
+        vertex: &Vertex,
+        path: &Segment,
+        depth: u32,
+        u: &VertexNumbers<S>,
+    ) -> Option<Segment> {
         let directions = self.strategy.directions;
-        let sample = directions.sample(vertex.bsdf, vertex.wo, u.lobe, u.direction)?;
+        let sample = directions.sample(vertex.bsdf, vertex.wo, u.lobe(vertex.bsdf), u.direction)?;
         let beta = path.beta * sample.weight;
         // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-        let eta_squared = path.eta_squared * sample.eta * sample.eta;
-        let factor = self.roulette.play(depth, beta * eta_squared, u.roulette)?;
+        let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
+        let factor = self.roulette.play(depth, beta * roulette_scale, u.roulette)?;
         Some(Segment {
             ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
             beta: beta * factor,
-            eta_squared,
+            roulette_scale,
+            roulette_factor: factor,
             scattered: Some(Scattered {
                 p: vertex.point.p,
                 pdf: sample.pdf,

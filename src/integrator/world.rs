@@ -4,7 +4,7 @@ use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::FirstSurface;
 use crate::geometry::Hit;
-use crate::math::{Frame, Ray};
+use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::scene::Scene;
 
@@ -32,7 +32,11 @@ impl<'a, A: Accel> World<'a, A> {
     pub(super) fn camera_ray(&self, key: SampleKey, sampler: &mut impl Sampler) -> Ray {
         sampler.start(key);
         let film = key.pixel().as_vec2() + sampler.get_2d(Dimension::PIXEL);
-        self.camera.ray(film, sampler.get_2d(Dimension::LENS))
+        let lens = match self.camera.has_lens() {
+            true => sampler.get_2d(Dimension::LENS),
+            false => Vec2::ZERO,
+        };
+        self.camera.ray(film, lens)
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.

@@ -100,6 +100,8 @@ pub struct RenderSection {
     pub light_selection: Option<Spanned<String>>,
     /// How emitting triangles are sampled.
     pub triangle_sampling: Option<Spanned<String>>,
+    /// Who shares paths.
+    pub reuse: Option<Spanned<String>>,
     /// Name of the sampler.
     pub sampler: Option<Spanned<String>>,
     /// Name of the ray-tracing backend.

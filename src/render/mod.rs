@@ -3,10 +3,12 @@
 //! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and
 //! an [`Observer`] is told what has been done and may ask to stop.
 
+mod groups;
 mod schedule;
 mod statistics;
 mod tiles;
 
+pub use groups::companions;
 pub use schedule::passes;
 pub use statistics::{DroppedSample, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

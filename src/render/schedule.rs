@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 /// Samples whose sum is one term of a pixel's total.
-const BLOCK: u32 = 64;
+pub(super) const BLOCK: u32 = 64;
 
 /// Cuts sample indices `samples` into passes over the image.
 ///

@@ -1,3 +1,4 @@
+use super::groups::shuffled;
 use super::schedule::passes;
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
@@ -5,7 +6,6 @@ use crate::film::{Accumulator, Film, FirstSurface, Tile};
 use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
-use std::array::from_fn;
 use std::ops::Range;
 
 /// Watches a render from outside; called from many threads at once.
@@ -67,18 +67,34 @@ fn render_tile<I: Integrator, S: Sampler>(
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
     let mut taken: [PixelSample; SAMPLES_AT_ONCE] = Default::default();
-    for (pixel, sums) in tile.iter_mut() {
-        let mut block = Accumulator::default();
-        let mut start = samples.start;
-        while start < samples.end {
-            // Some samples at once, whose camera rays are nearly the same
-            let count = SAMPLES_AT_ONCE.min((samples.end - start) as usize);
-            let keys: [_; SAMPLES_AT_ONCE] =
-                from_fn(|i| SampleKey::new(pixel.x, pixel.y, start.wrapping_add(i as u32)));
+    let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
+
+    // Either many samples of a pixel at once, or one sample of each of many pixels. The latter give something to each other,
+    // and so those that a crop leaves out are traced too.
+    let pixels_at_once = integrator.pixels_at_once().clamp(1, SAMPLES_AT_ONCE);
+    let samples_at_once = SAMPLES_AT_ONCE / pixels_at_once;
+    let pixels = match pixels_at_once {
+        1 => tile.bounds().pixels().collect(),
+        _ => shuffled(tile.cell(), samples.start),
+    };
+    for group in pixels.chunks(pixels_at_once) {
+        if group.iter().all(|&pixel| tile.sums_mut(pixel).is_none()) {
+            continue;
+        }
+        let mut blocks: [Accumulator; SAMPLES_AT_ONCE] = Default::default();
+        for start in samples.clone().step_by(samples_at_once) {
+            let end = samples.end.min(start.saturating_add(samples_at_once as u32));
+            let mut count = 0;
+            for pixel in group {
+                for sample in start..end {
+                    keys[count] = SampleKey::new(pixel.x, pixel.y, sample);
+                    count += 1;
+                }
+            }
             let (keys, taken) = (&keys[..count], &mut taken[..count]);
             taken.fill_with(PixelSample::default);
             integrator.samples(keys, &mut sampler, taken);
-            for (&key, sample) in keys.iter().zip(taken) {
+            for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
                 if !sample.radiance.is_valid() {
                     statistics.drop_sample(DroppedSample {
@@ -87,12 +103,15 @@ fn render_tile<I: Integrator, S: Sampler>(
                     });
                     sample.radiance = Spectrum::ZERO;
                 }
-                block.add(sample.radiance, sample.surface.as_ref());
+                blocks[i * group.len() / count].add(sample.radiance, sample.surface.as_ref());
             }
-            start += count as u32;
         }
-        statistics.samples += samples.len() as u64;
-        sums.merge(&block);
+        for (&pixel, block) in group.iter().zip(&blocks) {
+            if let Some(sums) = tile.sums_mut(pixel) {
+                sums.merge(block);
+                statistics.samples += samples.len() as u64;
+            }
+        }
     }
     statistics
 }

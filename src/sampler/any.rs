@@ -12,7 +12,7 @@ pub enum SamplerKind {
 
 impl SamplerKind {
     /// Each by the name that users type, the default first.
-    pub const NAMES: &[(&str, Self)] = &[("independent", Self::Independent), ("sobol", Self::Sobol)];
+    pub const NAMES: &[(&str, Self)] = &[("sobol", Self::Sobol), ("independent", Self::Independent)];
 
     /// A sampler of this kind.
     pub fn with_seed(self, seed: u64) -> AnySampler {
@@ -41,6 +41,7 @@ impl Sampler for AnySampler {
         }
     }
 
+    #[inline]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {
             Self::Sobol(sampler) => sampler.get_1d(dimension),
@@ -48,6 +49,7 @@ impl Sampler for AnySampler {
         }
     }
 
+    #[inline]
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self {
             Self::Sobol(sampler) => sampler.get_2d(dimension),

@@ -42,16 +42,14 @@ pub struct Dimension(u32);
 #[derive(Clone, Copy, Debug)]
 #[repr(u32)]
 pub enum Bounce {
-    /// Which light to sample.
-    LightChoice,
-    /// Where on the light.
+    /// Which light to sample, and whether the path goes on (2-D).
+    Decisions,
+    /// Where on the light (2-D).
     LightPoint,
     /// Which lobe of the BSDF.
     Lobe,
-    /// The direction from the lobe.
+    /// The direction from the lobe (2-D).
     Direction,
-    /// Whether the path goes on.
-    Roulette,
 }
 
 impl Dimension {

@@ -1,5 +1,5 @@
 use super::{Dimension, SampleKey, Sampler, hash};
-use crate::math::{Vec2, hash::mix};
+use crate::math::{Vec2, hash::GOLDEN_GAMMA};
 
 /// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen Scrambling").
 ///
@@ -28,7 +28,8 @@ impl Sobol {
     /// The place in the sequence, shuffled, and seeds for the digits of two coordinates.
     fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
         let bits = hash::numbered(self.key, dimension.index());
-        let order = mix(bits) as u32;
+        // Not independent of the other two; it need only differ where they do
+        let order = (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32;
         // Shuffled by scrambling the index's own digits, which keeps aligned blocks together
         let index = scramble(self.reversed, order).reverse_bits();
         (index, [(bits >> 32) as u32, bits as u32])

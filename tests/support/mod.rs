@@ -58,6 +58,7 @@ pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp:
         strategy: Strategy::default(),
         max_depth,
         roulette: Roulette::default(),
+        reuse: false,
     };
     film_of(&integrator, resolution, spp, 0)
 }

@@ -22,21 +22,27 @@ pub(super) fn intersect_coherent(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [
     }
 }
 
+/// Whether anything is on the way of `rays`, sixteen at a time where there are as many.
+pub(super) fn occluded_coherent(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
+    for (rays, occluded) in rays.chunks(WIDTH).zip(occluded.chunks_mut(WIDTH)) {
+        if rays.len() >= FEWEST {
+            occluded_packet(accel, rays, occluded);
+        } else {
+            for (ray, occluded) in rays.iter().zip(occluded) {
+                *occluded = crate::accel::Accel::occluded(accel, ray);
+            }
+        }
+    }
+}
+
 /// Traces up to sixteen rays by one call.
 fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    // SAFETY: RTCRayHit16 is a C structure of numbers, and all zeros is a value of it.
-    let mut packet: RTCRayHit16 = unsafe { std::mem::zeroed() };
-    // Lanes whose validity is 0 are left alone.
-    let mut valid = Lanes([0; WIDTH]);
-    for (lane, ray) in rays.iter().enumerate().take(WIDTH) {
-        valid.0[lane] = -1;
-        let (to, [ox, oy, oz], [dx, dy, dz]) = (&mut packet.ray, ray.origin.to_array(), ray.direction.to_array());
-        (to.org_x[lane], to.org_y[lane], to.org_z[lane]) = (ox, oy, oz);
-        (to.dir_x[lane], to.dir_y[lane], to.dir_z[lane]) = (dx, dy, dz);
-        (to.tnear[lane], to.tfar[lane]) = (super::scene::t_near(ray), ray.t_max);
-        to.mask[lane] = u32::MAX;
-    }
-    packet.hit.geomID = [RTC_INVALID_GEOMETRY_ID; WIDTH];
+    let (valid, ray) = packet(rays);
+    // SAFETY: RTCHit16 is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only some
+    // builds of Embree have.
+    let mut hit: RTCHit16 = unsafe { std::mem::zeroed() };
+    hit.geomID = [RTC_INVALID_GEOMETRY_ID; WIDTH];
+    let mut query = RTCRayHit16 { ray, hit };
     let mut arguments = RTCIntersectArguments {
         flags: RTCRayQueryFlags::RTC_RAY_QUERY_FLAG_COHERENT,
         feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
@@ -44,20 +50,55 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
         filter: None,
         intersect: None,
     };
-    // SAFETY: the scene is live and committed. `valid` holds sixteen integers aligned to 64 bytes, as Embree asks; `packet` is of
+    // SAFETY: the scene is live and committed. `valid` holds sixteen integers aligned to 64 bytes, as Embree asks; `query` is of
     // the layout and alignment that the headers give, and this thread's own. The arguments are what Embree's
     // rtcInitIntersectArguments sets, with another ray flag, and are only read.
-    unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut packet, &mut arguments) };
+    unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, hit) in hits.iter_mut().enumerate().take(WIDTH) {
-        *hit = (packet.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| Hit {
-            t: packet.ray.tfar[lane],
-            b1: packet.hit.u[lane],
-            b2: packet.hit.v[lane],
-            prim: PrimId(packet.hit.primID[lane]),
-            geom: GeomId(packet.hit.geomID[lane]),
+        *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| Hit {
+            t: query.ray.tfar[lane],
+            b1: query.hit.u[lane],
+            b2: query.hit.v[lane],
+            prim: PrimId(query.hit.primID[lane]),
+            geom: GeomId(query.hit.geomID[lane]),
             inst: InstanceId::NONE,
         });
     }
+}
+
+/// Asks for up to sixteen rays by one call.
+fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
+    let (valid, mut query) = packet(rays);
+    let mut arguments = RTCOccludedArguments {
+        flags: RTCRayQueryFlags::RTC_RAY_QUERY_FLAG_COHERENT,
+        feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
+        context: ptr::null_mut(),
+        filter: None,
+        occluded: None,
+    };
+    // SAFETY: as for rtcIntersect16, with an RTCRay16 and what rtcInitOccludedArguments sets.
+    unsafe { rtcOccluded16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
+    for (lane, occluded) in occluded.iter_mut().enumerate().take(WIDTH) {
+        // Embree sets tfar to minus infinity where something was hit.
+        *occluded = query.tfar[lane] == f32::NEG_INFINITY;
+    }
+}
+
+/// A packet of `rays`, sixteen at most: time 0, all masks, no ids and no flags.
+fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
+    // SAFETY: RTCRay16 is a C structure of numbers, and all zeros is a value of it.
+    let mut packet: RTCRay16 = unsafe { std::mem::zeroed() };
+    // Lanes whose validity is 0 are left alone.
+    let mut valid = Lanes([0; WIDTH]);
+    for (lane, ray) in rays.iter().enumerate().take(WIDTH) {
+        valid.0[lane] = -1;
+        let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
+        (packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]) = (ox, oy, oz);
+        (packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]) = (dx, dy, dz);
+        (packet.tnear[lane], packet.tfar[lane]) = (super::scene::t_near(ray), ray.t_max);
+        packet.mask[lane] = u32::MAX;
+    }
+    (valid, packet)
 }
 
 /// Which lanes of a packet hold rays.

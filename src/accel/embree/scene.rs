@@ -200,6 +200,10 @@ impl Accel for EmbreeAccel<'_> {
         super::packet::intersect_coherent(self, rays, hits);
     }
 
+    fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
+        super::packet::occluded_coherent(self, rays, occluded);
+    }
+
     fn occluded(&self, ray: &Ray) -> bool {
         let mut query = to_embree(ray);
         // SAFETY: as for rtcIntersect1, with an RTCRay.

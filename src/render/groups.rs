@@ -1,0 +1,78 @@
+use crate::film::{Film, Rect};
+use crate::integrator::{Integrator, SAMPLES_AT_ONCE};
+use crate::math::UVec2;
+use crate::math::hash::mix;
+use crate::sampler::SampleKey;
+
+use super::schedule::BLOCK;
+
+/// The pixels of `cell` in the order in which they are put into groups for the sample with index `sample`.
+///
+/// Pixels of a group share errors. Thrown together at random those do not show as a pattern, and other groups in the next
+/// block of samples keep them apart; within a block they stay together, so that a pixel's samples stay stratified for all of them.
+pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
+    let mut pixels: Vec<UVec2> = cell.pixels().collect();
+    let place = ((cell.min.y as u64) << 32) | cell.min.x as u64;
+    let mut bits = mix(mix(place).wrapping_add((sample / BLOCK) as u64));
+    for last in (1..pixels.len()).rev() {
+        bits = mix(bits.wrapping_add(last as u64));
+        // A cell has few pixels: the remainder is uniform but for 2⁻⁵⁶.
+        pixels.swap(last, (bits % (last as u64 + 1)) as usize);
+    }
+    pixels
+}
+
+/// The samples that a render traces together with `key`, itself among them: what it takes to repeat that sample.
+pub fn companions(integrator: &impl Integrator, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
+    if integrator.pixels_at_once() == 1 {
+        return vec![key];
+    }
+    let cell = Film::cell(resolution, key.pixel());
+    let pixels = shuffled(cell, key.sample);
+    let mut groups = pixels.chunks(integrator.pixels_at_once().min(SAMPLES_AT_ONCE));
+    let group = groups.find(|group| group.contains(&key.pixel())).unwrap_or_default();
+    group.iter().map(|p| SampleKey::new(p.x, p.y, key.sample)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_hold_every_pixel_once() {
+        let cell = Rect {
+            min: UVec2::new(32, 16),
+            max: UVec2::new(45, 32),
+        };
+        let in_order = |mut pixels: Vec<UVec2>| {
+            pixels.sort_by_key(|p| (p.y, p.x));
+            pixels
+        };
+        let first = shuffled(cell, 0);
+        assert_eq!(in_order(first.clone()), cell.pixels().collect::<Vec<_>>());
+        // The same within a block of samples, and others in the next
+        assert_eq!(first, shuffled(cell, 63));
+        assert_ne!(first, shuffled(cell, 64));
+    }
+
+    /// Two pixels are in one group of 16 of 256 as often as chance has it, neighbours too.
+    #[test]
+    fn neighbours_are_not_kept_together() {
+        let (mut together, cells) = (0, 4000);
+        for i in 0..cells {
+            let min = UVec2::new(16 * (i % 64), 16 * (i / 64));
+            let cell = Rect {
+                min,
+                max: min + UVec2::splat(16),
+            };
+            let pixels = shuffled(cell, 0);
+            let place = |p: UVec2| pixels.iter().position(|q| *q == p).unwrap() / 16;
+            let p = min + UVec2::splat(7);
+            together += u32::from(place(p) == place(p + UVec2::X));
+        }
+        // Binomial with p = 15/255
+        let (n, p) = (cells as f64, 15.0 / 255.0);
+        let z = (together as f64 - n * p) / (n * p * (1.0 - p)).sqrt();
+        assert!(z.abs() < 4.0, "{together} of {cells}: {z}");
+    }
+}

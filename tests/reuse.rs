@@ -1,0 +1,200 @@
+//! Pixels that share their paths: the same pictures, with less error.
+#![cfg(feature = "embree")]
+
+mod support;
+
+use embrasure::accel::embree::EmbreeAccel;
+use embrasure::camera::{Camera, CameraParameters};
+use embrasure::film::{Errors, Film, RgbImage};
+use embrasure::integrator::*;
+use embrasure::io::{SceneFile, load_scene};
+use embrasure::math::{UVec2, Vec3};
+use embrasure::scene::{Scene, SceneBuilder};
+use std::path::Path;
+use support::*;
+
+/// One whole tile, and parts of three others.
+const RESOLUTION: UVec2 = UVec2::new(21, 18);
+const SEEDS: u64 = 32;
+
+fn path<'a>(world: World<'a, EmbreeAccel<'a>>, reuse: bool) -> PathIntegrator<'a, EmbreeAccel<'a>> {
+    PathIntegrator {
+        world,
+        strategy: Strategy::default(),
+        max_depth: Some(6),
+        roulette: Roulette::default(),
+        reuse,
+    }
+}
+
+fn own(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
+    load_scene(&SceneFile::load(&path).unwrap(), SceneBuilder::new())
+        .unwrap()
+        .scene
+}
+
+fn cornell() -> CameraParameters {
+    pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0)
+}
+
+/// Pixel means of the film, channel 0 first.
+fn means(film: &Film) -> [Vec<f64>; 3] {
+    let pixels: Vec<_> = film.tiles().iter().flat_map(|t| t.iter()).map(|(_, a)| *a).collect();
+    [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
+}
+
+/// Mean of `values` and the variance of that mean.
+fn mean_of(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+    (mean, spread / (n * (n - 1.0)))
+}
+
+/// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
+fn assert_same(what: &str, integrator: &PathIntegrator<EmbreeAccel>, reference: &Film, spp: u32) {
+    let films: Vec<_> = (0..SEEDS)
+        .map(|seed| means(&film_of(integrator, RESOLUTION, spp, 100 + seed)))
+        .collect();
+    let reference: Vec<_> = reference
+        .tiles()
+        .iter()
+        .flat_map(|t| t.iter())
+        .map(|(_, a)| *a)
+        .collect();
+    for c in 0..3 {
+        // The whole picture
+        let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
+        let (sum, variance) = mean_of(&pictures);
+        let expected: f64 = reference.iter().map(|a| a.mean(c)).sum();
+        let expected_variance: f64 = reference.iter().map(|a| a.variance_of_mean(c)).sum();
+        let z = (sum - expected) / (variance + expected_variance).sqrt();
+        println!(
+            "{what}, channel {c}: {:.5} of the reference, z = {z:.2}",
+            sum / expected
+        );
+        assert!(
+            z.abs() < 4.0,
+            "{what}: the means of channel {c} differ by {z:.2} standard errors"
+        );
+        // Pixel by pixel; 32 values have the heavier tails of Student's distribution: P(|t| > 5.5) is 5e-6.
+        let mut beyond = 0;
+        for (i, expected) in reference.iter().enumerate() {
+            let (mean, variance) = mean_of(&films.iter().map(|f| f[c][i]).collect::<Vec<_>>());
+            let allowed = 5.5 * (variance + expected.variance_of_mean(c)).sqrt() + 1e-6;
+            beyond += usize::from((mean - expected.mean(c)).abs() > allowed);
+        }
+        let share = beyond as f64 / reference.len() as f64;
+        assert!(share <= 0.003, "{what}: {beyond} pixels of channel {c} differ");
+    }
+}
+
+/// Sharing must not move any mean, whichever way directions are drawn, light is found and paths end.
+fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32) {
+    let accel = EmbreeAccel::new(scene, 2).unwrap();
+    let camera = Camera::new(camera, RESOLUTION).unwrap();
+    let world = World {
+        scene,
+        accel: &accel,
+        camera: &camera,
+    };
+    let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * spp, 0);
+    let best = path(world, true);
+    assert_same(what, &best, &reference, spp);
+    let roulette = PathIntegrator {
+        roulette: Roulette { depth: 0 },
+        ..path(world, true)
+    };
+    assert_same(&format!("{what}, roulette at once"), &roulette, &reference, spp);
+    for directions in [Directions::Cosine, Directions::Uniform] {
+        let strategy = Strategy {
+            directions,
+            ..Strategy::default()
+        };
+        let integrator = PathIntegrator {
+            strategy,
+            ..path(world, true)
+        };
+        assert_same(&format!("{what}, {directions:?}"), &integrator, &reference, spp);
+    }
+}
+
+#[test]
+fn means_stay_where_they_are() {
+    assert_unmoved("cornell-box", &own("cornell-box.toml"), cornell(), 16);
+    let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
+    assert_unmoved("closed-box", &own("closed-box.toml"), inside, 16);
+    // Every lobe: paths that cannot be shared, beside others that can.
+    let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
+    assert_unmoved("lobes", &lobes_room(), inside, 16);
+    // Pixels that have little in common: a lens, a point light, the horizon.
+    let lens = CameraParameters {
+        lens_radius: 0.18,
+        focus_distance: 7.45,
+        ..pinhole(Vec3::new(0.0, 2.2, 7.4), Vec3::new(0.0, 0.85, 0.0), 31.0)
+    };
+    assert_unmoved("depth-of-field", &own("depth-of-field.toml"), lens, 32);
+}
+
+/// Some surfaces absorb everything: their paths end, and cannot have found what others see.
+#[test]
+fn black_surfaces_share_nothing() {
+    let corners = |x: f32, z: f32| Vec3::new(x, 0.0, z);
+    let mut builder = SceneBuilder::new();
+    let floor = |a: f32, b: f32| polygon(&[corners(a, 3.0), corners(b, 3.0), corners(b, -3.0), corners(a, -3.0)]);
+    add(&mut builder, floor(-3.0, 0.0), material(0.0, 0.0));
+    add(&mut builder, floor(0.0, 3.0), material(0.7, 0.0));
+    let wall = [
+        Vec3::new(-3.0, 0.0, -3.0),
+        Vec3::new(3.0, 0.0, -3.0),
+        Vec3::new(3.0, 3.0, -3.0),
+        Vec3::new(-3.0, 3.0, -3.0),
+    ];
+    add(&mut builder, polygon(&wall), material(0.8, 0.0));
+    let lamp = [
+        Vec3::new(-1.0, 4.0, -1.0),
+        Vec3::new(1.0, 4.0, -1.0),
+        Vec3::new(1.0, 4.0, 1.0),
+        Vec3::new(-1.0, 4.0, 1.0),
+    ];
+    add(&mut builder, polygon(&lamp), material(0.0, 5.0));
+    let scene = builder.build().unwrap().0;
+    let above = pinhole(Vec3::new(0.0, 3.0, 5.0), Vec3::new(0.0, 0.3, -1.0), 40.0);
+    assert_unmoved("half of the floor is black", &scene, above, 16);
+}
+
+/// What pixels get from each other is worth many samples, and the variance channel tells what error is left.
+#[test]
+fn errors_are_smaller_and_known() {
+    let scene = own("cornell-box.toml");
+    let accel = EmbreeAccel::new(&scene, 2).unwrap();
+    let resolution = UVec2::splat(96);
+    let camera = Camera::new(cornell(), resolution).unwrap();
+    let world = World {
+        scene: &scene,
+        accel: &accel,
+        camera: &camera,
+    };
+    let render = |reuse, spp, seed| film_of(&path(world, reuse), resolution, spp, seed);
+    let image = |film: &Film| RgbImage::from(&film.develop());
+    let reference = image(&render(true, 2048, 7));
+    let error = |film: &Film| Errors::new(&image(film), &reference).unwrap();
+    let (alone, shared) = (render(false, 32, 0), render(true, 32, 0));
+    let ratio = error(&alone).rel_mse / error(&shared).rel_mse;
+    println!("relMSE falls by a factor of {ratio:.2}");
+    assert!(ratio > 3.0, "relMSE falls by no more than a factor of {ratio}");
+
+    // Variance as it is told, and as squared differences of two renders show it
+    let other = render(true, 32, 1);
+    let mut told = 0.0;
+    let mut seen = 0.0;
+    for (a, b) in shared.tiles().iter().zip(other.tiles()) {
+        for ((_, a), (_, b)) in a.iter().zip(b.iter()) {
+            told += a.variance_of_mean(1) + b.variance_of_mean(1);
+            seen += (a.mean(1) - b.mean(1)).powi(2);
+        }
+    }
+    println!("variance told {told:.4}, seen {seen:.4}");
+    assert!((told / seen - 1.0).abs() < 0.15, "variance told {told}, seen {seen}");
+}

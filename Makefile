@@ -23,10 +23,10 @@ with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench bench-peers clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-8s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) where it is missing
 	@scripts/setup
@@ -54,6 +54,9 @@ $(OBVHS_SETS:%=test-%): test-%: setup
 
 sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
 	scripts/sanitize
+
+bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; rewrites table and plot of docs/benchmarks.md
+	scripts/bench-peers
 
 bench: setup ## measure ray rates of all backends on all scenes there are, and rewrite the tables of docs/benchmarks.md
 	scripts/bench

@@ -1,0 +1,76 @@
+"""Renders a scene of the suite by Cycles: FOLDER SPP SAMPLER OUTPUT.npy; SAMPLER is SOBOL or TABULATED_SOBOL"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+import suite_scene
+
+folder, spp, sampler, output = sys.argv[1:]
+scene = suite_scene.load(Path(folder))
+bpy.ops.wm.read_factory_settings(use_empty=True)
+stage = bpy.context.scene
+
+for i, part in enumerate(scene.parts):
+    mesh = bpy.data.meshes.new(f"part{i}")
+    mesh.from_pydata(part.vertices.tolist(), [], part.triangles.tolist())
+    material = bpy.data.materials.new(f"part{i}")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    surface = nodes.new("ShaderNodeBsdfDiffuse")
+    surface.inputs["Color"].default_value = [*part.kd, 1]
+    surface = surface.outputs[0]
+    if any(part.ke):
+        # Cycles emits on both sides; ours, and the others, on the front.
+        emission, mix, both = (nodes.new(f"ShaderNode{n}") for n in ("Emission", "MixShader", "AddShader"))
+        strength = max(part.ke)
+        emission.inputs["Color"].default_value = [*(k / strength for k in part.ke), 1]
+        emission.inputs["Strength"].default_value = strength
+        links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], mix.inputs[0])
+        links.new(emission.outputs[0], mix.inputs[1])
+        links.new(surface, both.inputs[0])
+        links.new(mix.outputs[0], both.inputs[1])
+        surface = both.outputs[0]
+    links.new(surface, nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    mesh.materials.append(material)
+    stage.collection.objects.link(bpy.data.objects.new(f"part{i}", mesh))
+
+camera = bpy.data.cameras.new("camera")
+camera.sensor_fit = "VERTICAL"
+camera.angle_y = np.radians(scene.fov_y)
+camera.clip_start, camera.clip_end = 1e-3, 1e4
+eye = bpy.data.objects.new("camera", camera)
+back = (Vector(scene.origin) - Vector(scene.target)).normalized()
+right = Vector(scene.up).cross(back).normalized()
+eye.matrix_world = Matrix.Translation(scene.origin) @ Matrix((right, back.cross(right), back)).transposed().to_4x4()
+stage.collection.objects.link(eye)
+stage.camera = eye
+
+render, cycles = stage.render, stage.cycles
+render.engine = "CYCLES"
+render.resolution_x, render.resolution_y, render.resolution_percentage = scene.width, scene.height, 100
+render.image_settings.file_format = "OPEN_EXR"
+render.image_settings.color_depth = "32"
+cycles.device = "CPU"
+cycles.samples = int(spp)
+cycles.sampling_pattern = sampler
+cycles.use_adaptive_sampling = False
+cycles.use_denoising = False
+cycles.pixel_filter_type = "BOX"
+cycles.filter_width = 1.0
+cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+cycles.max_bounces = cycles.diffuse_bounces = scene.MAX_DEPTH
+
+with tempfile.TemporaryDirectory() as temporary:
+    render.filepath = str(Path(temporary) / "x.exr")
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(render.filepath)
+    picture.colorspace_settings.is_data = True
+    pixels = np.empty(scene.width * scene.height * 4, np.float32)
+    picture.pixels.foreach_get(pixels)
+np.save(output, pixels.reshape(scene.height, scene.width, 4)[::-1, :, :3])

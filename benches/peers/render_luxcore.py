@@ -1,0 +1,80 @@
+"""Renders a scene of the suite by LuxCore's PATHCPU: FOLDER SPP SAMPLER OUTPUT.npy; SAMPLER is SOBOL, RANDOM or METROPOLIS"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pyluxcore
+
+import suite_scene
+
+folder, spp, sampler, output = sys.argv[1:]
+scene = suite_scene.load(Path(folder))
+pyluxcore.Init(lambda _: None)
+
+
+def properties(values: dict) -> "pyluxcore.Properties":
+    result = pyluxcore.Properties()
+    for key, value in values.items():
+        result.Set(pyluxcore.Property(key, value))
+    return result
+
+
+with tempfile.TemporaryDirectory() as meshes:
+    described = {
+        "scene.camera.type": "perspective",
+        "scene.camera.lookat.orig": scene.origin,
+        "scene.camera.lookat.target": scene.target,
+        "scene.camera.up": scene.up,
+        "scene.camera.fieldofview": scene.fov_y,
+        "scene.camera.cliphither": 1e-3,
+        "scene.camera.clipyon": 1e4,
+    }
+    for i, part in enumerate(scene.parts):
+        path = Path(meshes) / f"{i}.ply"
+        suite_scene.write_ply(part, path)
+        material, thing = f"scene.materials.m{i}", f"scene.objects.o{i}"
+        described |= {
+            f"{material}.type": "matte",
+            f"{material}.kd": part.kd,
+            f"{thing}.ply": str(path),
+            f"{thing}.material": f"m{i}",
+        }
+        if any(part.ke):
+            described |= {
+                f"{material}.emission": part.ke,
+                f"{material}.emission.normalizebycolor": 0,
+            }
+    stage = pyluxcore.Scene()
+    stage.Parse(properties(described))
+
+settings = properties(
+    {
+        "renderengine.type": "PATHCPU",
+        "sampler.type": sampler,
+        "film.width": scene.width,
+        "film.height": scene.height,
+        "film.filter.type": "NONE",
+        "film.outputs.0.type": "RGB",
+        "film.outputs.0.filename": "unused.exr",
+        "film.imagepipelines.0.0.type": "NOP",
+        "path.pathdepth.total": scene.MAX_DEPTH + 1,
+        "path.pathdepth.diffuse": scene.MAX_DEPTH + 1,
+        "batch.haltspp": int(spp),
+    }
+)
+session = pyluxcore.RenderSession(pyluxcore.RenderConfig(settings, stage))
+session.Start()
+while not session.HasDone():
+    session.UpdateStats()
+    time.sleep(0.02)
+session.Stop()
+pixels = np.empty(scene.width * scene.height * 3, np.float32)
+session.GetFilm().GetOutputFloat(pyluxcore.FilmOutputType.RGB, pixels)
+np.save(output, pixels.reshape(scene.height, scene.width, 3)[::-1])
+# The library calls Python's log handler from its own end, when there is no interpreter any more: it is not let to.
+sys.stdout.flush()
+os._exit(0)

@@ -5,7 +5,7 @@ mod support;
 
 use embrasure::accel::embree::EmbreeAccel;
 use embrasure::camera::{Camera, CameraParameters};
-use embrasure::film::{Errors, Film, RgbImage};
+use embrasure::film::{Errors, Film, Filter, RgbImage};
 use embrasure::integrator::*;
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
@@ -132,6 +132,7 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip
         scene,
         accel: &accel,
         camera: &camera,
+        filter: &Filter::BOX,
     };
     let best = PathIntegrator {
         world,
@@ -205,6 +206,7 @@ fn mis_is_as_good_as_the_better_strategy() {
         scene: &scene,
         accel: &accel,
         camera: &camera,
+        filter: &Filter::BOX,
     };
     let render = |direct, spp, seed| {
         let integrator = PathIntegrator {

@@ -453,7 +453,7 @@ mod together {
     use super::*;
     use embrasure::accel::{Auditor, bvh::BvhAccel, embree::EmbreeAccel};
     use embrasure::camera::{Camera, CameraParameters};
-    use embrasure::film::Film;
+    use embrasure::film::{Film, Filter};
     use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
     use embrasure::io::{SceneFile, load_scene};
     use embrasure::math::UVec2;
@@ -568,7 +568,12 @@ mod together {
 
     fn picture<A: Accel>(scene: &Scene, accel: &A, camera: &Camera) -> Vec<[f64; 3]> {
         let integrator = PathIntegrator {
-            world: World { scene, accel, camera },
+            world: World {
+                scene,
+                accel,
+                camera,
+                filter: &Filter::BOX,
+            },
             strategy: Strategy::default(),
             max_depth: Some(16),
             roulette: Roulette::default(),

@@ -4,6 +4,7 @@ mod support;
 
 use embrasure::camera::Camera;
 use embrasure::color::Spectrum;
+use embrasure::film::{Filter, FilterKind};
 use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
@@ -54,6 +55,7 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
             scene: &scene,
             accel: &accel,
             camera: &camera,
+            filter: &Filter::BOX,
         },
         strategy: Strategy::default(),
         max_depth: None,
@@ -276,4 +278,77 @@ fn what_lies_in_the_plane_of_focus_is_sharp() {
     let [a, b] = [sharp, lens].map(|c| render_film(&scene, c, [64, 64], 64, Some(0)).develop());
     let differ = a.rgb().zip(b.rgb()).filter(|(a, b)| (a[0] - b[0]).abs() > 0.02).count();
     assert!(differ <= 4, "{differ} pixels differ");
+}
+
+/// Across a straight edge of light, pixels show the integral of their filter up to the edge.
+#[test]
+fn filters_blur_an_edge_by_their_integral() {
+    // Seen from 4 above, at 90 degrees: a pixel of 8 is one unit wide, and the edge at x = 0.3 is at 4.3 on the film.
+    let mut b = SceneBuilder::new();
+    let (left, right) = (-20.0, 0.3);
+    let corner = |x, y| Vec3::new(x, y, 0.0);
+    let lamp = [
+        corner(left, -20.0),
+        corner(right, -20.0),
+        corner(right, 20.0),
+        corner(left, 20.0),
+    ];
+    add(&mut b, polygon(&lamp), material(0.0, 1.0));
+    let scene = b.build().unwrap().0;
+    let resolution = UVec2::splat(8);
+    let camera = Camera::new(pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 90.0), resolution).unwrap();
+    let accel = backend(&scene);
+
+    let gaussian = |x: f64| (-0.5 * (x / 0.5).powi(2)).exp() - (-4.5f64).exp();
+    let harris = |x: f64| {
+        let cosine = |k: f64| (PI * k * x / 1.5).cos();
+        0.35875 + 0.48829 * cosine(1.0) + 0.14128 * cosine(2.0) + 0.01168 * cosine(3.0)
+    };
+    // Mitchell and Netravali 1988, eq. 8 with B = C = 1/3
+    let mitchell = |x: f64| match x.abs() {
+        x if x < 1.0 => 7.0 * x.powi(3) - 12.0 * x * x + 16.0 / 3.0,
+        x => -7.0 / 3.0 * x.powi(3) + 12.0 * x * x - 20.0 * x + 32.0 / 3.0,
+    };
+    type Shape<'a> = (FilterKind, f64, &'a dyn Fn(f64) -> f64);
+    let shapes: [Shape; 5] = [
+        (FilterKind::Box, 0.5, &|_| 1.0),
+        (FilterKind::Tent, 1.0, &|x: f64| 1.0 - x.abs()),
+        (FilterKind::Gaussian, 1.5, &gaussian),
+        (FilterKind::Mitchell, 2.0, &mitchell),
+        (FilterKind::BlackmanHarris, 1.5, &harris),
+    ];
+    for (kind, radius, f) in shapes {
+        let filter = Filter::new(kind, radius as f32);
+        let integrator = PathIntegrator {
+            world: World {
+                scene: &scene,
+                accel: &accel,
+                camera: &camera,
+                filter: &filter,
+            },
+            strategy: Strategy::default(),
+            max_depth: Some(0),
+            roulette: Roulette::default(),
+            reuse: false,
+        };
+        let film = film_of(&integrator, resolution, 4096, 0);
+        let integral = |to: f64| {
+            let steps = 20_000;
+            let x = |i: usize| -radius + (to + radius) * (i as f64 + 0.5) / steps as f64;
+            (0..steps).map(|i| f(x(i))).sum::<f64>() * (to + radius)
+        };
+        let mut grey = 0;
+        for (pixel, sums) in film.tiles().iter().flat_map(|t| t.iter()) {
+            let edge = (4.3 - (pixel.x as f64 + 0.5)).clamp(-radius, radius);
+            let expected = integral(edge) / integral(radius);
+            let (got, sigma) = (sums.mean(0), sums.variance_of_mean(0).sqrt());
+            grey += usize::from(sigma > 1e-3);
+            assert!(
+                (got - expected).abs() < 4.5 * sigma + 1e-4,
+                "{kind:?}: column {} shows {got}, not {expected} (σ {sigma})",
+                pixel.x
+            );
+        }
+        assert!(grey >= 8, "{kind:?}: {grey} pixels see the edge");
+    }
 }

@@ -553,6 +553,8 @@ fn every_integrator_renders() {
         "--integrator path --directions cosine --direct light --roulette-depth 3",
         "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
         "--integrator path --reuse none --sampler independent",
+        "--integrator path --filter mitchell",
+        "--integrator whitted --filter gaussian --filter-radius 2",
         "--integrator naive --max-depth none",
         "--integrator whitted",
         "--integrator distributed --branching 2 --max-depth 3",

@@ -5,7 +5,7 @@ mod support;
 
 use embrasure::accel::embree::EmbreeAccel;
 use embrasure::camera::{Camera, CameraParameters};
-use embrasure::film::{Errors, Film, RgbImage};
+use embrasure::film::{Errors, Film, Filter, RgbImage};
 use embrasure::integrator::*;
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
@@ -98,6 +98,7 @@ fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32)
         scene,
         accel: &accel,
         camera: &camera,
+        filter: &Filter::BOX,
     };
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * spp, 0);
     let best = path(world, true);
@@ -175,6 +176,7 @@ fn errors_are_smaller_and_known() {
         scene: &scene,
         accel: &accel,
         camera: &camera,
+        filter: &Filter::BOX,
     };
     let render = |reuse, spp, seed| film_of(&path(world, reuse), resolution, spp, seed);
     let image = |film: &Film| RgbImage::from(&film.develop());

@@ -211,7 +211,15 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
-    /// Source of random numbers: independent or sobol (Owen-scrambled) [default: independent]
+    /// How pixels see the image: box, tent, gaussian, mitchell or blackman-harris [default: box]
+    #[arg(long, value_name = "NAME")]
+    pub filter: Option<String>,
+
+    /// How far from a pixel's centre its filter reaches, in pixels [default: 0.5 of box, 1 of tent, 2 of mitchell, else 1.5]
+    #[arg(long, value_name = "PIXELS")]
+    pub filter_radius: Option<f32>,
+
+    /// Source of random numbers: sobol (Owen-scrambled) or independent [default: sobol]
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
 

@@ -196,6 +196,7 @@ impl Audit<'_> {
             scene: self.scene,
             accel: &auditor,
             camera: self.camera,
+            filter: &self.job.filter,
         };
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);

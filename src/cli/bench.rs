@@ -241,6 +241,7 @@ impl Measure<'_> {
             scene: self.scene,
             accel,
             camera: self.camera,
+            filter: &self.job.filter,
         }
     }
 
@@ -373,6 +374,7 @@ fn cpu_name() -> Option<String> {
 struct Nothing;
 
 impl Sink for Nothing {
+    fn weight(&mut self, _: f32) {}
     fn radiance(&mut self, _: crate::color::Spectrum) {}
     fn first_surface(&mut self, _: FirstSurface) {}
     fn ray(&mut self, _: RayKind) {}

@@ -1,7 +1,6 @@
 use super::error::CliError;
 use super::estimator::Estimator;
 use crate::accel::{Accel, Answer, Recorder};
-use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
 use crate::integrator::{RayKind, Sink, World};
@@ -13,23 +12,20 @@ use std::cell::RefCell;
 /// Traces one sample and prints every ray with its answer, and what it added to the pixel.
 pub(super) fn explain<A: Accel>(
     estimator: &Estimator,
-    (scene, accel, camera): (&Scene, &A, &Camera),
+    world: World<A>,
     sampler: &mut impl Sampler,
     (resolution, key): (UVec2, SampleKey),
 ) {
-    let recorder = Recorder::new(accel);
+    let recorder = Recorder::new(world.accel);
     let story = RefCell::new(Story {
         recorder: &recorder,
-        scene,
+        scene: world.scene,
         kinds: Vec::new(),
+        weight: 1.0,
         radiance: Spectrum::ZERO,
         lines: Vec::new(),
     });
-    let world = World {
-        scene,
-        accel: &recorder,
-        camera,
-    };
+    let world = world.with_accel(&recorder);
     let listener = |told| Listener { story: &story, told };
     estimator.sample(world, (resolution, key), sampler, listener);
     let mut story = story.into_inner();
@@ -42,7 +38,10 @@ pub(super) fn explain<A: Accel>(
         estimator.settings()
     );
     story.lines.iter().for_each(|line| println!("{line}"));
-    println!("radiance {:?}", story.radiance.to_array());
+    if story.weight != 1.0 {
+        println!("times the filter's weight, {}", story.weight);
+    }
+    println!("radiance {:?}", (story.radiance * story.weight).to_array());
 }
 
 /// The pixel and sample that `--pixel` and `--sample` name.
@@ -66,6 +65,7 @@ struct Story<'a, A> {
     scene: &'a Scene,
     /// What each ray since the last time was for, and whether it is told.
     kinds: Vec<(RayKind, bool)>,
+    weight: f32,
     radiance: Spectrum,
     lines: Vec<String>,
 }
@@ -108,6 +108,12 @@ struct Listener<'a, 'b, A> {
 }
 
 impl<A: Accel> Sink for Listener<'_, '_, A> {
+    fn weight(&mut self, weight: f32) {
+        if self.told {
+            self.story.borrow_mut().weight = weight;
+        }
+    }
+
     fn radiance(&mut self, radiance: Spectrum) {
         let mut story = self.story.borrow_mut();
         story.take_rays();

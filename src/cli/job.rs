@@ -3,7 +3,7 @@ use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
 use crate::camera::{Camera, CameraError, CameraParameters};
-use crate::film::Rect;
+use crate::film::{Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{AnySampler, SamplerKind};
@@ -22,6 +22,7 @@ pub(super) struct Job {
     pub scene_path: PathBuf,
     pub resolution: UVec2,
     pub crop: Rect,
+    pub filter: Filter,
     pub samples: Range<u32>,
     pub seed: u64,
     pub sampler: SamplerKind,
@@ -50,9 +51,9 @@ impl Job {
         let scene = read_scene(&args.scene)?;
         let resolution = resolution(args, &scene)?;
         let crop = crop(args, resolution)?;
-        if let Some(filter) = &scene.image.filter {
-            check_name(&scene, filter, "filter", &[("box", ())])?;
-        }
+        let kind = choose(&scene, "filter", &args.filter, &scene.image.filter, FilterKind::NAMES)?;
+        let radius = positive(&scene, "filter-radius", args.filter_radius, &scene.image.filter_radius)?;
+        let filter = Filter::new(kind, radius.unwrap_or(kind.usual_radius()));
 
         let settings = &scene.render;
         let spp = match (args.spp, &settings.samples) {
@@ -82,6 +83,7 @@ impl Job {
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             resolution,
             crop,
+            filter,
             samples: 0..spp,
             seed: args.seed.or(settings.seed).unwrap_or(0),
             estimator,
@@ -153,9 +155,11 @@ impl Job {
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
         format!(
-            "{} sampler={} filter=box",
+            "{} sampler={} filter={} filter_radius={}",
             self.estimator.settings(),
-            self.sampler_name()
+            self.sampler_name(),
+            name_of(FilterKind::NAMES, self.filter.kind()),
+            self.filter.radius()
         )
     }
 

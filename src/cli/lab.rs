@@ -216,6 +216,7 @@ impl BackendTask for Ladder<'_> {
             scene: self.scene,
             accel,
             camera: self.camera,
+            filter: &self.job.filter,
         };
         let best = self.job.estimator;
         let mut rows = Vec::new();

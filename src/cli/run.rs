@@ -124,16 +124,12 @@ impl Prepared<'_> {
             scene: self.scene,
             accel,
             camera: self.camera,
+            filter: &job.filter,
         };
         let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
             let key = explain::key(pixel, sample, job.crop)?;
-            explain::explain(
-                &job.estimator,
-                (self.scene, accel, self.camera),
-                &mut sampler,
-                (job.resolution, key),
-            );
+            explain::explain(&job.estimator, world, &mut sampler, (job.resolution, key));
             return Ok(ExitCode::SUCCESS);
         }
         let mut film = Film::new(job.resolution, job.crop);

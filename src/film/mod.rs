@@ -1,11 +1,13 @@
 //! Sums of samples per pixel. No files, no threads, no tone curve.
 
 mod accumulator;
+mod filter;
 mod image;
 mod metrics;
 mod tile;
 
 pub use accumulator::{Accumulator, FirstSurface};
+pub use filter::{Filter, FilterKind};
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use tile::{Rect, Tile};

@@ -60,6 +60,9 @@ pub enum RayKind {
 
 /// Takes what an integrator finds in one sample.
 pub trait Sink {
+    /// What all that is found counts in the pixel of the sample: 1 but for filters with negative lobes and the like. Comes first.
+    fn weight(&mut self, weight: f32);
+
     /// Adds radiance to the pixel of the sample.
     fn radiance(&mut self, radiance: Spectrum);
 

@@ -19,7 +19,7 @@ pub struct NaiveIntegrator<'a, A> {
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
-        let mut ray = world.camera_ray(key, sampler);
+        let mut ray = world.camera_ray(key, sampler, out);
         let mut beta = Spectrum::ONE;
         let mut eta_squared = 1.0;
 

@@ -91,7 +91,7 @@ impl Segment {
 
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let path = Segment::from_camera(self.world.camera_ray(key, sampler));
+        let path = Segment::from_camera(self.world.camera_ray(key, sampler, out));
         let hit = self.world.intersect(&path.ray, RayKind::Camera, out);
         let radiance = self.follow(path, hit, sampler, out);
         out.radiance(radiance);
@@ -101,8 +101,8 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             let mut samplers: [S; SAMPLES_AT_ONCE] = from_fn(|_| sampler.clone());
             let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
-            for ((ray, key), sampler) in rays.iter_mut().zip(keys).zip(&mut samplers) {
-                *ray = self.world.camera_ray(*key, sampler);
+            for (((ray, key), sampler), out) in rays.iter_mut().zip(keys).zip(&mut samplers).zip(&mut *out) {
+                *ray = self.world.camera_ray(*key, sampler, out);
             }
             let mut hits = [None; SAMPLES_AT_ONCE];
             let n = keys.len();

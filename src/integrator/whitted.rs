@@ -36,7 +36,7 @@ struct Branch {
 impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let root = Branch {
-            ray: self.world.camera_ray(key, sampler),
+            ray: self.world.camera_ray(key, sampler, out),
             depth: 0,
             node: 0,
             beta: Spectrum::ONE,

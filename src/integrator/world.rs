@@ -2,7 +2,7 @@ use super::direct::Vertex;
 use super::{RayKind, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::film::FirstSurface;
+use crate::film::{Filter, FirstSurface};
 use crate::geometry::Hit;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
@@ -17,6 +17,8 @@ pub struct World<'a, A> {
     pub accel: &'a A,
     /// Where paths start.
     pub camera: &'a Camera,
+    /// How pixels see the image.
+    pub filter: &'a Filter,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -28,10 +30,25 @@ impl<A> Clone for World<'_, A> {
 impl<A> Copy for World<'_, A> {}
 
 impl<'a, A: Accel> World<'a, A> {
-    /// Starts the sample `key`: the ray through a random point of the pixel, from a random point of the lens.
-    pub(super) fn camera_ray(&self, key: SampleKey, sampler: &mut impl Sampler) -> Ray {
+    /// The same with other answers to ray queries.
+    pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
+        let Self {
+            scene, camera, filter, ..
+        } = self;
+        World {
+            scene,
+            accel,
+            camera,
+            filter,
+        }
+    }
+
+    /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens.
+    pub(super) fn camera_ray(&self, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink) -> Ray {
         sampler.start(key);
-        let film = key.pixel().as_vec2() + sampler.get_2d(Dimension::PIXEL);
+        let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
+        out.weight(weight);
+        let film = key.pixel().as_vec2() + place;
         let lens = match self.camera.has_lens() {
             true => sampler.get_2d(Dimension::LENS),
             false => Vec2::ZERO,
@@ -46,7 +63,7 @@ impl<'a, A: Accel> World<'a, A> {
         sampler: &mut impl Sampler,
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'a>)> {
-        let ray = self.camera_ray(key, sampler);
+        let ray = self.camera_ray(key, sampler, out);
         let hit = self.intersect(&ray, RayKind::Camera, out)?;
         let vertex = self.vertex(&hit, &ray);
         out.first_surface(self.first_surface(&vertex));

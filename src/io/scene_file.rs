@@ -67,6 +67,8 @@ pub struct ImageSection {
     pub height: Option<Spanned<u32>>,
     /// Reconstruction filter.
     pub filter: Option<Spanned<String>>,
+    /// How far the filter reaches, pixels.
+    pub filter_radius: Option<Spanned<f32>>,
 }
 
 /// `[render]`

@@ -103,7 +103,8 @@ fn render_tile<I: Integrator, S: Sampler>(
                     });
                     sample.radiance = Spectrum::ZERO;
                 }
-                blocks[i * group.len() / count].add(sample.radiance, sample.surface.as_ref());
+                let block = &mut blocks[i * group.len() / count];
+                block.add(sample.radiance * sample.weight, sample.surface.as_ref());
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
@@ -119,12 +120,17 @@ fn render_tile<I: Integrator, S: Sampler>(
 /// What one sample gave.
 #[derive(Default)]
 struct PixelSample {
+    weight: f32,
     radiance: Spectrum,
     surface: Option<FirstSurface>,
     rays: RayCounts,
 }
 
 impl Sink for PixelSample {
+    fn weight(&mut self, weight: f32) {
+        self.weight = weight;
+    }
+
     fn radiance(&mut self, radiance: Spectrum) {
         self.radiance += radiance;
     }

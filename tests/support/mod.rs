@@ -5,7 +5,7 @@
 use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
-use embrasure::film::{Errors, Film, Rect, RgbImage};
+use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, World};
 use embrasure::material::Material;
@@ -54,6 +54,7 @@ pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp:
             scene,
             accel: &accel,
             camera: &camera,
+            filter: &Filter::BOX,
         },
         strategy: Strategy::default(),
         max_depth,

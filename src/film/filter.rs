@@ -1,0 +1,225 @@
+use crate::math::Vec2;
+use crate::sampling::distribution::Distribution1D;
+use std::f64::consts::PI;
+
+/// The shapes of reconstruction filters, each the product of one function of x and the same of y that is 0 beyond a radius.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterKind {
+    /// 1 everywhere.
+    Box,
+    /// Falls linearly from the middle.
+    Tent,
+    /// A Gaussian with a standard deviation of a third of the radius, less its value at the radius.
+    Gaussian,
+    /// Piecewise cubic with B = C = 1/3; negative near the rim (Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics").
+    Mitchell,
+    /// The window of four terms (Harris 1978, "On the Use of Windows for Harmonic Analysis").
+    BlackmanHarris,
+}
+
+impl FilterKind {
+    /// Each by the name that users type, the default first.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("box", Self::Box),
+        ("tent", Self::Tent),
+        ("gaussian", Self::Gaussian),
+        ("mitchell", Self::Mitchell),
+        ("blackman-harris", Self::BlackmanHarris),
+    ];
+
+    /// The radius that is usual, pixels.
+    pub fn usual_radius(self) -> f32 {
+        match self {
+            Self::Box => 0.5,
+            Self::Tent => 1.0,
+            Self::Gaussian | Self::BlackmanHarris => 1.5,
+            Self::Mitchell => 2.0,
+        }
+    }
+
+    /// The function of one coordinate, for `x` in units of the radius, |x| ≤ 1; not normalised.
+    fn eval(self, x: f64) -> f64 {
+        let x = x.abs();
+        match self {
+            Self::Box => 1.0,
+            Self::Tent => 1.0 - x,
+            Self::Gaussian => (-4.5 * x * x).exp() - (-4.5f64).exp(),
+            Self::Mitchell => {
+                const B: f64 = 1.0 / 3.0;
+                const C: f64 = 1.0 / 3.0;
+                let x = 2.0 * x;
+                if x < 1.0 {
+                    (12.0 - 9.0 * B - 6.0 * C) * x.powi(3) + (-18.0 + 12.0 * B + 6.0 * C) * x * x + (6.0 - 2.0 * B)
+                } else {
+                    (-B - 6.0 * C) * x.powi(3)
+                        + (6.0 * B + 30.0 * C) * x * x
+                        + (-12.0 * B - 48.0 * C) * x
+                        + (8.0 * B + 24.0 * C)
+                }
+            }
+            Self::BlackmanHarris => {
+                let cosine = |k: f64| (PI * k * x).cos();
+                0.35875 + 0.48829 * cosine(1.0) + 0.14128 * cosine(2.0) + 0.01168 * cosine(3.0)
+            }
+        }
+    }
+}
+
+/// A reconstruction filter that is importance-sampled: samples are placed by it, so that each touches one pixel only (Ernst,
+/// Stamminger and Greiner 2006, "Filter Importance Sampling").
+#[derive(Clone, Debug, PartialEq)]
+pub struct Filter {
+    kind: FilterKind,
+    /// Pixels.
+    radius: f32,
+    /// By the function's absolute value, in steps over [-radius, radius]; none where samples are uniform.
+    steps: Option<Distribution1D>,
+    /// What the function integrates to over [-1, 1].
+    integral: f64,
+}
+
+/// Steps of the density that samples are placed by.
+const STEPS: usize = 256;
+/// Places in a step where the function is looked at.
+const PLACES: usize = 16;
+
+impl Filter {
+    /// Uniform in the pixel.
+    pub const BOX: Self = Self {
+        kind: FilterKind::Box,
+        radius: 0.5,
+        steps: None,
+        integral: 2.0,
+    };
+
+    /// Of a shape, with a radius in pixels, above 0.
+    pub fn new(kind: FilterKind, radius: f32) -> Self {
+        let place = |i: usize| 2.0 * (i as f64 + 0.5) / (STEPS * PLACES) as f64 - 1.0;
+        let values: Vec<f64> = (0..STEPS * PLACES).map(|i| kind.eval(place(i))).collect();
+        // The mean of what is seen in a step: above 0 wherever the function is not 0 throughout
+        let weight = |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() as f32;
+        let weights: Vec<f32> = values.chunks(PLACES).map(weight).collect();
+        Self {
+            kind,
+            radius,
+            steps: (kind != FilterKind::Box).then(|| Distribution1D::new(&weights)),
+            integral: 2.0 * values.iter().sum::<f64>() / values.len() as f64,
+        }
+    }
+
+    /// Its shape.
+    pub fn kind(&self) -> FilterKind {
+        self.kind
+    }
+
+    /// How far it reaches, pixels.
+    pub fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// Draws a place relative to the pixel's corner, and what is seen there counts by the weight: 1 in the mean.
+    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
+        let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));
+        (0.5 + Vec2::new(x, y) * self.radius, (wx * wy) as f32)
+    }
+
+    /// One coordinate in units of the radius, and the weight that it brings.
+    fn draw(&self, u: f32) -> (f32, f64) {
+        let Some(steps) = &self.steps else {
+            return (2.0 * u - 1.0, 1.0);
+        };
+        let (place, _) = steps.sample(u);
+        let x = 2.0 * place - 1.0;
+        // Density over [-1, 1]
+        let pdf = 0.5 * steps.pdf(place) as f64;
+        (x, self.kind.eval(x as f64) / (self.integral * pdf))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Many places in units of the radius, with their weights.
+    fn draws(filter: &Filter) -> impl Iterator<Item = (f64, f64)> {
+        const N: usize = 200_000;
+        let draw = |i| filter.draw(((i as f64 + 0.5) / N as f64) as f32);
+        (0..N).map(draw).map(|(x, weight)| (x as f64, weight))
+    }
+
+    fn mean(values: impl Iterator<Item = f64>) -> f64 {
+        let (n, sum) = values.fold((0.0, 0.0), |(n, sum), v| (n + 1.0, sum + v));
+        sum / n
+    }
+
+    #[test]
+    fn weights_and_moments_are_those_of_the_function() {
+        for &(name, kind) in FilterKind::NAMES {
+            let filter = Filter::new(kind, kind.usual_radius());
+            // ∫ xⁿ f / ∫ f by the midpoint rule
+            let x = |i: usize| 2.0 * (i as f64 + 0.5) / 1e5 - 1.0;
+            let integral = |n: i32| (0..100_000).map(|i| x(i).powi(n) * kind.eval(x(i))).sum::<f64>();
+            for n in 0..5 {
+                let expected = integral(n) / integral(0);
+                let got = mean(draws(&filter).map(|(x, weight)| weight * x.powi(n)));
+                assert!(
+                    (got - expected).abs() < 1e-4,
+                    "{name}: moment {n} is {got}, not {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn places_are_scaled_by_the_radius() {
+        for &(name, kind) in FilterKind::NAMES {
+            for radius in [0.7, kind.usual_radius()] {
+                let filter = Filter::new(kind, radius);
+                let (low, _) = filter.sample(Vec2::ZERO);
+                let (high, _) = filter.sample(Vec2::splat(0.999_999_94));
+                // The outermost steps of a function that vanishes at the rim are hardly ever drawn.
+                for (p, rim) in [(low, 0.5 - radius), (high, 0.5 + radius)] {
+                    assert!((p - rim).abs().max_element() < 0.01 * radius, "{name}, {radius}: {p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn values_are_those_of_the_literature() {
+        let at = |kind: FilterKind, x: f64| kind.eval(x);
+        // Mitchell and Netravali: 16/18 in the middle, 1/18 at 1, 0 at 2 (times 6 here); at 1.5 −0.0347
+        let mitchell = |x: f64| at(FilterKind::Mitchell, x / 2.0) / 6.0;
+        for (x, expected) in [(0.0, 16.0 / 18.0), (1.0, 1.0 / 18.0), (2.0, 0.0), (1.5, -5.0 / 144.0)] {
+            assert!((mitchell(x) - expected).abs() < 1e-12, "{x}: {}", mitchell(x));
+        }
+        // Harris: 1 in the middle, 0.00006 at the rim
+        assert!((at(FilterKind::BlackmanHarris, 0.0) - 1.0).abs() < 1e-12);
+        assert!((at(FilterKind::BlackmanHarris, 1.0) - 6e-5).abs() < 1e-12);
+        assert!((at(FilterKind::Gaussian, 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn only_negative_lobes_have_negative_weights() {
+        for &(name, kind) in FilterKind::NAMES {
+            let filter = Filter::new(kind, kind.usual_radius());
+            let negative = draws(&filter).filter(|(_, weight)| *weight < 0.0).count();
+            assert_eq!(negative > 0, kind == FilterKind::Mitchell, "{name}");
+            // Where nothing is negative, weights hardly vary: placing does the work.
+            let spread = mean(draws(&filter).map(|(_, weight)| (weight - 1.0).powi(2)));
+            assert!(kind == FilterKind::Mitchell || spread < 1e-3, "{name}: {spread}");
+        }
+    }
+
+    #[test]
+    fn the_box_is_the_pixel() {
+        assert_eq!(Filter::new(FilterKind::Box, 0.5), Filter::BOX);
+        for u in [Vec2::ZERO, Vec2::new(0.25, 0.75), Vec2::splat(0.999_999_94)] {
+            let (p, weight) = Filter::BOX.sample(u);
+            assert!(
+                weight == 1.0 && p.cmpge(Vec2::ZERO).all() && p.cmplt(Vec2::ONE).all(),
+                "{p}"
+            );
+        }
+    }
+}

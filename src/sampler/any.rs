@@ -1,4 +1,4 @@
-use super::{Dimension, Independent, SampleKey, Sampler, Sobol};
+use super::{Antithetic, Dimension, Halton, Hammersley, Independent, SampleKey, Sampler, Sobol, Stratified, ZSobol};
 use crate::math::Vec2;
 
 /// The samplers there are.
@@ -8,17 +8,44 @@ pub enum SamplerKind {
     Sobol,
     /// [`Independent`].
     Independent,
+    /// [`Stratified`].
+    Stratified,
+    /// [`Stratified`], multi-jittered.
+    MultiJittered,
+    /// [`Halton`].
+    Halton,
+    /// [`Hammersley`].
+    Hammersley,
+    /// [`ZSobol`].
+    ZSobol,
+    /// [`Antithetic`].
+    Antithetic,
 }
 
 impl SamplerKind {
     /// Each by the name that users type, the default first.
-    pub const NAMES: &[(&str, Self)] = &[("sobol", Self::Sobol), ("independent", Self::Independent)];
+    pub const NAMES: &[(&str, Self)] = &[
+        ("sobol", Self::Sobol),
+        ("independent", Self::Independent),
+        ("stratified", Self::Stratified),
+        ("cmj", Self::MultiJittered),
+        ("halton", Self::Halton),
+        ("hammersley", Self::Hammersley),
+        ("zsobol", Self::ZSobol),
+        ("antithetic", Self::Antithetic),
+    ];
 
-    /// A sampler of this kind.
-    pub fn with_seed(self, seed: u64) -> AnySampler {
+    /// A sampler of this kind, for `count` samples of a pixel: some want to know.
+    pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
             Self::Independent => AnySampler::Independent(Independent::new(seed)),
+            Self::Stratified => AnySampler::Stratified(Stratified::new(seed)),
+            Self::MultiJittered => AnySampler::Stratified(Stratified::multi_jittered(seed)),
+            Self::Halton => AnySampler::Halton(Halton::new(seed)),
+            Self::Hammersley => AnySampler::Hammersley(Hammersley::new(seed, count)),
+            Self::ZSobol => AnySampler::ZSobol(ZSobol::new(seed, count)),
+            Self::Antithetic => AnySampler::Antithetic(Antithetic::new(seed)),
         }
     }
 }
@@ -26,26 +53,43 @@ impl SamplerKind {
 /// A sampler that was chosen when the program runs. Every draw asks which, always with the same answer, which costs less than
 /// a renderer for each would.
 #[derive(Clone, Debug)]
+#[allow(missing_docs)] // Each holds the sampler of its name.
 pub enum AnySampler {
-    /// Owen-scrambled Sobol points.
     Sobol(Sobol),
-    /// Independent numbers.
     Independent(Independent),
+    Stratified(Stratified),
+    Halton(Halton),
+    Hammersley(Hammersley),
+    ZSobol(ZSobol),
+    Antithetic(Antithetic),
+}
+
+/// `$use` with `$sampler` for whichever sampler it is.
+macro_rules! with {
+    ($any:expr, $sampler:ident => $use:expr) => {
+        match $any {
+            AnySampler::Sobol($sampler) => $use,
+            AnySampler::Independent($sampler) => $use,
+            AnySampler::Stratified($sampler) => $use,
+            AnySampler::Halton($sampler) => $use,
+            AnySampler::Hammersley($sampler) => $use,
+            AnySampler::ZSobol($sampler) => $use,
+            AnySampler::Antithetic($sampler) => $use,
+        }
+    };
 }
 
 impl Sampler for AnySampler {
+    #[inline]
     fn start(&mut self, key: SampleKey) {
-        match self {
-            Self::Sobol(sampler) => sampler.start(key),
-            Self::Independent(sampler) => sampler.start(key),
-        }
+        with!(self, sampler => sampler.start(key))
     }
 
     #[inline]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {
             Self::Sobol(sampler) => sampler.get_1d(dimension),
-            Self::Independent(sampler) => sampler.get_1d(dimension),
+            _ => self.other_1d(dimension),
         }
     }
 
@@ -53,7 +97,195 @@ impl Sampler for AnySampler {
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self {
             Self::Sobol(sampler) => sampler.get_2d(dimension),
-            Self::Independent(sampler) => sampler.get_2d(dimension),
+            _ => self.other_2d(dimension),
+        }
+    }
+}
+
+// The default is what most renders draw from; the others are kept out of its way.
+impl AnySampler {
+    #[inline(never)]
+    fn other_1d(&self, dimension: Dimension) -> f32 {
+        with!(self, sampler => sampler.get_1d(dimension))
+    }
+
+    #[inline(never)]
+    fn other_2d(&self, dimension: Dimension) -> Vec2 {
+        with!(self, sampler => sampler.get_2d(dimension))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Bounce;
+
+    /// What every sampler must be is asked of every one of them.
+    fn all() -> impl Iterator<Item = (&'static str, SamplerKind)> {
+        SamplerKind::NAMES.iter().copied()
+    }
+
+    fn points(mut sampler: AnySampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
+        let point = |sample| {
+            sampler.start(SampleKey::new(x, 5, sample));
+            sampler.get_2d(dimension)
+        };
+        samples.map(point).collect()
+    }
+
+    #[test]
+    fn any_sample_can_be_replayed() {
+        for (name, kind) in all() {
+            let of = |seed, x, samples| points(kind.with_seed(seed, 100), x, Dimension::LENS, samples);
+            let whole = of(5, 2, 0..200);
+            for sample in [0, 1, 63, 64, 99, 100, 199] {
+                assert_eq!(of(5, 2, sample..sample + 1)[0], whole[sample as usize], "{name}");
+            }
+            assert_ne!(whole, of(6, 2, 0..200), "{name}");
+            assert_ne!(whole, of(5, 3, 0..200), "{name}");
+        }
+    }
+
+    /// χ² of single samples over 16 × 16 cells, each sample of another pixel and seed: every one must be uniform by itself.
+    #[test]
+    fn single_samples_are_uniform() {
+        let dimensions = [
+            Dimension::PIXEL,
+            Dimension::bounce(2, Bounce::Direction),
+            Dimension::bounce(40, Bounce::Decisions),
+        ];
+        for (name, kind) in all() {
+            for dimension in dimensions {
+                for sample in [0, 3, 70] {
+                    let mut counts = [0.0f64; 256];
+                    let mut ones = [0.0f64; 256];
+                    for i in 0..51_200u32 {
+                        let mut sampler = kind.with_seed(i as u64 / 7, 64);
+                        sampler.start(SampleKey::new(i % 7, i % 11, sample));
+                        let (p, q) = (sampler.get_2d(dimension), sampler.get_1d(dimension));
+                        assert!(p.cmpge(Vec2::ZERO).all() && p.cmplt(Vec2::ONE).all() && (0.0..1.0).contains(&q));
+                        counts[(p.x * 16.0) as usize * 16 + (p.y * 16.0) as usize] += 1.0;
+                        ones[(q * 256.0) as usize] += 1.0;
+                    }
+                    for counts in [counts, ones] {
+                        let chi2: f64 = counts.iter().map(|c| (c - 200.0).powi(2) / 200.0).sum();
+                        // 255 degrees of freedom: standard deviation 22.6
+                        assert!(
+                            chi2 < 255.0 + 5.0 * 22.6,
+                            "{name}, {dimension:?}, {sample}: χ² = {chi2}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    /// Numbers of different dimensions, and of neighbouring pixels, have nothing to do with each other. Z-ordered pixels have, by
+    /// intention: their numbers keep away from each other.
+    #[test]
+    fn dimensions_and_pixels_are_not_correlated() {
+        let here = Dimension::bounce(0, Bounce::Direction);
+        let others = [
+            (here, 1),
+            (Dimension::bounce(0, Bounce::LightPoint), 0),
+            (Dimension::bounce(1, Bounce::Direction), 0),
+            (Dimension::PIXEL, 0),
+            (Dimension::bounce(9, Bounce::Direction), 0),
+        ];
+        const SEEDS: u64 = 400;
+        const N: u32 = 64;
+        for (name, kind) in all() {
+            for (dimension, dx) in others {
+                if kind == SamplerKind::ZSobol && dx > 0 {
+                    continue;
+                }
+                // Of means over one seed, whose spread is what chance leaves of a correlation
+                let mut products = Vec::new();
+                for seed in 0..SEEDS {
+                    let of = |x, dimension| points(kind.with_seed(seed, N), x, dimension, 0..N);
+                    let product = |(p, q): (&Vec2, &Vec2)| (p.x as f64 - 0.5) * (q.y as f64 - 0.5);
+                    let (a, b) = (of(9, here), of(9 + dx, dimension));
+                    products.push(a.iter().zip(&b).map(product).sum::<f64>() / N as f64);
+                }
+                let n = SEEDS as f64;
+                let mean = products.iter().sum::<f64>() / n;
+                let variance = products.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+                let z = mean / variance.sqrt();
+                assert!(z.abs() < 4.5, "{name}, {dimension:?} {dx}: {z}");
+            }
+        }
+    }
+
+    /// In every elementary interval that is claimed there is one point.
+    #[test]
+    fn strata_hold_one_sample_each() {
+        let cells = |kind: SamplerKind, seed, [columns, rows]: [u32; 2]| {
+            let dimension = Dimension::bounce(3, Bounce::LightPoint);
+            let points = points(kind.with_seed(seed, 64), 3, dimension, 64..128);
+            let cell = |p: &Vec2| ((p.x * columns as f32) as u32, (p.y * rows as f32) as u32);
+            let mut cells: Vec<_> = points.iter().map(cell).collect();
+            cells.sort_unstable();
+            cells.dedup();
+            cells.len()
+        };
+        let squares = [8, 8];
+        let lines = [[64, 1], [1, 64]];
+        let net = [[64, 1], [32, 2], [16, 4], [8, 8], [4, 16], [2, 32], [1, 64]];
+        for seed in 0..50 {
+            for kind in [SamplerKind::Stratified, SamplerKind::MultiJittered] {
+                assert_eq!(cells(kind, seed, squares), 64);
+            }
+            for shape in lines {
+                assert_eq!(cells(SamplerKind::MultiJittered, seed, shape), 64);
+            }
+            for kind in [SamplerKind::Sobol, SamplerKind::ZSobol, SamplerKind::Hammersley] {
+                for shape in net {
+                    assert_eq!(cells(kind, seed, shape), 64, "{kind:?} {shape:?}");
+                }
+            }
+        }
+        // Halton's bases for the film are 2 and 3: any 2ᵃ 3ᵇ samples in a row have one in each box of such sides.
+        for start in [0, 5, 1000] {
+            let points = points(
+                SamplerKind::Halton.with_seed(8, 64),
+                3,
+                Dimension::PIXEL,
+                start..start + 72,
+            );
+            let cell = |p: &Vec2| ((p.x * 8.0) as u32, (p.y * 9.0) as u32);
+            let cells: std::collections::BTreeSet<_> = points.iter().map(cell).collect();
+            assert_eq!(cells.len(), 72);
+        }
+    }
+
+    /// How the variance of a mean falls from 4 to 64 samples, as a power of their number: (smooth, with an edge).
+    #[test]
+    fn errors_fall_as_theory_says() {
+        const SEEDS: u64 = 2000;
+        type Integrand<'a> = (&'a dyn Fn(Vec2) -> f64, f64);
+        let error = |kind: SamplerKind, n: u32, (f, exact): Integrand| {
+            let one = |seed| {
+                let points = points(kind.with_seed(seed, n), 3, Dimension::PIXEL, 0..n);
+                (points.iter().map(|p| f(*p)).sum::<f64>() / n as f64 - exact).powi(2)
+            };
+            (0..SEEDS).map(one).sum::<f64>() / SEEDS as f64
+        };
+        let smooth = |p: Vec2| (p.x * p.x * (1.0 + p.y)) as f64;
+        let edge = |p: Vec2| f64::from(u8::from(p.x * p.x + p.y * p.y < 1.0));
+        for (name, kind) in all() {
+            let slope = |f: Integrand| (error(kind, 64, f) / error(kind, 4, f)).log2() / 4.0;
+            let slopes = [slope((&smooth, 0.5)), slope((&edge, std::f64::consts::FRAC_PI_4))];
+            println!("{name}: smooth {:.2}, edge {:.2}", slopes[0], slopes[1]);
+            // At least as steep as this; patterns of 64 are no patterns at 4, and fall faster in between.
+            let [smooth, edge] = match kind {
+                SamplerKind::Independent | SamplerKind::Antithetic => [-1.0, -1.0],
+                SamplerKind::Stratified => [-1.4, -1.2],
+                SamplerKind::MultiJittered => [-1.8, -1.2],
+                SamplerKind::Halton => [-2.0, -1.3],
+                SamplerKind::Hammersley => [-2.3, -1.4],
+                SamplerKind::Sobol | SamplerKind::ZSobol => [-2.6, -1.4],
+            };
+            assert!(slopes[0] < smooth + 0.2 && slopes[1] < edge + 0.2, "{name}: {slopes:?}");
         }
     }
 }

@@ -1,13 +1,21 @@
 //! Where the random numbers come from: pure functions of (seed, pixel, sample index, dimension).
 
+mod antithetic;
 mod any;
+mod halton;
 mod hash;
 mod independent;
 mod sobol;
+mod stratified;
+mod z_sobol;
 
+pub use antithetic::Antithetic;
 pub use any::{AnySampler, SamplerKind};
+pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use sobol::Sobol;
+pub use stratified::Stratified;
+pub use z_sobol::ZSobol;
 
 use crate::math::{UVec2, Vec2};
 
@@ -73,6 +81,12 @@ impl Dimension {
     pub fn nth(self, index: u32) -> Self {
         // Above all depths of paths that are short enough to be waited for
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
+    }
+
+    /// The same without the numbers that blocks keep free.
+    fn ordinal(self) -> u32 {
+        const USED: u32 = Bounce::Direction as u32 + 1;
+        self.0 / Self::BLOCK * USED + (self.0 % Self::BLOCK).min(USED - 1)
     }
 
     /// Number of the dimension: camera block first, then a block per bounce.

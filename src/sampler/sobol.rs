@@ -59,7 +59,7 @@ impl Sampler for Sobol {
 ///
 /// Its generator matrix is Pascal's triangle modulo 2, whose entry (i, j) is 1 where the digits of i are among those of j
 /// (Lucas): a sum over supersets, which is taken one digit at a time.
-fn second_dimension(index: u32) -> u32 {
+pub(super) fn second_dimension(index: u32) -> u32 {
     let mut y = index;
     y ^= (y >> 1) & 0x5555_5555;
     y ^= (y >> 2) & 0x3333_3333;
@@ -71,7 +71,7 @@ fn second_dimension(index: u32) -> u32 {
 
 /// Owen scrambling of a number whose digits are in reversed order: each is flipped or not by a hash of those below it (Laine and
 /// Karras 2011; constants of Burley 2020, listing 2).
-fn scramble(mut x: u32, seed: u32) -> u32 {
+pub(super) fn scramble(mut x: u32, seed: u32) -> u32 {
     x = x.wrapping_add(seed);
     x ^= x.wrapping_mul(0x6c50_b47c);
     x ^= x.wrapping_mul(0xb82f_1e52);
@@ -141,31 +141,6 @@ mod tests {
         assert_eq!(cells, [1; 64]);
     }
 
-    /// Numbers of different dimensions, and of neighbouring pixels, have nothing to do with each other.
-    #[test]
-    fn dimensions_and_pixels_are_not_correlated() {
-        let here = Dimension::bounce(0, Bounce::Direction);
-        let others = [
-            (here, 1),
-            (Dimension::bounce(0, Bounce::LightPoint), 0),
-            (Dimension::bounce(1, Bounce::Direction), 0),
-            (Dimension::PIXEL, 0),
-        ];
-        const SEEDS: u64 = 400;
-        const N: u32 = 64;
-        for (dimension, dx) in others {
-            let mut sum = 0.0;
-            for seed in 0..SEEDS {
-                let (a, b) = (points(seed, 9, here, 0..N), points(seed, 9 + dx, dimension, 0..N));
-                let product = |(p, q): (&Vec2, &Vec2)| (p.x as f64 - 0.5) * (q.x as f64 - 0.5);
-                sum += a.iter().zip(&b).map(product).sum::<f64>();
-            }
-            // Independent variates have variance 1/144 each.
-            let z = sum / ((SEEDS * N as u64) as f64 / 144.0).sqrt();
-            assert!(z.abs() < 4.0, "{dimension:?} {dx}: {z}");
-        }
-    }
-
     /// Mean squared error of means over `n` points.
     fn error(n: u32, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
         const SEEDS: u64 = 200;
@@ -190,18 +165,5 @@ mod tests {
         );
         assert!((smooth + 3.0).abs() < 0.3, "smooth: {smooth}");
         assert!((edge + 1.5).abs() < 0.2, "edge: {edge}");
-    }
-
-    #[test]
-    fn any_sample_can_be_replayed() {
-        let all = points(5, 2, Dimension::LENS, 0..100);
-        for sample in [0, 1, 63, 64, 99] {
-            assert_eq!(
-                points(5, 2, Dimension::LENS, sample..sample + 1)[0],
-                all[sample as usize]
-            );
-        }
-        assert_ne!(all, points(6, 2, Dimension::LENS, 0..100));
-        assert_ne!(all, points(5, 3, Dimension::LENS, 0..100));
     }
 }

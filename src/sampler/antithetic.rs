@@ -1,0 +1,43 @@
+use super::{Dimension, Independent, SampleKey, Sampler};
+use crate::math::Vec2;
+
+/// Pairs of samples whose numbers mirror each other: u and 1 − u (Hammersley and Morton 1956). What is odd about an integrand's
+/// middle cancels; pairs are independent.
+#[derive(Clone, Debug)]
+pub struct Antithetic {
+    first: Independent,
+    mirrored: bool,
+}
+
+/// The largest number that is drawn: 1 − 2⁻²⁴.
+const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
+
+impl Antithetic {
+    /// A sampler for the given seed.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            first: Independent::new(seed),
+            mirrored: false,
+        }
+    }
+}
+
+impl Sampler for Antithetic {
+    fn start(&mut self, key: SampleKey) {
+        self.first.start(SampleKey {
+            sample: key.sample / 2,
+            ..key
+        });
+        self.mirrored = key.sample % 2 == 1;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        let u = self.first.get_1d(dimension);
+        if self.mirrored { LARGEST - u } else { u }
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let u = self.first.get_2d(dimension);
+        if self.mirrored { LARGEST - u } else { u }
+    }
+}

@@ -1,0 +1,140 @@
+use super::hash::{numbered, permute, pixel, unit_f32};
+use super::{Dimension, SampleKey, Sampler};
+use crate::math::{Vec2, hash::mix};
+
+/// Decisions that have bases of their own, two for each; those after them begin again.
+const DECISIONS: usize = 64;
+const PRIMES: [u32; 2 * DECISIONS] = primes();
+
+const fn primes() -> [u32; 2 * DECISIONS] {
+    let mut primes = [0; 2 * DECISIONS];
+    let (mut count, mut n) = (0, 2);
+    while count < primes.len() {
+        let (mut i, mut is_prime) = (0, true);
+        while i < count {
+            is_prime &= n % primes[i] != 0;
+            i += 1;
+        }
+        if is_prime {
+            primes[count] = n;
+            count += 1;
+        }
+        n += 1;
+    }
+    primes
+}
+
+/// Halton's sequence: the digits of the sample's index, mirrored at the point, in another prime base for each dimension; each
+/// digit is permuted at random by those before it (Owen 2017, "A randomized Halton algorithm in R").
+#[derive(Clone, Debug)]
+pub struct Halton {
+    seed: u64,
+    key: u64,
+    sample: u32,
+}
+
+impl Halton {
+    /// A sampler for the given seed.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            key: 0,
+            sample: 0,
+        }
+    }
+
+    fn coordinate(&self, dimension: Dimension, axis: u32) -> f32 {
+        let base = PRIMES[2 * (dimension.ordinal() as usize % DECISIONS) + axis as usize];
+        let key = mix(numbered(self.key, dimension.index()).wrapping_add(axis as u64));
+        radical_inverse(base, self.sample, key)
+    }
+}
+
+impl Sampler for Halton {
+    fn start(&mut self, key: SampleKey) {
+        self.key = pixel(self.seed, key);
+        self.sample = key.sample;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        self.coordinate(dimension, 0)
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        Vec2::new(self.coordinate(dimension, 0), self.coordinate(dimension, 1))
+    }
+}
+
+/// Hammersley's set of a count that is known ahead: one coordinate counts through the samples, the other mirrors the digits of that
+/// count. Each dimension counts in an order of its own; where more samples are taken than the count, another set begins.
+#[derive(Clone, Debug)]
+pub struct Hammersley {
+    seed: u64,
+    key: u64,
+    /// Place in the set.
+    sample: u32,
+    count: u32,
+}
+
+impl Hammersley {
+    /// A sampler for the given seed and number of samples, at least 1.
+    pub fn new(seed: u64, count: u32) -> Self {
+        Self {
+            seed,
+            key: 0,
+            sample: 0,
+            count: count.max(1),
+        }
+    }
+
+    /// The place in the order of `dimension`, and bits that are its own.
+    fn place(&self, dimension: Dimension) -> (u32, u64) {
+        let order = numbered(self.key, dimension.index());
+        (permute_below(self.count, self.sample, order), mix(order))
+    }
+}
+
+impl Sampler for Hammersley {
+    fn start(&mut self, key: SampleKey) {
+        self.key = mix(pixel(self.seed, key) ^ (key.sample / self.count) as u64);
+        self.sample = key.sample % self.count;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        self.get_2d(dimension).x
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let (place, bits) = self.place(dimension);
+        let jitter = unit_f32(numbered(bits, place) as u32) as f64;
+        let x = ((place as f64 + jitter) / self.count as f64) as f32;
+        Vec2::new(x.min(BELOW_ONE), radical_inverse(2, place, bits))
+    }
+}
+
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
+
+/// A permutation of the numbers below `n`: one of the next power of two, walked until it is back among them.
+fn permute_below(n: u32, x: u32, key: u64) -> u32 {
+    let bits = u32::BITS - (n - 1).leading_zeros();
+    let mut x = permute(x, bits, key);
+    while x >= n {
+        x = permute(x, bits, key);
+    }
+    x
+}
+
+/// The digits of `index` in `base`, mirrored at the point, each permuted by a hash of `key` and those before it. (A shift would not do: of
+/// fewer samples than the base there is one digit alone, and two large bases would count in step.)
+fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
+    let (mut x, mut scale, mut key) = (0.0, 1.0, key);
+    while scale > 1.0 / (1u32 << 26) as f64 {
+        let digit = index % base;
+        index /= base;
+        let bits = mix(key);
+        scale /= base as f64;
+        x += scale * permute_below(base, digit, bits) as f64;
+        key = bits.wrapping_add(digit as u64);
+    }
+    (x as f32).min(BELOW_ONE)
+}

@@ -1,0 +1,85 @@
+use super::hash::{numbered, permute, pixel, unit_f32};
+use super::{Dimension, SampleKey, Sampler};
+use crate::math::{Vec2, hash::mix};
+
+/// Strata on a side of the unit square.
+const SIDE_BITS: u32 = 3;
+/// Samples that share a pattern: one in each stratum.
+const BLOCK_BITS: u32 = 2 * SIDE_BITS;
+
+/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares, or 64 intervals, in an order of its own for each
+/// dimension (Cook, Porter and Carpenter 1984). Correlated multi-jitter stratifies columns and rows by 64 too
+/// (Kensler 2013, "Correlated Multi-Jittered Sampling").
+///
+/// Blocks of 64 are independent of each other, so any sample can be taken by itself, and no count need be known.
+#[derive(Clone, Debug)]
+pub struct Stratified {
+    seed: u64,
+    /// Of seed, pixel and block.
+    key: u64,
+    sample: u32,
+    multi_jitter: bool,
+}
+
+impl Stratified {
+    /// Jitter in squares alone.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            key: 0,
+            sample: 0,
+            multi_jitter: false,
+        }
+    }
+
+    /// Correlated multi-jitter.
+    pub fn multi_jittered(seed: u64) -> Self {
+        Self {
+            multi_jitter: true,
+            ..Self::new(seed)
+        }
+    }
+
+    /// The pattern of `dimension`, the stratum in it, and bits for the place within that.
+    fn place(&self, dimension: Dimension) -> (u64, u32, u64) {
+        let pattern = numbered(self.key, dimension.index());
+        let within = self.sample & ((1 << BLOCK_BITS) - 1);
+        (
+            pattern,
+            permute(within, BLOCK_BITS, pattern),
+            mix(numbered(pattern, self.sample)),
+        )
+    }
+}
+
+impl Sampler for Stratified {
+    fn start(&mut self, key: SampleKey) {
+        let block = key.sample >> BLOCK_BITS;
+        self.key = mix(pixel(self.seed, key) ^ block as u64);
+        self.sample = key.sample;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        let (_, stratum, bits) = self.place(dimension);
+        below_one((stratum as f32 + unit_f32(bits as u32)) / (1 << BLOCK_BITS) as f32)
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let (pattern, stratum, bits) = self.place(dimension);
+        let (column, row) = (stratum & ((1 << SIDE_BITS) - 1), stratum >> SIDE_BITS);
+        let mut within = Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32));
+        let side = (1 << SIDE_BITS) as f32;
+        if self.multi_jitter {
+            // All rows of a column, and all columns of a row, have parts of their own.
+            let part = |other, key| permute(other, SIDE_BITS, mix(pattern ^ key)) as f32;
+            within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
+        }
+        let p = (Vec2::new(column as f32, row as f32) + within) / side;
+        Vec2::new(below_one(p.x), below_one(p.y))
+    }
+}
+
+/// Rounding must not reach 1.
+fn below_one(x: f32) -> f32 {
+    x.min(1.0 - f32::EPSILON / 2.0)
+}

@@ -22,6 +22,7 @@ import OpenEXR
 
 matplotlib.use("Agg")
 from matplotlib import pyplot as plt  # noqa: E402
+from matplotlib.ticker import LogLocator, NullFormatter  # noqa: E402
 
 HERE = Path(__file__).parent
 SCENES = ("cornell", "hall", "sponza")
@@ -151,8 +152,12 @@ def plot(rows: list[dict], path: Path) -> None:
             x, y = [p["seconds"] for p in points], [p["rel_mse"] for p in points]
             axis.loglog(x, y, marker="o", markersize=4, label=f"{renderer}, {setting}", **style)
         axis.set(title=scene, xlabel="seconds, whole process", ylabel="relMSE")
-        axis.grid(True, which="both", alpha=0.2)
-    axes[0][0].legend(fontsize=7)
+        for ticks in (axis.xaxis, axis.yaxis):
+            ticks.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            ticks.set_major_formatter("{x:g}")
+            ticks.set_minor_formatter(NullFormatter())
+        axis.grid(True, alpha=0.2)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize=8)
     figure.savefig(path, dpi=100)
 
 

@@ -237,6 +237,8 @@ fn estimators_agree_on_mcguires_boxes() {
     for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
-        all_agree(name, &scene, camera, 1024, &[]);
+        // Uniform directions meet these small lamps so seldom that no sample variance tells the naive estimator's error: with 32,768
+        // samples one pixel of 64 is beyond the threshold for most seeds, to either side.
+        all_agree(name, &scene, camera, 1024, &["naive"]);
     }
 }

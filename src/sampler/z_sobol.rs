@@ -70,7 +70,7 @@ impl Sampler for ZSobol {
             key.sample as u64 & ((1u64 << self.sample_bits) - 1),
         );
         self.key = mix(pixel(self.seed, square) ^ set);
-        let curve = spread(key.x & mask) | spread(key.y & mask) << 1;
+        let curve = spread(key.x & mask) | (spread(key.y & mask) << 1);
         self.index = (((curve as u64) << self.sample_bits) | within) as u32;
     }
 
@@ -101,7 +101,7 @@ fn permute_4(digit: u32, order: u64) -> u32 {
 
 /// The low eight bits of `x`, each followed by a zero.
 fn spread(x: u32) -> u32 {
-    (0..SIDE_BITS).fold(0, |z, bit| z | ((x >> bit) & 1) << (2 * bit))
+    (0..SIDE_BITS).fold(0, |z, bit| z | (((x >> bit) & 1) << (2 * bit)))
 }
 
 #[cfg(test)]

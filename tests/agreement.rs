@@ -3,14 +3,11 @@
 
 mod support;
 
-use embrasure::accel::embree::EmbreeAccel;
-use embrasure::camera::{Camera, CameraParameters};
-use embrasure::film::{Errors, Film, Filter, RgbImage};
+use embrasure::camera::CameraParameters;
+use embrasure::film::{Errors, Film, RgbImage};
 use embrasure::integrator::*;
-use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::scene::{Scene, SceneBuilder};
-use std::path::Path;
+use embrasure::scene::Scene;
 use support::*;
 
 /// Few pixels and many samples: means are then near to normal, and the test is sharp.
@@ -19,7 +16,7 @@ const MAX_DEPTH: u32 = 6;
 /// Estimators that meet lights by chance need so many times the samples until their means are near to normal.
 const BLIND: u32 = 32;
 
-type Render = Box<dyn Fn(World<EmbreeAccel>, u32) -> Film>;
+type Render = Box<dyn Fn(World<Backend>, u32) -> Film>;
 
 /// A way to estimate the same picture, and how many samples it takes.
 struct Estimator {
@@ -29,7 +26,7 @@ struct Estimator {
 }
 
 fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32) -> Estimator {
-    let render = move |world: World<EmbreeAccel>, spp| {
+    let render = move |world: World<Backend>, spp| {
         let integrator = PathIntegrator {
             world,
             strategy,
@@ -126,14 +123,10 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
 
 /// Compares all of them but those whose names end in one of `skip`.
 fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip: &[&str]) {
-    let accel = EmbreeAccel::new(scene, 2).unwrap();
-    let camera = Camera::new(camera, RESOLUTION).unwrap();
-    let world = World {
-        scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-    };
+    with_world(scene, camera, RESOLUTION, |world| all_agree_in(what, world, spp, skip));
+}
+
+fn all_agree_in(what: &str, world: World<Backend>, spp: u32, skip: &[&str]) {
     let best = PathIntegrator {
         world,
         strategy: Strategy::default(),
@@ -149,18 +142,6 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip
         let film = (estimator.render)(world, estimator.spp);
         assert_agree(&format!("{what}: {}", estimator.name), &film, &reference);
     }
-}
-
-fn load(path: &Path) -> Scene {
-    let file = match path.extension().is_some_and(|e| e == "toml") {
-        true => SceneFile::load(path).unwrap(),
-        false => SceneFile::of_obj(path),
-    };
-    load_scene(&file, SceneBuilder::new()).unwrap().scene
-}
-
-fn own(name: &str) -> Scene {
-    load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
 }
 
 #[test]
@@ -198,28 +179,22 @@ fn estimators_agree_on_every_lobe() {
 #[test]
 fn mis_is_as_good_as_the_better_strategy() {
     let scene = own("veach-plates.toml");
-    let accel = EmbreeAccel::new(&scene, 2).unwrap();
     let resolution = UVec2::new(160, 120);
     let camera = pinhole(Vec3::new(0.0, 2.2, 9.5), Vec3::new(0.0, 1.5, 0.0), 38.0);
-    let camera = Camera::new(camera, resolution).unwrap();
-    let world = World {
-        scene: &scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-    };
     let render = |direct, spp, seed| {
-        let integrator = PathIntegrator {
-            world,
-            strategy: Strategy {
-                direct,
-                ..Strategy::default()
-            },
-            max_depth: Some(4),
-            roulette: Roulette::default(),
-            reuse: false,
-        };
-        RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
+        with_world(&scene, camera, resolution, |world| {
+            let integrator = PathIntegrator {
+                world,
+                strategy: Strategy {
+                    direct,
+                    ..Strategy::default()
+                },
+                max_depth: Some(4),
+                roulette: Roulette::default(),
+                reuse: false,
+            };
+            RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
+        })
     };
     let reference = render(DirectLight::Mis, 2048, 1);
     let error = |direct| Errors::new(&render(direct, 64, 0), &reference).unwrap().rel_mse;

@@ -3,21 +3,18 @@
 
 mod support;
 
-use embrasure::accel::embree::EmbreeAccel;
-use embrasure::camera::{Camera, CameraParameters};
-use embrasure::film::{Errors, Film, Filter, RgbImage};
+use embrasure::camera::CameraParameters;
+use embrasure::film::{Errors, Film, RgbImage};
 use embrasure::integrator::*;
-use embrasure::io::{SceneFile, load_scene};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
-use std::path::Path;
 use support::*;
 
 /// One whole tile, and parts of three others.
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const SEEDS: u64 = 32;
 
-fn path<'a>(world: World<'a, EmbreeAccel<'a>>, reuse: bool) -> PathIntegrator<'a, EmbreeAccel<'a>> {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Backend<'a>> {
     PathIntegrator {
         world,
         strategy: Strategy::default(),
@@ -25,13 +22,6 @@ fn path<'a>(world: World<'a, EmbreeAccel<'a>>, reuse: bool) -> PathIntegrator<'a
         roulette: Roulette::default(),
         reuse,
     }
-}
-
-fn own(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name);
-    load_scene(&SceneFile::load(&path).unwrap(), SceneBuilder::new())
-        .unwrap()
-        .scene
 }
 
 fn cornell() -> CameraParameters {
@@ -53,7 +43,7 @@ fn mean_of(values: &[f64]) -> (f64, f64) {
 }
 
 /// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
-fn assert_same(what: &str, integrator: &PathIntegrator<EmbreeAccel>, reference: &Film, spp: u32) {
+fn assert_same(what: &str, integrator: &PathIntegrator<Backend>, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, spp, 100 + seed)))
         .collect();
@@ -92,14 +82,10 @@ fn assert_same(what: &str, integrator: &PathIntegrator<EmbreeAccel>, reference: 
 
 /// Sharing must not move any mean, whichever way directions are drawn, light is found and paths end.
 fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32) {
-    let accel = EmbreeAccel::new(scene, 2).unwrap();
-    let camera = Camera::new(camera, RESOLUTION).unwrap();
-    let world = World {
-        scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-    };
+    with_world(scene, camera, RESOLUTION, |world| assert_unmoved_in(what, world, spp));
+}
+
+fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * spp, 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
@@ -165,20 +151,61 @@ fn black_surfaces_share_nothing() {
     assert_unmoved("half of the floor is black", &scene, above, 16);
 }
 
+/// A bright closed room, in which a patch of reflectance `rho` covers half of what `looking_at_the_patch` sees.
+fn patched_room(rho: f32) -> Scene {
+    let mut builder = SceneBuilder::new();
+    let square = |y: f32, x: [f32; 2], z: f32| {
+        let corner = |x, z| Vec3::new(x, y, z);
+        [corner(x[0], z), corner(x[1], z), corner(x[1], -z), corner(x[0], -z)]
+    };
+    add(&mut builder, room(), material(0.9, 0.0));
+    add(
+        &mut builder,
+        polygon(&square(-0.99, [-0.9, 0.0], 0.9)),
+        material(rho, 0.0),
+    );
+    let mut lamp = square(0.98, [-0.3, 0.3], 0.3);
+    lamp.reverse();
+    add(&mut builder, polygon(&lamp), material(0.0, 5.0));
+    builder.build().unwrap().0
+}
+
+fn looking_at_the_patch() -> CameraParameters {
+    pinhole(Vec3::new(0.0, 0.5, 0.8), Vec3::new(0.0, -1.0, 0.0), 40.0)
+}
+
+/// The paths that leave black surfaces are followed where directions ask for no albedo. Nothing comes of them on their own; what
+/// they find is for the neighbours, and must be whole.
+#[test]
+fn paths_from_black_surfaces_are_whole() {
+    assert_unmoved("a black patch", &patched_room(0.0), looking_at_the_patch(), 16);
+}
+
+/// Roulette must not end paths for the darkness of the surface that happened to begin them.
+#[test]
+fn dark_neighbours_do_no_harm() {
+    let variance = |reuse| {
+        with_world(&patched_room(0.02), looking_at_the_patch(), RESOLUTION, |world| {
+            let film = film_of(&path(world, reuse), RESOLUTION, 1024, 0);
+            let pixels = film.tiles().iter().flat_map(|t| t.iter());
+            pixels.map(|(_, a)| a.variance_of_mean(1)).sum::<f64>()
+        })
+    };
+    let ratio = variance(true) / variance(false);
+    println!("variance with shared paths: {ratio:.3} of that without");
+    assert!(ratio < 0.4, "{ratio}");
+}
+
 /// What pixels get from each other is worth many samples, and the variance channel tells what error is left.
 #[test]
 fn errors_are_smaller_and_known() {
     let scene = own("cornell-box.toml");
-    let accel = EmbreeAccel::new(&scene, 2).unwrap();
     let resolution = UVec2::splat(96);
-    let camera = Camera::new(cornell(), resolution).unwrap();
-    let world = World {
-        scene: &scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
+    let render = |reuse, spp, seed| {
+        with_world(&scene, cornell(), resolution, |world| {
+            film_of(&path(world, reuse), resolution, spp, seed)
+        })
     };
-    let render = |reuse, spp, seed| film_of(&path(world, reuse), resolution, spp, seed);
     let image = |film: &Film| RgbImage::from(&film.develop());
     let reference = image(&render(true, 2048, 7));
     let error = |film: &Film| Errors::new(&image(film), &reference).unwrap();

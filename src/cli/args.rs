@@ -287,7 +287,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub max_depth: Option<MaxDepth>,
 
-    /// Scattering events before Russian roulette may end a path [default: 1]
+    /// Scattering events before Russian roulette may end a path; at least 1 with shared paths [default: 1]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub roulette_depth: Option<u32>,
 

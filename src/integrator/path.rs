@@ -21,14 +21,19 @@ pub struct PathIntegrator<'a, A> {
     pub strategy: Strategy,
     /// Scattering events at most: 0 shows emission alone, `None` leaves the end to roulette.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// When paths end at random; with `reuse` not before their second vertex.
     pub roulette: Roulette,
     /// Whether samples of different pixels share their paths: all of them look at all second vertices that are matte.
     pub reuse: bool,
 }
 
+/// What a shared path is taken to count, at least, in the pixel in which it counts most.
+const LEAST_SHARE: f32 = 0.5;
+
 /// The random numbers of one vertex.
 struct VertexNumbers<'a, S> {
+    sampler: &'a S,
+    depth: u32,
     light: LightNumbers<'a, S>,
     direction: Vec2,
     roulette: f32,
@@ -38,6 +43,8 @@ impl<'a, S: Sampler> VertexNumbers<'a, S> {
     fn draw(sampler: &'a S, depth: u32) -> Self {
         let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
         Self {
+            sampler,
+            depth,
             light: LightNumbers::with_choice(sampler, depth, decisions.x),
             direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
             roulette: decisions.y,
@@ -48,7 +55,7 @@ impl<'a, S: Sampler> VertexNumbers<'a, S> {
     fn lobe(&self, bsdf: &Bsdf) -> f32 {
         match bsdf {
             Bsdf::Single(_) => 0.0,
-            Bsdf::Mix(_) => self.light.lobe(),
+            Bsdf::Mix(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
         }
     }
 }
@@ -61,8 +68,6 @@ struct Segment {
     /// What roulette multiplies `beta` by before it judges: squared indices of refraction that `beta` has been divided by, and
     /// what a path that serves several pixels counts in them.
     roulette_scale: f32,
-    /// Factor of `beta` for having survived the last roulette.
-    roulette_factor: f32,
     /// The scattering that `ray` comes from; `None` at the camera.
     scattered: Option<Scattered>,
 }
@@ -74,16 +79,16 @@ impl Segment {
             ray,
             beta: Spectrum::ONE,
             roulette_scale: 1.0,
-            roulette_factor: 1.0,
             scattered: None,
         }
     }
 
-    /// The same way, for the light that goes back along it and counts in several pixels, in each by a factor of its own.
+    /// The same way, for the light that goes back along it and counts in several pixels, in each by a factor of its own. What
+    /// that will be is not known yet; roulette goes by the pixel that followed the path, as long as that is not a dark one.
     fn shared(self) -> Self {
         Self {
-            beta: Spectrum::splat(self.roulette_factor),
-            roulette_scale: self.roulette_scale * self.beta.max_component() / self.roulette_factor,
+            beta: Spectrum::ONE,
+            roulette_scale: self.roulette_scale * self.beta.max_component().max(LEAST_SHARE),
             ..self
         }
     }
@@ -91,10 +96,7 @@ impl Segment {
 
 impl<A: Accel> Integrator for PathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let path = Segment::from_camera(self.world.camera_ray(key, sampler, out));
-        let hit = self.world.intersect(&path.ray, RayKind::Camera, out);
-        let radiance = self.follow(path, hit, sampler, out);
-        out.radiance(radiance);
+        self.samples(&[key], sampler, std::slice::from_mut(out));
     }
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
@@ -126,6 +128,13 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
+    /// No path that is to be shared ends before its second vertex: that a surface is dark says nothing of its neighbours.
+    fn roulette(&self) -> Roulette {
+        Roulette {
+            depth: self.roulette.depth.max(u32::from(self.reuse)),
+        }
+    }
+
     /// Follows the path that comes from the camera and meets `hit`; the radiance that it brings.
     #[inline(always)]
     fn follow<S: Sampler>(&self, path: Segment, hit: Option<Hit>, sampler: &S, out: &mut impl Sink) -> Spectrum {
@@ -272,12 +281,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let beta = path.beta * sample.weight;
         // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
         let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
-        let factor = self.roulette.play(depth, beta * roulette_scale, u.roulette)?;
+        let factor = self.roulette().play(depth, beta * roulette_scale, u.roulette)?;
         Some(Segment {
             ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
             beta: beta * factor,
             roulette_scale,
-            roulette_factor: factor,
             scattered: Some(Scattered {
                 p: vertex.point.p,
                 pdf: sample.pdf,

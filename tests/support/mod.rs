@@ -2,12 +2,12 @@
 
 #![allow(dead_code, missing_docs)] // Each test program uses a part of it.
 
-use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, World};
+use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::render::{Observer, Outcome, render};
@@ -17,20 +17,18 @@ use std::path::{Path, PathBuf};
 
 /// The backend this program was built with, or the oracle.
 #[cfg(feature = "embree")]
-pub fn backend(scene: &Scene) -> impl Accel {
-    embrasure::accel::embree::EmbreeAccel::new(scene, 2).expect("Embree")
-}
-
-/// The backend this program was built with, or the oracle.
+pub type Backend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
-pub fn backend(scene: &Scene) -> impl Accel {
-    embrasure::accel::bvh::BvhAccel::new(scene)
-}
-
-/// The backend this program was built with, or the oracle.
+pub type Backend<'a> = embrasure::accel::bvh::BvhAccel<'a>;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-pub fn backend(scene: &Scene) -> impl Accel {
-    embrasure::accel::brute::BruteForce::new(scene)
+pub type Backend<'a> = embrasure::accel::brute::BruteForce<'a>;
+
+/// That backend's view of `scene`.
+pub fn backend(scene: &Scene) -> Backend<'_> {
+    #[cfg(feature = "embree")]
+    return Backend::new(scene, 2).expect("Embree");
+    #[cfg(not(feature = "embree"))]
+    return Backend::new(scene);
 }
 
 /// Never stops.
@@ -44,24 +42,50 @@ impl Observer for Patient {
     }
 }
 
+/// Shows `scene` to `look`, as `camera` sees it.
+pub fn with_world<T>(
+    scene: &Scene,
+    camera: CameraParameters,
+    resolution: UVec2,
+    look: impl FnOnce(World<Backend>) -> T,
+) -> T {
+    let camera = Camera::new(camera, resolution).unwrap();
+    let accel = backend(scene);
+    look(World {
+        scene,
+        accel: &accel,
+        camera: &camera,
+        filter: &Filter::BOX,
+    })
+}
+
 /// Renders `scene` by the default path tracer, with seed 0.
 pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp: u32, max_depth: Option<u32>) -> Film {
     let resolution = UVec2::from(size);
-    let camera = Camera::new(camera, resolution).unwrap();
-    let accel = backend(scene);
-    let integrator = PathIntegrator {
-        world: World {
-            scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &Filter::BOX,
-        },
-        strategy: Strategy::default(),
-        max_depth,
-        roulette: Roulette::default(),
-        reuse: false,
+    with_world(scene, camera, resolution, |world| {
+        let integrator = PathIntegrator {
+            world,
+            strategy: Strategy::default(),
+            max_depth,
+            roulette: Roulette::default(),
+            reuse: false,
+        };
+        film_of(&integrator, resolution, spp, 0)
+    })
+}
+
+/// The scene in a file, either kind.
+pub fn load(path: &Path) -> Scene {
+    let file = match path.extension().is_some_and(|e| e == "toml") {
+        true => SceneFile::load(path).unwrap(),
+        false => SceneFile::of_obj(path),
     };
-    film_of(&integrator, resolution, spp, 0)
+    load_scene(&file, SceneBuilder::new()).unwrap().scene
+}
+
+/// One of the project's own scenes.
+pub fn own(name: &str) -> Scene {
+    load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
 }
 
 /// Renders by any integrator.

@@ -34,6 +34,11 @@ impl Rect {
         self.area() > 0 && self.max.cmple(resolution).all()
     }
 
+    /// Whether `pixel` is one of it.
+    pub fn contains(self, pixel: UVec2) -> bool {
+        pixel.cmpge(self.min).all() && pixel.cmplt(self.max).all()
+    }
+
     /// What both have.
     pub fn intersection(self, other: Self) -> Self {
         Self {
@@ -84,11 +89,10 @@ impl Tile {
 
     /// The sums of the pixel in this column and row of the image, if it is in the tile.
     pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
-        let Rect { min, max } = self.bounds;
-        if pixel.cmplt(min).any() || pixel.cmpge(max).any() {
+        if !self.bounds.contains(pixel) {
             return None;
         }
-        let at = pixel - min;
-        self.pixels.get_mut((at.y * (max.x - min.x) + at.x) as usize)
+        let at = pixel - self.bounds.min;
+        self.pixels.get_mut((at.y * self.bounds.size().x + at.x) as usize)
     }
 }

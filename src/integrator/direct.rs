@@ -42,11 +42,6 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// That of the vertex's own choice of a lobe.
-    pub fn lobe(&self) -> f32 {
-        self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe))
-    }
-
     /// Those of the light in place `index`, where all lights are sampled.
     fn point_of(&self, index: u32) -> Vec2 {
         self.sampler

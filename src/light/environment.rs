@@ -1,6 +1,6 @@
 use super::LightSample;
 use crate::color::Spectrum;
-use crate::math::{Quat, Vec2, Vec3};
+use crate::math::{Quat, Vec2, Vec3, float::ALMOST_ONE};
 use crate::sampling::distribution::Distribution2D;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -122,7 +122,7 @@ fn place(w: Vec3) -> Vec2 {
     let s = 0.5 + w.x.atan2(-w.z) * (0.5 * FRAC_1_PI);
     // Near the poles this keeps the digits that an arc cosine loses.
     let t = w.x.hypot(w.z).atan2(w.y) * FRAC_1_PI;
-    Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(1.0 - f32::EPSILON / 2.0))
+    Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(ALMOST_ONE))
 }
 
 /// From density over the image to density over solid angle at the direction `w` of the image's frame: `1 / (2 π² sin θ)`.

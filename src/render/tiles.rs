@@ -77,8 +77,10 @@ fn render_tile<I: Integrator, S: Sampler>(
         1 => tile.bounds().pixels().collect(),
         _ => shuffled(tile.cell(), samples.start),
     };
+    let bounds = tile.bounds();
+    let is_cropped = |pixel| !bounds.contains(pixel);
     for group in pixels.chunks(pixels_at_once) {
-        if group.iter().all(|&pixel| tile.sums_mut(pixel).is_none()) {
+        if group.iter().all(|&pixel| is_cropped(pixel)) {
             continue;
         }
         let mut blocks: [Accumulator; SAMPLES_AT_ONCE] = Default::default();
@@ -97,10 +99,12 @@ fn render_tile<I: Integrator, S: Sampler>(
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
                 if !sample.radiance.is_valid() {
-                    statistics.drop_sample(DroppedSample {
-                        key,
-                        radiance: sample.radiance.to_array(),
-                    });
+                    if !is_cropped(key.pixel()) {
+                        statistics.drop_sample(DroppedSample {
+                            key,
+                            radiance: sample.radiance.to_array(),
+                        });
+                    }
                     sample.radiance = Spectrum::ZERO;
                 }
                 let block = &mut blocks[i * group.len() / count];

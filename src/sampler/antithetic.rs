@@ -1,5 +1,5 @@
 use super::{Dimension, Independent, SampleKey, Sampler};
-use crate::math::Vec2;
+use crate::math::{Vec2, float::ALMOST_ONE};
 
 /// Pairs of samples whose numbers mirror each other: u and 1 − u (Hammersley and Morton 1956). What is odd about an integrand's
 /// middle cancels; pairs are independent.
@@ -8,9 +8,6 @@ pub struct Antithetic {
     first: Independent,
     mirrored: bool,
 }
-
-/// The largest number that is drawn: 1 − 2⁻²⁴.
-const LARGEST: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl Antithetic {
     /// A sampler for the given seed.
@@ -33,11 +30,11 @@ impl Sampler for Antithetic {
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
         let u = self.first.get_1d(dimension);
-        if self.mirrored { LARGEST - u } else { u }
+        if self.mirrored { ALMOST_ONE - u } else { u }
     }
 
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         let u = self.first.get_2d(dimension);
-        if self.mirrored { LARGEST - u } else { u }
+        if self.mirrored { ALMOST_ONE - u } else { u }
     }
 }

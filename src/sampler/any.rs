@@ -118,19 +118,11 @@ impl AnySampler {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::Bounce;
+    use crate::sampler::{Bounce, points};
 
     /// What every sampler must be is asked of every one of them.
     fn all() -> impl Iterator<Item = (&'static str, SamplerKind)> {
         SamplerKind::NAMES.iter().copied()
-    }
-
-    fn points(mut sampler: AnySampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
-        let point = |sample| {
-            sampler.start(SampleKey::new(x, 5, sample));
-            sampler.get_2d(dimension)
-        };
-        samples.map(point).collect()
     }
 
     #[test]

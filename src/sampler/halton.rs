@@ -1,5 +1,6 @@
 use super::hash::{numbered, permute, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
+use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
 /// Decisions that have bases of their own, two for each; those after them begin again.
@@ -108,11 +109,9 @@ impl Sampler for Hammersley {
         let (place, bits) = self.place(dimension);
         let jitter = unit_f32(numbered(bits, place) as u32) as f64;
         let x = ((place as f64 + jitter) / self.count as f64) as f32;
-        Vec2::new(x.min(BELOW_ONE), radical_inverse(2, place, bits))
+        Vec2::new(x.min(ALMOST_ONE), radical_inverse(2, place, bits))
     }
 }
-
-const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A permutation of the numbers below `n`: one of the next power of two, walked until it is back among them.
 fn permute_below(n: u32, x: u32, key: u64) -> u32 {
@@ -136,5 +135,5 @@ fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
         x += scale * permute_below(base, digit, bits) as f64;
         key = bits.wrapping_add(digit as u64);
     }
-    (x as f32).min(BELOW_ONE)
+    (x as f32).min(ALMOST_ONE)
 }

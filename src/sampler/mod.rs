@@ -106,3 +106,13 @@ pub trait Sampler: Clone + Send + Sync {
     /// Two variates that are well distributed together.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 }
+
+/// The points of `samples` in `dimension`, in column `x` of a row.
+#[cfg(test)]
+fn points(mut sampler: impl Sampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
+    let point = |sample| {
+        sampler.start(SampleKey::new(x, 5, sample));
+        sampler.get_2d(dimension)
+    };
+    samples.map(point).collect()
+}

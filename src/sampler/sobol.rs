@@ -83,16 +83,7 @@ pub(super) fn scramble(mut x: u32, seed: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::Bounce;
-
-    fn points(seed: u64, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
-        let mut sampler = Sobol::new(seed);
-        let point = |sample| {
-            sampler.start(SampleKey::new(x, 5, sample));
-            sampler.get_2d(dimension)
-        };
-        samples.map(point).collect()
-    }
+    use crate::sampler::{Bounce, points};
 
     #[test]
     fn the_second_dimension_has_sobols_direction_numbers() {
@@ -114,7 +105,12 @@ mod tests {
         for (k, start) in [(0, 3), (1, 0), (3, 8), (4, 0), (4, 48), (6, 64), (8, 256)] {
             let n = 1u32 << k;
             for seed in 0..20 {
-                let block = points(seed, 17, Dimension::bounce(2, Bounce::Direction), start..start + n);
+                let block = points(
+                    Sobol::new(seed),
+                    17,
+                    Dimension::bounce(2, Bounce::Direction),
+                    start..start + n,
+                );
                 for a in 0..=k {
                     let cell = |p: &Vec2| ((p.x * (1 << a) as f32) as u32, (p.y * (1 << (k - a)) as f32) as u32);
                     let mut cells: Vec<_> = block.iter().map(cell).collect();
@@ -145,7 +141,7 @@ mod tests {
     fn error(n: u32, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
         const SEEDS: u64 = 200;
         let one = |seed| {
-            let p = points(seed, 3, Dimension::PIXEL, 0..n);
+            let p = points(Sobol::new(seed), 3, Dimension::PIXEL, 0..n);
             (p.iter().map(|p| f(*p)).sum::<f64>() / n as f64 - exact).powi(2)
         };
         (0..SEEDS).map(one).sum::<f64>() / SEEDS as f64

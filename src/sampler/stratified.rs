@@ -1,5 +1,6 @@
 use super::hash::{numbered, permute, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
+use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
 /// Strata on a side of the unit square.
@@ -47,7 +48,7 @@ impl Stratified {
         (
             pattern,
             permute(within, BLOCK_BITS, pattern),
-            mix(numbered(pattern, self.sample)),
+            numbered(pattern, self.sample),
         )
     }
 }
@@ -61,7 +62,8 @@ impl Sampler for Stratified {
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
         let (_, stratum, bits) = self.place(dimension);
-        below_one((stratum as f32 + unit_f32(bits as u32)) / (1 << BLOCK_BITS) as f32)
+        // Rounding must not reach 1.
+        ((stratum as f32 + unit_f32(bits as u32)) / (1 << BLOCK_BITS) as f32).min(ALMOST_ONE)
     }
 
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
@@ -75,11 +77,6 @@ impl Sampler for Stratified {
             within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
         }
         let p = (Vec2::new(column as f32, row as f32) + within) / side;
-        Vec2::new(below_one(p.x), below_one(p.y))
+        p.min(Vec2::splat(ALMOST_ONE))
     }
-}
-
-/// Rounding must not reach 1.
-fn below_one(x: f32) -> f32 {
-    x.min(1.0 - f32::EPSILON / 2.0)
 }

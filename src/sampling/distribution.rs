@@ -1,6 +1,6 @@
 //! Piecewise-constant distributions over the unit interval and the unit square.
 
-use crate::math::Vec2;
+use crate::math::{Vec2, float::ALMOST_ONE};
 
 /// A density over [0, 1) that is constant in each of n equal steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,9 +81,6 @@ impl Distribution1D {
         (self.cdf[i + 1] - self.cdf[i]) * self.len() as f32
     }
 }
-
-/// The largest f32 below 1.
-const ALMOST_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 /// A density over the unit square that is constant in each cell of a grid (PBR4 §A.5.6).
 #[derive(Clone, Debug, PartialEq)]

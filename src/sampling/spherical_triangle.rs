@@ -67,6 +67,7 @@ fn orthogonal(x: DVec3, y: DVec3) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::float::ALMOST_ONE;
 
     fn corners(scale: f32) -> [Vec3; 3] {
         [
@@ -126,8 +127,8 @@ mod tests {
     #[test]
     fn the_ends_of_the_square_are_directions_too() {
         let triangle = SphericalTriangle::new(corners(1.0), Vec3::ZERO).unwrap();
-        for x in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
-            for y in [0.0, 0.5, 1.0 - f32::EPSILON / 2.0] {
+        for x in [0.0, 0.5, ALMOST_ONE] {
+            for y in [0.0, 0.5, ALMOST_ONE] {
                 assert!(triangle.sample(Vec2::new(x, y)).unwrap().is_normalized());
             }
         }

@@ -25,13 +25,14 @@ struct Estimator {
     render: Render,
 }
 
-fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32) -> Estimator {
+fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32, light_samples: u32) -> Estimator {
     let render = move |world: World<Backend>, spp| {
         let integrator = PathIntegrator {
             world,
             strategy,
             max_depth: Some(MAX_DEPTH),
             roulette: Roulette { depth: roulette_depth },
+            light_samples,
             reuse: false,
         };
         film_of(&integrator, RESOLUTION, spp, 1)
@@ -62,10 +63,16 @@ fn estimators(spp: u32) -> Vec<Estimator> {
                 direct,
                 heuristic,
             };
-            all.push(path(&format!("{d}, {l}"), spp, strategy, 2));
+            all.push(path(&format!("{d}, {l}"), spp, strategy, 2, 1));
         }
     }
-    all.push(path("no roulette", spp, Strategy::default(), u32::MAX));
+    all.push(path("no roulette", spp, Strategy::default(), u32::MAX, 1));
+    let balance = Strategy {
+        heuristic: Heuristic::Balance,
+        ..Strategy::default()
+    };
+    all.push(path("three light samples", spp, Strategy::default(), 2, 3));
+    all.push(path("three light samples, balance", spp, balance, 2, 3));
     all.push(Estimator {
         name: "naive".into(),
         spp: BLIND * spp,
@@ -132,6 +139,7 @@ fn all_agree_in(what: &str, world: World<Backend>, spp: u32, skip: &[&str]) {
         strategy: Strategy::default(),
         max_depth: Some(MAX_DEPTH),
         roulette: Roulette::default(),
+        light_samples: 1,
         reuse: false,
     };
     let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
@@ -191,6 +199,7 @@ fn mis_is_as_good_as_the_better_strategy() {
                 },
                 max_depth: Some(4),
                 roulette: Roulette::default(),
+                light_samples: 1,
                 reuse: false,
             };
             RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())

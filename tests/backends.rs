@@ -577,6 +577,7 @@ mod together {
             strategy: Strategy::default(),
             max_depth: Some(16),
             roulette: Roulette::default(),
+            light_samples: 1,
             reuse: false,
         };
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);

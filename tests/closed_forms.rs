@@ -60,6 +60,7 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
         strategy: Strategy::default(),
         max_depth: None,
         roulette: Roulette { depth: 0 },
+        light_samples: 1,
         reuse: false,
     };
     // e / (1 - ρ)
@@ -329,6 +330,7 @@ fn filters_blur_an_edge_by_their_integral() {
             strategy: Strategy::default(),
             max_depth: Some(0),
             roulette: Roulette::default(),
+            light_samples: 1,
             reuse: false,
         };
         let film = film_of(&integrator, resolution, 4096, 0);

@@ -20,6 +20,7 @@ fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Ba
         strategy: Strategy::default(),
         max_depth: Some(6),
         roulette: Roulette::default(),
+        light_samples: 2,
         reuse,
     }
 }

@@ -315,6 +315,10 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub reuse: Option<String>,
 
+    /// Light samples at the first vertex of a path [default: 2 with shared paths, else 1]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub light_samples: Option<u32>,
+
     /// Rays that leave a vertex of the distributed integrator [default: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub branching: Option<u32>,

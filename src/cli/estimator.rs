@@ -26,6 +26,8 @@ pub(super) struct Estimator {
     pub roulette: Roulette,
     /// Whether pixels share their paths.
     pub reuse: bool,
+    /// Light samples at the first vertex; `None`: the best number.
+    pub light_samples: Option<u32>,
     pub branching: u32,
     /// Scene units; `None`: the size of the scene.
     pub ao_distance: Option<f32>,
@@ -99,6 +101,7 @@ impl Default for Estimator {
             max_depth: Some(DEFAULT_DEPTH),
             roulette: Roulette::default(),
             reuse: true,
+            light_samples: None,
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
             view: DebugView::default(),
@@ -147,12 +150,18 @@ impl Estimator {
                 .or(file.roulette_depth)
                 .map_or_else(Roulette::default, |depth| Roulette { depth }),
             reuse: choose(scene, "reuse", &args.reuse, &file.reuse, REUSES)?,
+            light_samples: positive(scene, "light-samples", args.light_samples, &file.light_samples)?,
             branching: positive(scene, "branching", args.branching, &file.branching)?.unwrap_or(DEFAULT_BRANCHING),
             ao_distance: positive(scene, "ao-distance", args.ao_distance, &file.ao_distance)?,
             view: choose(scene, "view", &args.view, &file.view, VIEWS)?,
         };
         estimator.check_branches()?;
         Ok(estimator)
+    }
+
+    /// Light samples at the first vertex. Where paths are shared its own light is much of the error that is left.
+    fn light_samples(&self) -> u32 {
+        self.light_samples.unwrap_or(if self.reuse { 2 } else { 1 })
     }
 
     /// Refuses trees that nobody can wait for.
@@ -246,12 +255,14 @@ impl Estimator {
         match self.kind {
             Kind::Path => {
                 let (roulette, reuse) = (self.roulette.depth, name_of(REUSES, self.reuse));
-                text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse}")
+                let lights = self.light_samples();
+                text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse} light_samples={lights}")
             }
             Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
             Kind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             Kind::Whitted => text + &format!(" max_depth={depth}"),
-            Kind::Direct | Kind::AmbientOcclusion | Kind::Debug => text,
+            Kind::Direct => text + &format!(" light_samples={}", self.light_samples.unwrap_or(1)),
+            Kind::AmbientOcclusion | Kind::Debug => text,
         }
     }
 
@@ -329,17 +340,18 @@ impl Estimator {
             max_depth,
             ..
         } = *self;
-        let path = |max_depth, reuse| PathIntegrator {
+        let path = |max_depth, reuse, light_samples| PathIntegrator {
             world,
             strategy,
             max_depth,
             roulette,
+            light_samples,
             reuse,
         };
         match self.kind {
-            Kind::Path => task.run(&path(max_depth, self.reuse)),
+            Kind::Path => task.run(&path(max_depth, self.reuse, self.light_samples())),
             // One scattering is a path of depth 1, which has nothing to share.
-            Kind::Direct => task.run(&path(Some(1), false)),
+            Kind::Direct => task.run(&path(Some(1), false, self.light_samples.unwrap_or(1))),
             Kind::Naive => task.run(&NaiveIntegrator {
                 world,
                 max_depth,

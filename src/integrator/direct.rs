@@ -63,13 +63,14 @@ pub(super) enum Direct {
 impl Direct {
     const NONE: Self = Self::Known(Spectrum::ZERO);
 
-    /// Draws it for `vertex`. Where all lights are sampled their shadow rays are traced here; a single one is left to
-    /// [`Direct::arrives`].
+    /// Draws it for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
+    /// here; a single one is left to [`Direct::arrives`].
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
         vertex: &Vertex,
         strategy: &Strategy,
+        count: u32,
         u: &LightNumbers<impl Sampler>,
         out: &mut impl Sink,
     ) -> Self {
@@ -80,20 +81,26 @@ impl Direct {
         if let Some(ids) = selection.all() {
             let mut sum = Spectrum::ZERO;
             for (index, &id) in ids.iter().enumerate() {
-                let light = Self::of_light(world.scene, vertex, strategy, (id, 1.0), u.point_of(index as u32));
+                let light = Self::of_light(
+                    world.scene,
+                    vertex,
+                    strategy,
+                    (id, count as f32),
+                    u.point_of(index as u32),
+                );
                 sum += light.arrives(world, out);
             }
             return Self::Known(sum);
         }
         match selection.sample(u.choice) {
-            Some(chosen) => Self::of_light(world.scene, vertex, strategy, chosen, u.point),
+            Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
             None => Self::NONE,
         }
     }
 
-    /// That of the light `id`, which was chosen with probability `pmf`.
+    /// That of the light `id`, of which `expected` samples are expected at the vertex.
     #[inline(always)]
-    fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, pmf): (LightId, f32), u: Vec2) -> Self {
+    fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
         let Some(light) = scene.lights()[id.0 as usize].sample(vertex.point.p, u) else {
             return Self::NONE;
@@ -105,7 +112,7 @@ impl Direct {
         if f.is_black() {
             return Self::NONE;
         }
-        let pdf = pmf * light.pdf;
+        let pdf = expected * light.pdf;
         let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
         Self::Unless(light.shadow_ray(&vertex.point), f * light.radiance * (weight / pdf))

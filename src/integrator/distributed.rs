@@ -74,7 +74,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             return;
         }
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = Direct::sample(world, &vertex, strategy, &u, out).arrives(world, out);
+        let direct = Direct::sample(world, &vertex, strategy, 1, &u, out).arrives(world, out);
         out.radiance(branch.beta * direct);
 
         // Several rays in place of one
@@ -94,6 +94,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     p: vertex.point.p,
                     pdf: sample.pdf,
                     is_delta: sample.is_delta(),
+                    light_samples: 1,
                 }),
             };
             if !child.beta.is_black() {

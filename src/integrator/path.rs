@@ -23,6 +23,8 @@ pub struct PathIntegrator<'a, A> {
     pub max_depth: Option<u32>,
     /// When paths end at random; with `reuse` not before their second vertex.
     pub roulette: Roulette,
+    /// Light samples at the first vertex, which all of a pixel's samples have; one at all others.
+    pub light_samples: u32,
     /// Whether samples of different pixels share their paths: all of them look at all second vertices that are matte.
     pub reuse: bool,
 }
@@ -60,6 +62,16 @@ impl<'a, S: Sampler> VertexNumbers<'a, S> {
     }
 }
 
+/// A path that has left the camera.
+struct Start<'a, S> {
+    key: SampleKey,
+    /// Turned to `key`.
+    sampler: &'a S,
+    path: Segment,
+    /// What it meets.
+    hit: Option<Hit>,
+}
+
 /// A path on its way from one vertex to the next.
 struct Segment {
     ray: Ray,
@@ -81,6 +93,11 @@ impl Segment {
             roulette_scale: 1.0,
             scattered: None,
         }
+    }
+
+    /// Whether it leaves a mirror, or the like.
+    fn is_delta(&self) -> bool {
+        self.scattered.is_some_and(|s| s.is_delta)
     }
 
     /// The same way, for the light that goes back along it and counts in several pixels, in each by a factor of its own. What
@@ -110,13 +127,20 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             let n = keys.len();
             self.world.accel.intersect_coherent(&rays[..n], &mut hits[..n]);
             out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-            let starts = rays.into_iter().zip(hits).zip(&samplers).take(n);
-            if self.reuse {
-                self.follow_together(starts, out);
-            } else {
-                for (((ray, hit), sampler), out) in starts.zip(out) {
-                    let radiance = self.follow(Segment::from_camera(ray), hit, sampler, out);
-                    out.radiance(radiance);
+            let mut firsts = [const { None }; SAMPLES_AT_ONCE];
+            let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            for i in 0..n {
+                let start = Start {
+                    key: keys[i],
+                    sampler: &samplers[i],
+                    path: Segment::from_camera(rays[i]),
+                    hit: hits[i],
+                };
+                (firsts[i], ends[i]) = self.follow(start, &mut out[i]);
+            }
+            for (owner, end) in ends.iter().enumerate() {
+                if let Some(end) = end {
+                    end.light_all(&self.world, self.strategy.directions, &firsts, owner, out);
                 }
             }
         }
@@ -135,62 +159,26 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Follows the path that comes from the camera and meets `hit`; the radiance that it brings.
+    /// Follows the path from the camera. Where paths are shared, what a matte second vertex scatters is not yet its own: that end is
+    /// given back, and the first vertex.
     #[inline(always)]
-    fn follow<S: Sampler>(&self, path: Segment, hit: Option<Hit>, sampler: &S, out: &mut impl Sink) -> Spectrum {
-        let (emitted, vertex) = self.arrive(&path, hit);
-        let Some(vertex) = vertex else { return emitted };
-        out.first_surface(self.world.first_surface(&vertex));
-        emitted + self.scattered(vertex, path, 0, sampler, out)
-    }
-
-    /// Follows some paths from the camera, all of which then look at all their second vertices.
-    fn follow_together<'s, S: Sampler + 's>(
-        &self,
-        starts: impl Iterator<Item = ((Ray, Option<Hit>), &'s S)>,
-        out: &mut [impl Sink],
-    ) {
-        let mut firsts = [const { None }; SAMPLES_AT_ONCE];
-        let mut ends = [const { None }; SAMPLES_AT_ONCE];
-        for (i, ((ray, hit), sampler)) in starts.enumerate() {
-            (firsts[i], ends[i]) = self.follow_to_end(ray, hit, sampler, &mut out[i]);
-        }
-        for (owner, end) in ends.iter().enumerate() {
-            if let Some(end) = end {
-                end.light_all(&self.world, self.strategy.directions, &firsts, owner, out);
-            }
-        }
-    }
-
-    /// Follows a path as [`PathIntegrator::follow`] does, except that what a matte second vertex scatters is not yet its own. That
-    /// end is given back, and the first vertex with it.
-    #[inline(always)]
-    fn follow_to_end<S: Sampler>(
-        &self,
-        ray: Ray,
-        hit: Option<Hit>,
-        sampler: &S,
-        out: &mut impl Sink,
-    ) -> (Option<Vertex<'_>>, Option<End>) {
-        let path = Segment::from_camera(ray);
-        let (mut radiance, first) = self.arrive(&path, hit);
+    fn follow<S: Sampler>(&self, start: Start<S>, out: &mut impl Sink) -> (Option<Vertex<'_>>, Option<End>) {
+        let (mut radiance, first) = self.arrive(&start.path, start.hit);
         let mut end = None;
         if let Some(first) = &first {
-            out.first_surface(self.world.first_surface(first));
-            let (direct, next) = self.step(first, &path, 0, &VertexNumbers::draw(sampler, 0), out);
+            let (direct, next) = self.first_step(first, &start, out);
             radiance += direct;
             if let Some(next) = next {
                 let hit = self.world.intersect(&next.ray, RayKind::Bounce, out);
                 let (emitted, second) = self.arrive(&next, hit);
                 radiance += emitted;
-                let is_delta = next.scattered.is_some_and(|s| s.is_delta);
                 match second {
-                    Some(second) if !is_delta && End::can_be(&second) => {
+                    Some(second) if self.reuse && !next.is_delta() && End::can_be(&second) => {
                         let (point, wo) = (second.point, second.wo);
-                        let light = self.scattered(second, next.shared(), 1, sampler, out);
+                        let light = self.scattered(second, next.shared(), start.sampler, out);
                         end = Some(End::new(&point, wo, light));
                     }
-                    Some(second) => radiance += self.scattered(second, next, 1, sampler, out),
+                    Some(second) => radiance += self.scattered(second, next, start.sampler, out),
                     None => {}
                 }
             }
@@ -220,19 +208,18 @@ impl<A: Accel> PathIntegrator<'_, A> {
         (radiance, Some(vertex))
     }
 
-    /// The light that `vertex`, where `path` arrives after `depth` scatterings, scatters.
+    /// The light that the second vertex of a path scatters.
     #[inline(always)]
     fn scattered<'v, S: Sampler>(
         &'v self,
         mut vertex: Vertex<'v>,
         mut path: Segment,
-        depth: u32,
         sampler: &S,
         out: &mut impl Sink,
     ) -> Spectrum {
         let mut radiance = Spectrum::ZERO;
-        let mut u = VertexNumbers::draw(sampler, depth);
-        for depth in depth.. {
+        let mut u = VertexNumbers::draw(sampler, 1);
+        for depth in 1.. {
             let (direct, next) = self.step(&vertex, &path, depth, &u, out);
             radiance += direct;
             let Some(next) = next else { break };
@@ -246,6 +233,34 @@ impl<A: Accel> PathIntegrator<'_, A> {
             vertex = met;
         }
         radiance
+    }
+
+    /// The step from the first vertex, where several light samples may be taken: of a pixel's `n` paths, `n` times as many.
+    #[inline(always)]
+    fn first_step<S: Sampler>(
+        &self,
+        vertex: &Vertex,
+        start: &Start<S>,
+        out: &mut impl Sink,
+    ) -> (Spectrum, Option<Segment>) {
+        out.first_surface(self.world.first_surface(vertex));
+        if self.max_depth == Some(0) {
+            return (Spectrum::ZERO, None);
+        }
+        let mut radiance = Spectrum::ZERO;
+        let mut sampler = start.sampler.clone();
+        for i in 0..self.light_samples {
+            sampler.start(SampleKey {
+                sample: start.key.sample.wrapping_mul(self.light_samples).wrapping_add(i),
+                ..start.key
+            });
+            let u = LightNumbers::draw(&sampler, 0);
+            let direct = Direct::sample(&self.world, vertex, &self.strategy, self.light_samples, &u, out);
+            radiance += direct.arrives(&self.world, out);
+        }
+        let u = VertexNumbers::draw(start.sampler, 0);
+        let next = self.scatter(vertex, &start.path, 0, self.light_samples, &u);
+        (radiance, next)
     }
 
     /// Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
@@ -262,8 +277,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         if self.max_depth.is_some_and(|max| depth >= max) {
             return (Spectrum::ZERO, None);
         }
-        let direct = Direct::sample(&self.world, vertex, &self.strategy, &u.light, out);
-        let next = self.scatter(vertex, path, depth, u);
+        let direct = Direct::sample(&self.world, vertex, &self.strategy, 1, &u.light, out);
+        let next = self.scatter(vertex, path, depth, 1, u);
         (path.beta * direct.arrives(&self.world, out), next)
     }
 
@@ -274,6 +289,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         vertex: &Vertex,
         path: &Segment,
         depth: u32,
+        light_samples: u32,
         u: &VertexNumbers<S>,
     ) -> Option<Segment> {
         let directions = self.strategy.directions;
@@ -290,6 +306,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 p: vertex.point.p,
                 pdf: sample.pdf,
                 is_delta: sample.is_delta(),
+                light_samples,
             }),
         })
     }

@@ -58,6 +58,8 @@ pub(super) struct Scattered {
     pub pdf: f32,
     /// Whether no light sampling could have drawn this direction.
     pub is_delta: bool,
+    /// How many light samples were taken there.
+    pub light_samples: u32,
 }
 
 impl Directions {
@@ -110,7 +112,9 @@ impl Strategy {
         match self.direct {
             DirectLight::None => 1.0,
             DirectLight::Light => 0.0,
-            DirectLight::Mis => self.heuristic.weight(scattered.pdf, light.pdf),
+            DirectLight::Mis => self
+                .heuristic
+                .weight(scattered.pdf, scattered.light_samples as f32 * light.pdf),
         }
     }
 

@@ -77,7 +77,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ..Strategy::default()
         };
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = Direct::sample(world, &vertex, &strategy, &u, out).arrives(world, out);
+        let direct = Direct::sample(world, &vertex, &strategy, 1, &u, out).arrives(world, out);
         out.radiance(branch.beta * direct);
 
         // Mirror and refracted directions, all of them

@@ -92,6 +92,8 @@ pub struct RenderSection {
     pub direct: Option<Spanned<String>>,
     /// How multiple importance sampling weighs.
     pub mis: Option<Spanned<String>>,
+    /// Light samples at the first vertex.
+    pub light_samples: Option<Spanned<u32>>,
     /// Rays that leave a vertex of a branching integrator.
     pub branching: Option<Spanned<u32>>,
     /// How far away occludes, scene units.

@@ -68,6 +68,7 @@ pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp:
             strategy: Strategy::default(),
             max_depth,
             roulette: Roulette::default(),
+            light_samples: 1,
             reuse: false,
         };
         film_of(&integrator, resolution, spp, 0)

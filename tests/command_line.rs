@@ -184,6 +184,40 @@ fn bits_depend_on_the_seed_alone() {
     assert_ne!(one, render("seed.exr", &["--seed", "1"]));
 }
 
+/// Stops at the level, says what it got, and has the same bits with any number of threads.
+#[test]
+fn noise_ends_a_render() {
+    let folder = scene();
+    let render = |name: &str, flags: &[&str]| {
+        let args = [&["render", "s.toml", "-o", name, "--stats", "n.json", "--noise"], flags].concat();
+        let out = run(folder.path(), &args);
+        assert_eq!(code(&out), 0, "{}", words(&out));
+        let stats: serde_json::Value =
+            serde_json::from_slice(&fs::read(folder.path().join("n.json")).unwrap()).unwrap();
+        (words(&out), stats["noise"].clone())
+    };
+    let (_, noise) = render("1.exr", &["0.002", "--threads", "1"]);
+    let (_, again) = render("2.exr", &["0.002", "--threads", "3"]);
+    assert_eq!(noise, again);
+    let error = noise["error"].as_f64().unwrap();
+    assert!((0.001..=0.002).contains(&error), "{noise}");
+    assert!(noise["least_spp"].as_u64().unwrap() >= 128, "{noise}");
+    let [one, two] = ["1.exr", "2.exr"].map(|name| folder.path().join(name));
+    assert_eq!(read_rgb(&one), read_rgb(&two));
+    // The map: what tiles have left, whose mean square is the picture's error
+    let map = read_channel(&one, "error");
+    let square = map.iter().map(|e| (*e as f64).powi(2)).sum::<f64>() / map.len() as f64;
+    assert!((square.sqrt() / error - 1.0).abs() < 1e-4, "{} {error}", square.sqrt());
+    let samples = read_channel(&one, "samples");
+    let [least, most] = [f32::min, f32::max].map(|f| samples.iter().copied().reduce(f).unwrap());
+    assert!(least < most, "every pixel has {least}");
+
+    // Too few samples are said to be so.
+    let (words, noise) = render("few.exr", &["0.0001", "--spp", "192"]);
+    assert!(words.contains("was not reached with 192 samples a pixel"), "{words}");
+    assert_eq!(noise["most_spp"], 192);
+}
+
 #[test]
 fn a_bare_obj_is_framed_and_lit() {
     let folder = scene();
@@ -215,6 +249,18 @@ fn mistakes_are_named_and_leave_no_files() {
         (&["render"], keep, 2, &["Usage"]),
         (&["render", "s.toml", "--spp", "0"], keep, 2, &["--spp 0", "help:"]),
         (&["render", "s.toml", "--spp", "many"], keep, 2, &["--spp"]),
+        (
+            &["render", "s.toml", "--noise", "0"],
+            keep,
+            2,
+            &["--noise 0", "above 0", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--noise", "0.1", "--spp", "100"],
+            keep,
+            2,
+            &["100 samples", "multiple of 64", "help:"],
+        ),
         (
             &["render", "s.toml", "--size", "0x10"],
             keep,

@@ -7,6 +7,7 @@ use embrasure::camera::CameraParameters;
 use embrasure::film::{Errors, Film, RgbImage};
 use embrasure::integrator::*;
 use embrasure::math::{UVec2, Vec3};
+use embrasure::sampler::Sobol;
 use embrasure::scene::{Scene, SceneBuilder};
 use support::*;
 
@@ -227,4 +228,39 @@ fn errors_are_smaller_and_known() {
     }
     println!("variance told {told:.4}, seen {seen:.4}");
     assert!((told / seen - 1.0).abs() < 0.15, "variance told {told}, seen {seen}");
+}
+
+/// The error by which `--noise` decides is that which pictures of other seeds show; low-discrepancy points are a little better than
+/// it says.
+#[test]
+fn differences_of_blocks_tell_the_error() {
+    let scene = own("cornell-box.toml");
+    let resolution = UVec2::splat(96);
+    let check = |what: &str, film: &dyn Fn(&PathIntegrator<Backend>, u64) -> Film, range: std::ops::Range<f64>| {
+        let films: Vec<Film> = (0..8)
+            .map(|seed| with_world(&scene, cornell(), resolution, |world| film(&path(world, true), seed)))
+            .collect();
+        let told = films.iter().map(Film::error).sum::<f64>() / films.len() as f64;
+        let values: Vec<_> = films.iter().map(means).collect();
+        let mut seen = 0.0;
+        for c in 0..3 {
+            for i in 0..values[0][c].len() {
+                let (mean, variance) = mean_of(&values.iter().map(|v| v[c][i]).collect::<Vec<_>>());
+                seen += variance * films.len() as f64 / (mean * mean + 0.01);
+            }
+        }
+        seen /= 3.0 * resolution.element_product() as f64;
+        println!("{what}: told {told:.3e}, seen {seen:.3e}");
+        assert!(range.contains(&(told / seen)), "{what}: told {told}, seen {seen}");
+    };
+    check(
+        "independent",
+        &|integrator, seed| film_of(integrator, resolution, 256, seed),
+        0.93..1.07,
+    );
+    check(
+        "sobol",
+        &|integrator, seed| film_by(integrator, &Sobol::new(seed), resolution, 256),
+        0.95..1.5,
+    );
 }

@@ -195,9 +195,13 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
-    /// Samples a pixel [default: 64]
+    /// Samples a pixel [default: 64; with --noise: 16384]
     #[arg(long, value_name = "N")]
     pub spp: Option<u32>,
+
+    /// Stop where the relative error is estimated to be LEVEL, such as 0.02; --spp is then the most a pixel may have [default: off]
+    #[arg(long, value_name = "LEVEL")]
+    pub noise: Option<f64>,
 
     /// Seed of the random numbers, 64 bits [default: 0]
     #[arg(long, value_name = "N")]

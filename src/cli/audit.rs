@@ -201,9 +201,10 @@ impl Audit<'_> {
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);
         let sampler = job.sampler();
-        let (_, statistics) = self
-            .pool
-            .install(|| job.estimator.render(world, &sampler, &mut film, 0..samples, &progress));
+        let (_, statistics) = self.pool.install(|| {
+            job.estimator
+                .render(world, &sampler, &mut film, 0..samples, None, &progress)
+        });
         progress.finish();
         (auditor.findings(), statistics)
     }

@@ -329,7 +329,14 @@ impl Measure<'_> {
         let mut film = Film::new(self.job.resolution, self.job.crop);
         let (sampler, samples) = (self.job.sampler(), SAMPLES);
         let estimator = &self.job.estimator;
-        black_box(estimator.render(self.world(accel), &sampler, &mut film, samples, &Progress::new(0, true)));
+        black_box(estimator.render(
+            self.world(accel),
+            &sampler,
+            &mut film,
+            samples,
+            None,
+            &Progress::new(0, true),
+        ));
     }
 }
 

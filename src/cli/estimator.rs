@@ -266,25 +266,37 @@ impl Estimator {
         }
     }
 
-    /// Renders `samples` of every pixel of `film`.
+    /// Renders `samples` of every pixel of `film`, or up to so many, where `noise` names a relative error that is small enough.
     pub fn render<A: Accel>(
         &self,
         world: World<A>,
         sampler: &impl Sampler,
         film: &mut Film,
         samples: Range<u32>,
+        noise: Option<f64>,
         observer: &impl Observer,
     ) -> (Outcome, Statistics) {
         struct Render<'a, S, O> {
             sampler: &'a S,
             film: &'a mut Film,
             samples: Range<u32>,
+            noise: Option<f64>,
             observer: &'a O,
         }
         impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
             type Output = (Outcome, Statistics);
             fn run(self, integrator: &impl Integrator) -> Self::Output {
-                render::render(integrator, self.sampler, self.film, self.samples, self.observer)
+                let Self {
+                    sampler,
+                    film,
+                    samples,
+                    noise,
+                    observer,
+                } = self;
+                match noise {
+                    None => render::render(integrator, sampler, film, samples, observer),
+                    Some(level) => render::render_to_noise(integrator, sampler, film, level, samples.end, observer),
+                }
             }
         }
         self.with_integrator(
@@ -293,6 +305,7 @@ impl Estimator {
                 sampler,
                 film,
                 samples,
+                noise,
                 observer,
             },
         )

@@ -3,7 +3,7 @@ use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
 use crate::camera::{Camera, CameraError, CameraParameters};
-use crate::film::{Filter, FilterKind, Rect};
+use crate::film::{BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{AnySampler, SamplerKind};
@@ -13,6 +13,9 @@ use toml::Spanned;
 
 /// Vertical field of view, in degrees, where none is given.
 const DEFAULT_FOV: f32 = 40.0;
+
+/// Samples that a pixel may have where a noise level is given and nothing else.
+const MOST_FOR_NOISE: u32 = 1 << 14;
 
 /// What a render command means: flags, scene file and defaults resolved, and checked as far as is possible without
 /// loading the geometry.
@@ -24,6 +27,8 @@ pub(super) struct Job {
     pub crop: Rect,
     pub filter: Filter,
     pub samples: Range<u32>,
+    /// Relative error at which to stop.
+    pub noise: Option<f64>,
     pub seed: u64,
     pub sampler: SamplerKind,
     pub estimator: Estimator,
@@ -56,6 +61,7 @@ impl Job {
         let filter = Filter::new(kind, radius.unwrap_or(kind.usual_radius()));
 
         let settings = &scene.render;
+        let noise = positive(&scene, "noise", args.noise, &settings.noise)?;
         let spp = match (args.spp, &settings.samples) {
             (Some(0), _) => {
                 return Err(CliError::Usage(
@@ -69,9 +75,18 @@ impl Job {
                     .help("take at least one sample a pixel")
                     .into());
             }
-            (None, Some(n)) => *n.get_ref(),
-            (None, None) => 64,
+            // A flag for the noise is not held back by what the scene file says of samples.
+            (None, Some(n)) if args.noise.is_none() => *n.get_ref(),
+            (None, _) if noise.is_some() => MOST_FOR_NOISE,
+            (None, _) => 64,
         };
+        if noise.is_some() && (spp < 2 * BLOCK || spp % BLOCK != 0) {
+            return Err(CliError::Usage(format!(
+                "{spp} samples a pixel with a noise level\n  help: use a multiple of {BLOCK}, {} at least: \
+                 errors are estimated from the differences of such blocks",
+                2 * BLOCK
+            )));
+        }
         let estimator = Estimator::new(&args.estimator, &scene)?;
         let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, SamplerKind::NAMES)?;
         let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends())?;
@@ -85,6 +100,7 @@ impl Job {
             crop,
             filter,
             samples: 0..spp,
+            noise,
             seed: args.seed.or(settings.seed).unwrap_or(0),
             estimator,
             sampler,
@@ -154,13 +170,17 @@ impl Job {
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
-        format!(
+        let settings = format!(
             "{} sampler={} filter={} filter_radius={}",
             self.estimator.settings(),
             self.sampler_name(),
             name_of(FilterKind::NAMES, self.filter.kind()),
             self.filter.radius()
-        )
+        );
+        match self.noise {
+            None => settings,
+            Some(level) => settings + &format!(" noise={level}"),
+        }
     }
 
     /// The random numbers of the render.

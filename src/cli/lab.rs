@@ -297,7 +297,7 @@ impl Ladder<'_> {
             let samples = done..done + next;
             let (outcome, _) = self
                 .pool
-                .install(|| estimator.render(world, &sampler, &mut film, samples, &progress));
+                .install(|| estimator.render(world, &sampler, &mut film, samples, None, &progress));
             done += next;
             if outcome == Outcome::Stopped || progress.should_stop() {
                 progress.finish();

@@ -34,7 +34,7 @@ impl Progress {
             };
         }
         let style = ProgressStyle::with_template(
-            "{wide_bar:.cyan/blue} {percent:>3} %  {rate} samples/s  {elapsed} elapsed, {eta} to go",
+            "{wide_bar:.cyan/blue} {percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go",
         )
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
@@ -54,6 +54,11 @@ impl Progress {
 impl Observer for Progress {
     fn progress(&self, samples: u64) {
         self.bar.inc(samples);
+    }
+
+    fn expect(&self, samples: u64, error: f64) {
+        self.bar.set_length(self.bar.position() + samples);
+        self.bar.set_message(format!("noise {error:.4}  "));
     }
 
     fn should_stop(&self) -> bool {

@@ -5,7 +5,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::explain;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
-use super::stats::{Dropped, Rays, Stats, peak_rss_bytes};
+use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use crate::accel::{Accel, Auditor};
 use crate::camera::Camera;
 use crate::film::Film;
@@ -139,12 +139,20 @@ impl Prepared<'_> {
         let render_start = Instant::now();
         let (outcome, statistics) = self.pool.install(|| {
             let samples = job.samples.clone();
-            job.estimator.render(world, &sampler, &mut film, samples, &progress)
+            job.estimator
+                .render(world, &sampler, &mut film, samples, job.noise, &progress)
         });
         let render_s = render_start.elapsed().as_secs_f64();
         progress.finish();
         if statistics.dropped > 0 {
             let warning = dropped_warning(&statistics);
+            eprintln!("warning: {warning}");
+            warnings.push(warning);
+        }
+
+        let noise = job.noise.map(|level| Noise::new(&film, level));
+        if let Some(noise) = noise.filter(|n| outcome == Outcome::Complete && !n.is_reached()) {
+            let warning = noise.warning();
             eprintln!("warning: {warning}");
             warnings.push(warning);
         }
@@ -174,7 +182,10 @@ impl Prepared<'_> {
             render_seconds: render_s,
             complete: outcome == Outcome::Complete,
         };
-        let image = film.develop();
+        let mut image = film.develop();
+        if noise.is_some() {
+            image.channels.push(film.error_map());
+        }
         let write = |(format, output): &(_, Output)| output.write_image(*format, &image, &metadata);
         let mut failures: Vec<FileError> = self.files.images.iter().filter_map(|o| write(o).err()).collect();
 
@@ -208,6 +219,7 @@ impl Prepared<'_> {
             peak_rss_bytes: peak_rss_bytes(),
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            noise,
             audit,
             warnings,
         };

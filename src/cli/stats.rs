@@ -1,4 +1,5 @@
 use super::audit::Report;
+use crate::film::{Film, Tile};
 use crate::render::DroppedSample;
 use serde::Serialize;
 
@@ -32,6 +33,9 @@ pub(super) struct Stats<'a> {
     pub dropped_samples: u64,
     /// The first few, each enough to trace it again.
     pub dropped: Vec<Dropped>,
+    /// Of `--noise`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Noise>,
     /// Of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<Report>,
@@ -51,6 +55,46 @@ pub(super) struct Dropped {
     sample: u32,
     /// Text, because JSON has no NaN.
     radiance: String,
+}
+
+/// How noisy a picture is.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Noise {
+    /// What was asked for.
+    level: f64,
+    /// Estimated relative error: the square root of relMSE.
+    error: f64,
+    least_spp: u32,
+    mean_spp: f64,
+    most_spp: u32,
+}
+
+impl Noise {
+    /// Of what is on `film`.
+    pub fn new(film: &Film, level: f64) -> Self {
+        let samples = || film.tiles().iter().map(Tile::samples);
+        let sum = |tile: &Tile| tile.samples() as f64 * tile.bounds().area() as f64;
+        Self {
+            level,
+            error: film.error().sqrt(),
+            least_spp: samples().min().unwrap_or(0),
+            mean_spp: film.tiles().iter().map(sum).sum::<f64>() / film.crop().area() as f64,
+            most_spp: samples().max().unwrap_or(0),
+        }
+    }
+
+    /// Whether the picture is as good as was asked for.
+    pub fn is_reached(&self) -> bool {
+        self.error <= self.level
+    }
+
+    /// Says that it is not.
+    pub fn warning(&self) -> String {
+        let Self {
+            level, error, most_spp, ..
+        } = self;
+        format!("noise level {level} was not reached with {most_spp} samples a pixel: it is {error:.4}; raise --spp")
+    }
 }
 
 impl From<&DroppedSample> for Dropped {

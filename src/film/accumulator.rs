@@ -1,3 +1,4 @@
+use super::metrics::DARK;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
@@ -12,6 +13,9 @@ pub struct FirstSurface {
     pub depth: f32,
 }
 
+/// Samples whose sum is one term of a pixel's total.
+pub const BLOCK: u32 = 64;
+
 /// Sums over the samples of one pixel.
 ///
 /// Radiance is added in f64. Sums of fixed sample ranges are merged in the order of their indices, so a pixel's bits
@@ -20,6 +24,8 @@ pub struct FirstSurface {
 pub struct Accumulator {
     sum: [f64; 3],
     sum_of_squares: [f64; 3],
+    /// Squared differences of the means of whole blocks from their mean.
+    block_spread: [f32; 3],
     albedo: [f32; 3],
     normal: [f32; 3],
     depth: f32,
@@ -49,6 +55,14 @@ impl Accumulator {
 
     /// Appends the sums of the samples that come next.
     pub fn merge(&mut self, next: &Self) {
+        // Blocks that follow on blocks (Welford 1962, "Note on a Method for Calculating Corrected Sums of Squares and Products")
+        if self.samples >= BLOCK && self.samples % BLOCK == 0 && next.samples == BLOCK {
+            let blocks = (self.samples / BLOCK) as f64;
+            for c in 0..3 {
+                let d = next.mean(c) - self.mean(c);
+                self.block_spread[c] += (d * d * blocks / (blocks + 1.0)) as f32;
+            }
+        }
         for c in 0..3 {
             self.sum[c] += next.sum[c];
             self.sum_of_squares[c] += next.sum_of_squares[c];
@@ -83,6 +97,23 @@ impl Accumulator {
         let spread = self.sum_of_squares[c] - self.sum[c] * self.sum[c] / n;
         // Rounding can leave a constant pixel a hair below zero.
         spread.max(0.0) / (n * (n - 1.0))
+    }
+
+    /// Estimate of the pixel's squared error relative to its value, mean over the channels, as [`Errors::rel_mse`] has it; infinite
+    /// before there are two blocks.
+    ///
+    /// It is the variance of the mean of independent blocks. Blocks of a low-discrepancy sequence fill each other's gaps:
+    /// their mean is better than that, and the estimate too large.
+    ///
+    /// [`Errors::rel_mse`]: super::Errors::rel_mse
+    pub fn squared_error(&self) -> f64 {
+        let blocks = self.samples / BLOCK;
+        if blocks < 2 {
+            return f64::INFINITY;
+        }
+        let n = blocks as f64;
+        let channel = |c| self.block_spread[c] as f64 / (n * (n - 1.0)) / (self.mean(c).powi(2) + DARK);
+        [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
     /// Mean albedo in channel `c`; background counts as black.
@@ -139,6 +170,33 @@ mod tests {
         assert_eq!(
             (a.samples(), a.depth(), a.normal(1), a.albedo(2)),
             (10, Some(4.0), 0.5, 0.25)
+        );
+    }
+
+    #[test]
+    fn errors_come_from_the_differences_of_blocks() {
+        let means = [1.0, 2.0, 4.0, 5.0];
+        let mut a = Accumulator::default();
+        for (i, &mean) in means.iter().enumerate() {
+            assert_eq!(a.squared_error().is_infinite(), i < 2);
+            // The first block may come in parts.
+            let parts: &[u32] = if i == 0 { &[2, 30, 32] } else { &[64] };
+            for &samples in parts {
+                let mut part = Accumulator::default();
+                for j in 0..samples {
+                    // What varies within a block does not count.
+                    let d = if j % 2 == 0 { 0.5 } else { -0.5 };
+                    part.add(Spectrum::splat(mean + d), None);
+                }
+                a.merge(&part);
+            }
+        }
+        // Sample variance of the means 10/3, of their mean a quarter of it; their mean is 3.
+        let expected = 10.0 / 12.0 / (9.0 + DARK);
+        assert!(
+            (a.squared_error() / expected - 1.0).abs() < 1e-6,
+            "{}",
+            a.squared_error()
         );
     }
 }

@@ -44,10 +44,15 @@ const CHANNELS: [Developer; 14] = [
     ("samples", |a| a.samples() as f32),
 ];
 
+/// Where a channel of `crop` has the value of `pixel`.
+fn index(crop: Rect, pixel: UVec2) -> usize {
+    let at = pixel - crop.min;
+    at.y as usize * crop.size().x as usize + at.x as usize
+}
+
 impl Image {
     pub(super) fn from_film(film: &Film) -> Self {
         let crop = film.crop();
-        let width = crop.size().x as usize;
         let mut channels: Vec<Channel> = CHANNELS
             .iter()
             .map(|&(name, _)| Channel {
@@ -56,8 +61,7 @@ impl Image {
             })
             .collect();
         for (pixel, sums) in film.tiles().iter().flat_map(|tile| tile.iter()) {
-            let at = pixel - crop.min;
-            let index = at.y as usize * width + at.x as usize;
+            let index = index(crop, pixel);
             for (channel, (_, develop)) in channels.iter_mut().zip(CHANNELS) {
                 channel.values[index] = develop(sums);
             }
@@ -67,6 +71,18 @@ impl Image {
             crop,
             channels,
         }
+    }
+
+    pub(super) fn error_map(film: &Film) -> Channel {
+        let crop = film.crop();
+        let mut values = vec![0.0; crop.area() as usize];
+        for tile in film.tiles() {
+            let error = tile.error().sqrt() as f32;
+            for pixel in tile.bounds().pixels() {
+                values[index(crop, pixel)] = error;
+            }
+        }
+        Channel { name: "error", values }
     }
 
     /// The channel called `name`.

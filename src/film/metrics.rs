@@ -30,7 +30,7 @@ pub struct Errors {
 /// Share of the pixels that the relative error keeps.
 const KEPT: f64 = 0.999;
 /// Keeps dark pixels from deciding the relative error, squared radiance.
-const DARK: f64 = 0.01;
+pub(super) const DARK: f64 = 0.01;
 
 /// Images of different sizes cannot be compared.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

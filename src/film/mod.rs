@@ -6,7 +6,7 @@ mod image;
 mod metrics;
 mod tile;
 
-pub use accumulator::{Accumulator, FirstSurface};
+pub use accumulator::{Accumulator, BLOCK, FirstSurface};
 pub use filter::{Filter, FilterKind};
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
@@ -72,6 +72,17 @@ impl Film {
     /// All tiles, to add samples to; each may be given to another thread.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
+    }
+
+    /// Estimate of the mean over all pixels of [`Accumulator::squared_error`].
+    pub fn error(&self) -> f64 {
+        let sum = |tile: &Tile| tile.error() * tile.bounds().area() as f64;
+        self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
+    }
+
+    /// The square root of each tile's error, in all its pixels.
+    pub fn error_map(&self) -> Channel {
+        Image::error_map(self)
     }
 
     /// Bytes that a film of this crop takes.

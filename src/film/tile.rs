@@ -87,6 +87,17 @@ impl Tile {
         self.bounds.pixels().zip(&self.pixels)
     }
 
+    /// Samples that each pixel has.
+    pub fn samples(&self) -> u32 {
+        self.pixels.first().map_or(0, Accumulator::samples)
+    }
+
+    /// Mean over its pixels of [`Accumulator::squared_error`].
+    pub fn error(&self) -> f64 {
+        let sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
+        sum / self.pixels.len().max(1) as f64
+    }
+
     /// The sums of the pixel in this column and row of the image, if it is in the tile.
     pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
         if !self.bounds.contains(pixel) {

@@ -1,10 +1,8 @@
-use crate::film::{Film, Rect};
+use crate::film::{BLOCK, Film, Rect};
 use crate::integrator::{Integrator, SAMPLES_AT_ONCE};
 use crate::math::UVec2;
 use crate::math::hash::mix;
 use crate::sampler::SampleKey;
-
-use super::schedule::BLOCK;
 
 /// The pixels of `cell` in the order in which they are put into groups for the sample with index `sample`.
 ///

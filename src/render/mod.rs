@@ -3,11 +3,13 @@
 //! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and
 //! an [`Observer`] is told what has been done and may ask to stop.
 
+mod adaptive;
 mod groups;
 mod schedule;
 mod statistics;
 mod tiles;
 
+pub use adaptive::render_to_noise;
 pub use groups::companions;
 pub use schedule::passes;
 pub use statistics::{DroppedSample, RayCounts, Statistics};

@@ -1,7 +1,5 @@
+use crate::film::BLOCK;
 use std::ops::Range;
-
-/// Samples whose sum is one term of a pixel's total.
-pub(super) const BLOCK: u32 = 64;
 
 /// Cuts sample indices `samples` into passes over the image.
 ///

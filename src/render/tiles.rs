@@ -13,6 +13,10 @@ pub trait Observer: Sync {
     /// `samples` more have been taken.
     fn progress(&self, samples: u64);
 
+    /// As things look now, `samples` more will be taken; the picture's relative error is estimated to be `error`. Told by renders whose
+    /// number of samples is not known ahead.
+    fn expect(&self, _samples: u64, _error: f64) {}
+
     /// Whether to end the render as soon as the tiles in work are done.
     fn should_stop(&self) -> bool;
 }
@@ -58,7 +62,7 @@ pub fn render<I: Integrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-fn render_tile<I: Integrator, S: Sampler>(
+pub(super) fn render_tile<I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     tile: &mut Tile,

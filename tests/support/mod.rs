@@ -11,7 +11,7 @@ use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::render::{Observer, Outcome, render};
-use embrasure::sampler::Independent;
+use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::{Path, PathBuf};
 
@@ -91,8 +91,13 @@ pub fn own(name: &str) -> Scene {
 
 /// Renders by any integrator.
 pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
+    film_by(integrator, &Independent::new(seed), resolution, spp)
+}
+
+/// Renders by any integrator, with numbers from any sampler.
+pub fn film_by(integrator: &impl Integrator, sampler: &impl Sampler, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(integrator, &Independent::new(seed), &mut film, 0..spp, &Patient);
+    let (outcome, statistics) = render(integrator, sampler, &mut film, 0..spp, &Patient);
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

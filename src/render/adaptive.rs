@@ -1,0 +1,217 @@
+use super::schedule::passes;
+use super::statistics::Statistics;
+use super::tiles::{Observer, Outcome, render, render_tile};
+use crate::film::{BLOCK, Film};
+use crate::integrator::Integrator;
+use crate::sampler::Sampler;
+use rayon::prelude::*;
+
+/// Blocks of samples that every pixel has before anything is decided: one block knows nothing of its error.
+const FIRST_BLOCKS: u32 = 2;
+/// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
+const GROWTH: f64 = 0.25;
+
+/// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
+/// more than `most` to a pixel; both counts are in whole blocks, `most` rounded down.
+///
+/// Tiles get as many samples as make the error of the whole smallest for the work: with v the squared error that one block
+/// would leave in a tile, Σ v/n is least for a given Σ n where n goes like √v (Neyman 1934). After each round, √v is
+/// estimated anew from the differences between blocks.
+///
+/// Decisions are made between rounds and from the film alone, so bits do not depend on threads. They look at the samples that they then
+/// keep, which moves means a little (Kirk and Arvo 1991): a tile that by chance has seen too little light is likely to get
+/// too few samples. A tile decides by all its pixels together, so that no single one decides for itself.
+pub fn render_to_noise<I: Integrator, S: Sampler>(
+    integrator: &I,
+    sampler: &S,
+    film: &mut Film,
+    level: f64,
+    most: u32,
+    observer: &impl Observer,
+) -> (Outcome, Statistics) {
+    let most = most / BLOCK;
+    let first = FIRST_BLOCKS.min(most) * BLOCK;
+    let (mut outcome, mut statistics) = render(integrator, sampler, film, 0..first, observer);
+    while outcome == Outcome::Complete {
+        let wanted = wanted_blocks(film, level);
+        let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
+            let blocks = tile.samples() / BLOCK;
+            tile.bounds().area() * (wanted.min(most).saturating_sub(blocks) * BLOCK) as u64
+        });
+        let left = left.sum();
+        observer.expect(left, film.error().sqrt());
+        if left == 0 {
+            break;
+        }
+        let done = film
+            .tiles_mut()
+            .par_iter_mut()
+            .zip(wanted)
+            .filter_map(|(tile, wanted)| {
+                let blocks = tile.samples() / BLOCK;
+                let step = (blocks as f64 * GROWTH).ceil() as u32;
+                let next = wanted.min(most).min(blocks.saturating_add(step));
+                (next > blocks && !observer.should_stop()).then(|| {
+                    let samples = blocks * BLOCK..next * BLOCK;
+                    let done = passes(samples).map(|pass| render_tile(integrator, sampler, tile, pass));
+                    let done = done.reduce(Statistics::merge).unwrap_or_default();
+                    observer.progress(done.samples);
+                    done
+                })
+            })
+            .reduce(Statistics::default, Statistics::merge);
+        statistics = statistics.merge(done);
+        if observer.should_stop() {
+            outcome = Outcome::Stopped;
+        }
+    }
+    (outcome, statistics)
+}
+
+/// Blocks that each tile should have in the end.
+fn wanted_blocks(film: &Film, level: f64) -> Vec<u32> {
+    if film.error() <= level * level {
+        return vec![0; film.tiles().len()];
+    }
+    let roots: Vec<f64> = film
+        .tiles()
+        .iter()
+        .map(|tile| (tile.error() * (tile.samples() / BLOCK) as f64).sqrt())
+        .collect();
+    let sum = |(tile, root): (&crate::film::Tile, &f64)| tile.bounds().area() as f64 * root;
+    let mean = film.tiles().iter().zip(&roots).map(sum).sum::<f64>() / film.crop().area() as f64;
+    // Floats saturate where they are cast.
+    roots
+        .iter()
+        .map(|root| (root * mean / (level * level)).ceil() as u32)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::film::Rect;
+    use crate::integrator::Sink;
+    use crate::math::UVec2;
+    use crate::sampler::{Dimension, Independent, SampleKey};
+
+    /// Light of mean 1 whose deviation is 0.1 in the left half of the picture, and 1 in the right one.
+    struct Noisy;
+
+    const SIZE: UVec2 = UVec2::new(128, 64);
+
+    fn deviation(x: u32) -> f64 {
+        if x < SIZE.x / 2 { 0.1 } else { 1.0 }
+    }
+
+    impl Integrator for Noisy {
+        fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+            sampler.start(key);
+            out.weight(1.0);
+            let u = sampler.get_1d(Dimension::PIXEL);
+            out.radiance(Spectrum::splat(if u < 0.5 {
+                1.0 - deviation(key.x) as f32
+            } else {
+                1.0 + deviation(key.x) as f32
+            }));
+        }
+    }
+
+    struct Patient;
+
+    impl Observer for Patient {
+        fn progress(&self, _: u64) {}
+
+        fn should_stop(&self) -> bool {
+            false
+        }
+    }
+
+    fn rendered(level: f64, most: u32, seed: u64) -> Film {
+        let mut film = Film::new(SIZE, Rect::full(SIZE));
+        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, most, &Patient);
+        assert_eq!(outcome, Outcome::Complete);
+        let taken: u64 = film
+            .tiles()
+            .iter()
+            .map(|t| t.samples() as u64 * t.bounds().area())
+            .sum();
+        assert_eq!(statistics.samples, taken);
+        film
+    }
+
+    /// Mean over the tiles of one half, by `of`.
+    fn mean(film: &Film, left: bool, of: impl Fn(&crate::film::Tile) -> f64) -> f64 {
+        let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
+        let values: Vec<f64> = tiles.map(of).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    }
+
+    #[test]
+    fn the_error_is_what_was_asked_for() {
+        let level = 0.01;
+        let film = rendered(level, 1 << 20, 3);
+        assert!(film.error() <= level * level);
+        // Against the truth, which is 1
+        let error = mean_error(&film);
+        assert!((error / (level * level) - 1.0).abs() < 0.1, "{error}");
+        // Ten times the deviation is worth ten times the samples.
+        let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
+        assert!((noisy / quiet / 10.0 - 1.0).abs() < 0.15, "{quiet} {noisy}");
+    }
+
+    fn mean_error(film: &Film) -> f64 {
+        let pixels = film.tiles().iter().flat_map(|t| t.iter());
+        pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
+    }
+
+    /// Uniform sampling would need 1.7 times as many.
+    #[test]
+    fn samples_go_where_they_are_worth_most() {
+        let level = 0.02;
+        let film = rendered(level, 1 << 20, 3);
+        let all = 0.5
+            * [true, false]
+                .map(|left| mean(&film, left, |t| t.samples() as f64))
+                .iter()
+                .sum::<f64>();
+        let uniform = 0.5 * (0.01 + 1.0) / 1.01 / (level * level);
+        assert!(uniform / all > 1.5, "{all} samples a pixel instead of {uniform}");
+    }
+
+    #[test]
+    fn nobody_gets_more_than_there_are() {
+        let film = rendered(1e-6, 200, 0);
+        assert!(film.tiles().iter().all(|t| t.samples() == 192));
+        assert!(film.error() > 1e-3);
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_threads() {
+        let of = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| rendered(0.03, 1 << 20, 1).develop())
+        };
+        assert_eq!(of(1), of(3));
+    }
+
+    /// Means of pixels that decide together how many samples they take, over many pictures.
+    #[test]
+    fn means_hardly_move() {
+        let pictures = 64;
+        let mean: f64 = (0..pictures)
+            .map(|seed| {
+                let film = rendered(0.05, 1 << 20, 100 + seed);
+                film.tiles()
+                    .iter()
+                    .flat_map(|t| t.iter())
+                    .map(|(_, a)| a.mean(0))
+                    .sum::<f64>()
+                    / film.crop().area() as f64
+            })
+            .sum::<f64>()
+            / pictures as f64;
+        assert!((mean - 1.0).abs() < 2e-4, "{mean}");
+    }
+}

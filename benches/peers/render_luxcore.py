@@ -72,7 +72,8 @@ settings = properties(
         "path.pathdepth.diffuse": scene.MAX_DEPTH + 1,
         # By the default of 3, hall is 4 % too bright. Where roulette is played, the MIS weight of a light sample counts survival in the density of
         # the BSDF, that of an emitter met by chance does not, and their sum is above 1 (DirectLightSampling and DirectHitFiniteLight in
-        # LuxCore's src/slg/engines/pathtracer.cpp). From the tenth on it is 0.2 %, and roulette still pays: without it sponza takes three times as long.
+        # LuxCore's src/slg/engines/pathtracer.cpp). From the tenth on it is 0.2 %, and roulette still pays: without it sponza takes three
+        # times as long.
         "path.russianroulette.depth": 10,
         "batch.haltspp": int(spp),
     }

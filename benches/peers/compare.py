@@ -55,6 +55,18 @@ def rel_mse(image: np.ndarray, reference: np.ndarray) -> float:
     return float(errors[: int(np.ceil(len(errors) * 0.999))].mean())
 
 
+def timed(command: list) -> tuple[float, float]:
+    """Runs a command; the seconds of the whole process, and its peak memory in MB."""
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder) / "log"
+        words = [sys.executable, "-S", "-E", HERE / "timed.py", log, *command]
+        told = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=True).stdout
+        status, seconds, kilobytes = (float(word) for word in told.split())
+        if status != 0:
+            raise SystemExit(f"{' '.join(str(word) for word in command)} failed:\n{log.read_text(errors='replace')}")
+    return seconds, kilobytes / 1024
+
+
 def render(setting: tuple[str, str], suite: Path, scene: str, spp: int, embrasure: Path) -> tuple[np.ndarray, float, float]:
     """The picture, the seconds of the whole process, and its peak memory in MB."""
     program, _ = SETTINGS[setting]
@@ -67,14 +79,9 @@ def render(setting: tuple[str, str], suite: Path, scene: str, spp: int, embrasur
         else:
             output = Path(folder) / "x.npy"
             command = [sys.executable, HERE / program, suite / scene, str(spp), setting[1], output]
-        log = Path(folder) / "log"
-        timed = [sys.executable, "-S", "-E", HERE / "timed.py", log, *command]
-        told = subprocess.run([str(word) for word in timed], capture_output=True, text=True, check=True).stdout
-        status, seconds, kilobytes = (float(word) for word in told.split())
-        if status != 0:
-            raise SystemExit(f"{setting} failed on {scene}:\n{log.read_text(errors='replace')}")
+        seconds, megabytes = timed(command)
         image = read_exr(output) if program is None else np.load(output).astype(np.float64)
-    return image, seconds, kilobytes / 1024
+    return image, seconds, megabytes
 
 
 def measure(arguments: argparse.Namespace) -> list[dict]:
@@ -161,6 +168,13 @@ def plot(rows: list[dict], path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
+def head(embrasure: Path, packages: dict[str, str], repeat: int) -> str:
+    """The line over a table: when, where, and by which versions."""
+    names = ", ".join(f"{name} {version(package)}" for name, package in packages.items())
+    ours = subprocess.run([embrasure, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
+    return f"`make bench-peers`, {date.today()}, {os.cpu_count()} cores; {ours}; {names}; renders of each: {repeat}.\n\n"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--suite", type=Path, required=True, help="folder of the suite")
@@ -176,10 +190,7 @@ def main() -> None:
     rows = measure(arguments)
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1))
-    names = ", ".join(f"{name} {version(package)}" for name, package in PACKAGES.items())
-    ours = subprocess.run([arguments.embrasure, "--version"], capture_output=True, text=True, check=True).stdout.split("\n")[0]
-    head = f"`make bench-peers`, {date.today()}, {os.cpu_count()} cores; {ours}; {names}; renders of each: {arguments.repeat}.\n\n"
-    arguments.table.write_text(head + table(rows))
+    arguments.table.write_text(head(arguments.embrasure, PACKAGES, arguments.repeat) + table(rows))
     plot(rows, arguments.plot)
 
 

@@ -219,8 +219,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "PIXELS")]
     pub filter_radius: Option<f32>,
 
-    /// Source of random numbers: sobol (Owen-scrambled), zsobol, halton, hammersley, cmj (correlated multi-jitter), stratified,
-    /// antithetic or independent [default: sobol]
+    /// Source of random numbers: sobol (Owen-scrambled), zsobol, halton, hammersley, cmj (correlated multi-jitter), orthogonal
+    /// (orthogonal arrays), stratified, antithetic or independent [default: sobol]
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
 

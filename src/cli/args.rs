@@ -291,7 +291,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub roulette_depth: Option<u32>,
 
-    /// How directions are drawn: bsdf, cosine or uniform [default: bsdf]
+    /// How directions are drawn: bsdf, cosine, uniform, or perturbed-qmc (the cosine, by jittered points on the sphere) [default: bsdf]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub directions: Option<String>,
 

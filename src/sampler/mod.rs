@@ -6,6 +6,7 @@ mod halton;
 mod hash;
 mod independent;
 mod orthogonal;
+mod perturbed;
 mod sobol;
 mod stratified;
 mod z_sobol;
@@ -15,6 +16,7 @@ pub use any::{AnySampler, SamplerKind};
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
+pub use perturbed::PerturbedQmc;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;
@@ -83,6 +85,11 @@ impl Dimension {
     pub fn nth(self, index: u32) -> Self {
         // Above all depths of paths that are short enough to be waited for
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
+    }
+
+    /// Whether it is the decision `what` at some vertex.
+    fn is(self, what: Bounce) -> bool {
+        self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }
 
     /// Place in the order of a path, without the numbers that blocks keep free.

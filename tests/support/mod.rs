@@ -11,7 +11,7 @@ use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::render::{Observer, Outcome, render};
-use embrasure::sampler::Independent;
+use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::{Path, PathBuf};
 
@@ -88,10 +88,15 @@ pub fn own(name: &str) -> Scene {
     load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
 }
 
-/// Renders by any integrator.
+/// Renders by any integrator, with independent samples.
 pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
+    film_by(&Independent::new(seed), integrator, resolution, spp)
+}
+
+/// Renders by any sampler and integrator.
+pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(integrator, &Independent::new(seed), &mut film, 0..spp, &Patient);
+    let (outcome, statistics) = render(integrator, sampler, &mut film, 0..spp, &Patient);
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

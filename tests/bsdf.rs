@@ -9,7 +9,8 @@ use embrasure::bsdf::*;
 use embrasure::color::Spectrum;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{Vec2, Vec3};
-use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
+use embrasure::sampler::{Bounce, Dimension, Independent, PerturbedQmc, SampleKey, Sampler, SamplerKind};
+use embrasure::sampling::warp::{cosine_hemisphere_of_sphere, cosine_hemisphere_pdf};
 
 const SAMPLES: u32 = 1_000_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
@@ -145,7 +146,23 @@ fn samples_follow_their_densities() {
     }
 }
 
-/// The test above must be able to fail: wrong scale, wrong shape, a lobe that is a little too wide, lost samples.
+/// Directions through the sphere have the cosine's density, each by itself: every one here is of another set, at any place in it.
+#[test]
+fn perturbed_points_follow_the_cosine() {
+    for (seed, count) in [(1, 16), (2, 64), (3, 1024)] {
+        let mut sampler = PerturbedQmc::new(seed, count, SamplerKind::Sobol.with_seed(seed, count));
+        let direction = |i| {
+            sampler.start(SampleKey::new(i, i / 1000, i % 100));
+            Some(cosine_hemisphere_of_sphere(
+                sampler.get_2d(Dimension::bounce(1, Bounce::Direction)),
+            ))
+        };
+        let outcome = chi_square(SAMPLES, direction, |wi| cosine_hemisphere_pdf(wi.z) as f64, false);
+        assert!(outcome.p_value > sidak(0.01, 3), "{count}: {outcome:?}");
+    }
+}
+
+/// The tests above must be able to fail: wrong scale, wrong shape, a lobe that is a little too wide, lost samples.
 #[test]
 fn wrong_densities_are_found() {
     let wo = incident(60.0);

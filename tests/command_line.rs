@@ -599,6 +599,7 @@ fn every_integrator_renders() {
         "--integrator path --directions cosine --direct light --roulette-depth 3",
         "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
         "--integrator path --reuse none --sampler independent",
+        "--integrator path --sampler orthogonal --directions perturbed-qmc",
         "--integrator path --filter mitchell",
         "--integrator whitted --filter gaussian --filter-radius 2",
         "--integrator naive --max-depth none",

@@ -260,7 +260,7 @@ fn differences_of_blocks_tell_the_error() {
     );
     check(
         "sobol",
-        &|integrator, seed| film_by(integrator, &Sobol::new(seed), resolution, 256),
+        &|integrator, seed| film_by(&Sobol::new(seed), integrator, resolution, 256),
         0.95..1.5,
     );
 }

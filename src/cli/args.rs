@@ -223,8 +223,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "PIXELS")]
     pub filter_radius: Option<f32>,
 
-    /// Source of random numbers: sobol (Owen-scrambled), zsobol, halton, hammersley, cmj (correlated multi-jitter), stratified,
-    /// antithetic or independent [default: sobol]
+    /// Source of random numbers: sobol (Owen-scrambled), zsobol, halton, hammersley, cmj (correlated multi-jitter), orthogonal
+    /// (orthogonal arrays), stratified, antithetic or independent [default: sobol]
     #[arg(long, value_name = "NAME")]
     pub sampler: Option<String>,
 
@@ -295,7 +295,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub roulette_depth: Option<u32>,
 
-    /// How directions are drawn: bsdf, cosine or uniform [default: bsdf]
+    /// How directions are drawn: bsdf, cosine, uniform, or perturbed-qmc (the cosine, by jittered points on the sphere) [default: bsdf]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub directions: Option<String>,
 

@@ -11,7 +11,7 @@ use crate::io::{MaxDepth, SceneFile};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics, companions};
-use crate::sampler::{SampleKey, Sampler};
+use crate::sampler::{AnySampler, PerturbedQmc, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::ops::Range;
 
@@ -60,6 +60,7 @@ const DIRECTIONS: &[(&str, Directions)] = &[
     ("bsdf", Directions::Bsdf),
     ("cosine", Directions::Cosine),
     ("uniform", Directions::Uniform),
+    ("perturbed-qmc", Directions::PerturbedQmc),
 ];
 const DIRECT: &[(&str, DirectLight)] = &[
     ("mis", DirectLight::Mis),
@@ -215,6 +216,15 @@ impl Estimator {
             )));
         }
         Ok(Some(format!("{words}: its light is missing from the picture")))
+    }
+
+    /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
+    pub fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> AnySampler {
+        let sampler = kind.with_seed(seed, count);
+        match self.strategy.directions {
+            Directions::PerturbedQmc => AnySampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
+            Directions::Bsdf | Directions::Cosine | Directions::Uniform => sampler,
+        }
     }
 
     /// The name users type.

@@ -185,7 +185,7 @@ impl Job {
 
     /// The random numbers of the render.
     pub fn sampler(&self) -> AnySampler {
-        self.sampler.with_seed(self.seed, self.samples.end)
+        self.estimator.sampler(self.sampler, self.seed, self.samples.end)
     }
 
     /// The sampler's name, as users type it.

@@ -274,7 +274,7 @@ impl Ladder<'_> {
         seed: u64,
         name: &'static str,
     ) -> Result<(Film, u32, f64), CliError> {
-        let sampler = self.job.sampler.with_seed(seed, self.job.samples.end);
+        let sampler = estimator.sampler(self.job.sampler, seed, self.job.samples.end);
         let mut film = Film::new(self.job.resolution, self.job.crop);
         let most = match budget {
             Budget::Samples(n) => n,

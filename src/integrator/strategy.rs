@@ -1,7 +1,9 @@
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::math::{Vec2, Vec3};
 use crate::sampling::mis::{balance_heuristic, power_heuristic};
-use crate::sampling::warp::{UNIFORM_HEMISPHERE_PDF, cosine_hemisphere, cosine_hemisphere_pdf, uniform_hemisphere};
+use crate::sampling::warp::{
+    UNIFORM_HEMISPHERE_PDF, cosine_hemisphere, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere,
+};
 use crate::scene::Incident;
 
 /// How directions are drawn at a surface. Delta lobes are followed by all of them.
@@ -11,6 +13,8 @@ pub enum Directions {
     Uniform,
     /// By the cosine with the normal.
     Cosine,
+    /// By the cosine too: the normal plus a point of the sphere, which [`crate::sampler::PerturbedQmc`] distributes well there.
+    PerturbedQmc,
     /// By the BSDF.
     #[default]
     Bsdf,
@@ -72,6 +76,7 @@ impl Directions {
         }
         let mut wi = match self {
             Self::Uniform => uniform_hemisphere(u),
+            Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
         wi.z = wi.z.copysign(wo.z);

@@ -1,4 +1,5 @@
-use super::{Antithetic, Dimension, Halton, Hammersley, Independent, SampleKey, Sampler, Sobol, Stratified, ZSobol};
+use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, PerturbedQmc, SampleKey};
+use super::{Sampler, Sobol, Stratified, ZSobol};
 use crate::math::Vec2;
 
 /// The samplers there are.
@@ -18,6 +19,8 @@ pub enum SamplerKind {
     Hammersley,
     /// [`ZSobol`].
     ZSobol,
+    /// [`Orthogonal`].
+    Orthogonal,
     /// [`Antithetic`].
     Antithetic,
 }
@@ -32,6 +35,7 @@ impl SamplerKind {
         ("halton", Self::Halton),
         ("hammersley", Self::Hammersley),
         ("zsobol", Self::ZSobol),
+        ("orthogonal", Self::Orthogonal),
         ("antithetic", Self::Antithetic),
     ];
 
@@ -45,6 +49,7 @@ impl SamplerKind {
             Self::Halton => AnySampler::Halton(Halton::new(seed)),
             Self::Hammersley => AnySampler::Hammersley(Hammersley::new(seed, count)),
             Self::ZSobol => AnySampler::ZSobol(ZSobol::new(seed, count)),
+            Self::Orthogonal => AnySampler::Orthogonal(Orthogonal::new(seed, count)),
             Self::Antithetic => AnySampler::Antithetic(Antithetic::new(seed)),
         }
     }
@@ -53,7 +58,7 @@ impl SamplerKind {
 /// A sampler that was chosen when the program runs. Every draw asks which, always with the same answer, which costs less than
 /// a renderer for each would.
 #[derive(Clone, Debug)]
-#[allow(missing_docs)] // Each holds the sampler of its name.
+#[allow(missing_docs)] // Each holds the sampler of its name; `PerturbedQmc` also one of the others.
 pub enum AnySampler {
     Sobol(Sobol),
     Independent(Independent),
@@ -61,7 +66,9 @@ pub enum AnySampler {
     Halton(Halton),
     Hammersley(Hammersley),
     ZSobol(ZSobol),
+    Orthogonal(Orthogonal),
     Antithetic(Antithetic),
+    PerturbedQmc(PerturbedQmc),
 }
 
 /// `$use` with `$sampler` for whichever sampler it is.
@@ -74,7 +81,9 @@ macro_rules! with {
             AnySampler::Halton($sampler) => $use,
             AnySampler::Hammersley($sampler) => $use,
             AnySampler::ZSobol($sampler) => $use,
+            AnySampler::Orthogonal($sampler) => $use,
             AnySampler::Antithetic($sampler) => $use,
+            AnySampler::PerturbedQmc($sampler) => $use,
         }
     };
 }
@@ -224,11 +233,11 @@ mod tests {
         let lines = [[64, 1], [1, 64]];
         let net = [[64, 1], [32, 2], [16, 4], [8, 8], [4, 16], [2, 32], [1, 64]];
         for seed in 0..50 {
-            for kind in [SamplerKind::Stratified, SamplerKind::MultiJittered] {
-                assert_eq!(cells(kind, seed, squares), 64);
-            }
-            for shape in lines {
-                assert_eq!(cells(SamplerKind::MultiJittered, seed, shape), 64);
+            assert_eq!(cells(SamplerKind::Stratified, seed, squares), 64);
+            for kind in [SamplerKind::MultiJittered, SamplerKind::Orthogonal] {
+                for shape in [squares].into_iter().chain(lines) {
+                    assert_eq!(cells(kind, seed, shape), 64, "{kind:?} {shape:?}");
+                }
             }
             for kind in [SamplerKind::Sobol, SamplerKind::ZSobol, SamplerKind::Hammersley] {
                 for shape in net {
@@ -273,6 +282,7 @@ mod tests {
                 SamplerKind::Independent | SamplerKind::Antithetic => [-1.0, -1.0],
                 SamplerKind::Stratified => [-1.4, -1.2],
                 SamplerKind::MultiJittered => [-1.8, -1.2],
+                SamplerKind::Orthogonal => [-2.0, -1.4],
                 SamplerKind::Halton => [-2.0, -1.3],
                 SamplerKind::Hammersley => [-2.3, -1.4],
                 SamplerKind::Sobol | SamplerKind::ZSobol => [-2.6, -1.4],

@@ -20,17 +20,25 @@ pub(super) fn unit_f32(bits: u32) -> f32 {
 }
 
 /// A permutation of the numbers of `bits` digits, chosen by `key`: where it puts `x`, which is one of them.
-pub(super) fn permute(mut x: u32, bits: u32, key: u64) -> u32 {
+pub(super) fn permute(x: u32, bits: u32, key: u64) -> u32 {
+    let words = [mix(key), mix(key ^ GOLDEN_GAMMA)].map(|hash| [hash as u32, (hash >> 32) as u32]);
+    let step = |x, word: u32| permutation_step(x, bits, word, word.rotate_left(16));
+    words.into_iter().flatten().fold(x, step)
+}
+
+/// The same for up to 8 digits, of which one hash is enough.
+pub(super) fn permute_few(x: u32, bits: u32, key: u64) -> u32 {
+    let hash = mix(key);
+    let step = |x, i: u32| permutation_step(x, bits, (hash >> (16 * i)) as u32, (hash >> (16 * i + 8)) as u32);
+    (0..4).fold(x, step)
+}
+
+/// Can be undone: an odd factor, an exclusive or with higher digits, a sum.
+fn permutation_step(x: u32, bits: u32, factor: u32, summand: u32) -> u32 {
     let mask = ((1u64 << bits) - 1) as u32;
-    let mut key = key;
-    // Each step can be undone: an odd factor, an exclusive or with higher digits, a sum.
-    for _ in 0..4 {
-        key = mix(key);
-        x = x.wrapping_mul(key as u32 | 1) & mask;
-        x ^= x >> (bits / 2).max(1);
-        x = x.wrapping_add((key >> 32) as u32) & mask;
-    }
-    x
+    let x = x.wrapping_mul(factor | 1) & mask;
+    let x = x ^ (x >> (bits / 2).max(1));
+    x.wrapping_add(summand) & mask
 }
 
 #[cfg(test)]
@@ -39,20 +47,37 @@ mod tests {
 
     #[test]
     fn permutations_are_permutations_and_differ() {
-        for bits in [0, 1, 2, 3, 6, 9] {
-            let n = 1u32 << bits;
-            for key in 0..50 {
-                let mut all: Vec<u32> = (0..n).map(|x| permute(x, bits, key)).collect();
-                all.sort_unstable();
-                assert_eq!(all, (0..n).collect::<Vec<_>>(), "{bits} bits, key {key}");
+        let is_one = |n: u32, of: &dyn Fn(u32) -> u32| {
+            let mut all: Vec<u32> = (0..n).map(of).collect();
+            all.sort_unstable();
+            all.into_iter().eq(0..n)
+        };
+        for key in 0..50 {
+            for bits in [0, 1, 2, 3, 6, 9, 17] {
+                assert!(is_one(1 << bits, &|x| permute(x, bits, key)), "{bits} bits, key {key}");
+            }
+            for bits in 0..=8 {
+                assert!(
+                    is_one(1 << bits, &|x| permute_few(x, bits, key)),
+                    "{bits} bits, key {key}"
+                );
             }
         }
         // Each number goes everywhere alike: χ² with 63 degrees of freedom, mean 63 and standard deviation 11.2.
-        for x in [0, 1, 32, 63] {
-            let mut counts = [0.0; 64];
-            (0..64_000).for_each(|key| counts[permute(x, 6, key) as usize] += 1.0);
-            let chi2: f64 = counts.iter().map(|c: &f64| (c - 1000.0).powi(2) / 1000.0).sum();
-            assert!(chi2 < 63.0 + 5.0 * 11.2, "{x}: χ² = {chi2}");
+        for permute in [permute, permute_few] {
+            for x in [0, 1, 32, 63] {
+                let mut counts = [0.0; 64];
+                (0..64_000).for_each(|key| counts[permute(x, 6, key) as usize] += 1.0);
+                let chi2: f64 = counts.iter().map(|c: &f64| (c - 1000.0).powi(2) / 1000.0).sum();
+                assert!(chi2 < 63.0 + 5.0 * 11.2, "{x}: χ² = {chi2}");
+            }
+            // No two of them keep together: each of 56 pairs of places is about as frequent as any other.
+            for (x, y) in [(0, 1), (0, 4), (3, 6), (6, 7)] {
+                let mut counts = [[0; 8]; 8];
+                (0..56_000).for_each(|key| counts[permute(x, 3, key) as usize][permute(y, 3, key) as usize] += 1);
+                let mut pairs = counts.into_iter().flatten().filter(|&count| count > 0);
+                assert!(pairs.all(|count| (700..1400).contains(&count)), "{x} {y}: {counts:?}");
+            }
         }
     }
 }

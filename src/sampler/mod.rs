@@ -5,6 +5,8 @@ mod any;
 mod halton;
 mod hash;
 mod independent;
+mod orthogonal;
+mod perturbed;
 mod sobol;
 mod stratified;
 mod z_sobol;
@@ -13,6 +15,8 @@ pub use antithetic::Antithetic;
 pub use any::{AnySampler, SamplerKind};
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
+pub use orthogonal::Orthogonal;
+pub use perturbed::PerturbedQmc;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;
@@ -83,10 +87,20 @@ impl Dimension {
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
-    /// The same without the numbers that blocks keep free.
+    /// Whether it is the decision `what` at some vertex.
+    fn is(self, what: Bounce) -> bool {
+        self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
+    }
+
+    /// Place in the order of a path, without the numbers that blocks keep free.
     fn ordinal(self) -> u32 {
-        const USED: u32 = Bounce::Direction as u32 + 1;
-        self.0 / Self::BLOCK * USED + (self.0 % Self::BLOCK).min(USED - 1)
+        const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
+        const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
+        let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
+        match block {
+            0 => within.min(OF_CAMERA - 1),
+            _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
+        }
     }
 
     /// Number of the dimension: camera block first, then a block per bounce.

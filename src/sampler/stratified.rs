@@ -1,4 +1,4 @@
-use super::hash::{numbered, permute, pixel, unit_f32};
+use super::hash::{numbered, permute_few, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
@@ -47,7 +47,7 @@ impl Stratified {
         let within = self.sample & ((1 << BLOCK_BITS) - 1);
         (
             pattern,
-            permute(within, BLOCK_BITS, pattern),
+            permute_few(within, BLOCK_BITS, pattern),
             numbered(pattern, self.sample),
         )
     }
@@ -73,7 +73,7 @@ impl Sampler for Stratified {
         let side = (1 << SIDE_BITS) as f32;
         if self.multi_jitter {
             // All rows of a column, and all columns of a row, have parts of their own.
-            let part = |other, key| permute(other, SIDE_BITS, mix(pattern ^ key)) as f32;
+            let part = |other, key| permute_few(other, SIDE_BITS, mix(pattern ^ key)) as f32;
             within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
         }
         let p = (Vec2::new(column as f32, row as f32) + within) / side;

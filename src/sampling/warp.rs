@@ -2,7 +2,7 @@
 //!
 //! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid angle or area.
 
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 /// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per area.
@@ -39,7 +39,15 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     Vec3::new(d.x, d.y, z)
 }
 
-/// Density of [`cosine_hemisphere`] per solid angle, `cos θ / π` for `cos θ > 0`.
+/// Cosine-weighted direction on the upper hemisphere: that of the normal plus the point of the unit sphere that
+/// [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so that its sine is `√u.x`.
+pub fn cosine_hemisphere_of_sphere(u: Vec2) -> Vec3 {
+    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let r = u.x.sqrt();
+    Vec3::new(r * cos, r * sin, (1.0 - u.x).sqrt())
+}
+
+/// Density of [`cosine_hemisphere`] and [`cosine_hemisphere_of_sphere`] per solid angle, `cos θ / π` for `cos θ > 0`.
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
@@ -74,6 +82,14 @@ pub fn uniform_sphere(u: Vec2) -> Vec3 {
     let r = (1.0 - z * z).max(0.0).sqrt();
     let (sin, cos) = (2.0 * PI * u.y).sin_cos();
     Vec3::new(r * cos, r * sin, z)
+}
+
+/// The point of the unit square that [`uniform_sphere`] maps to the unit vector `w`.
+pub fn square_of_sphere(w: Vec3) -> Vec2 {
+    let azimuth = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
+    // Roundings must not reach 1.
+    let u = Vec2::new(0.5 - 0.5 * w.z, if azimuth < 0.0 { azimuth + 1.0 } else { azimuth });
+    u.clamp(Vec2::ZERO, Vec2::splat(ALMOST_ONE))
 }
 
 /// Density of [`uniform_sphere`] per solid angle, `1 / 4π`.
@@ -157,6 +173,30 @@ mod tests {
             let second = mean(grid(512).map(|u| (uniform_sphere(u)[axis] as f64).powi(2)));
             assert!((second - 1.0 / 3.0).abs() < 1e-4, "{axis} {second}");
         }
+    }
+
+    #[test]
+    fn the_sphere_maps_back_to_the_square() {
+        for u in grid(64) {
+            let back = square_of_sphere(uniform_sphere(u));
+            assert!(back.distance(u) < 1e-6, "{u} {back}");
+        }
+        for w in [Vec3::Z, Vec3::NEG_Z, Vec3::X, Vec3::NEG_X, Vec3::new(1.0, -1e-30, 0.0)] {
+            let u = square_of_sphere(w);
+            assert!(u.cmpge(Vec2::ZERO).all() && u.cmplt(Vec2::ONE).all(), "{w} {u}");
+            assert!(uniform_sphere(u).distance(w) < 1e-3, "{w} {u}");
+        }
+    }
+
+    #[test]
+    fn the_normal_and_a_point_of_the_sphere_have_the_cosine_between_them() {
+        for u in grid(64) {
+            let sum = (Vec3::Z + uniform_sphere(u)).normalize();
+            assert!(cosine_hemisphere_of_sphere(u).distance(sum) < 1e-5, "{u}");
+        }
+        let dirs = || grid(1024).map(cosine_hemisphere_of_sphere);
+        assert!((mean(dirs().map(|d| d.z as f64)) - 2.0 / 3.0).abs() < 1e-4);
+        assert!((mean(dirs().map(|d| (d.x as f64).powi(2))) - 0.25).abs() < 1e-4);
     }
 
     #[test]

@@ -19,9 +19,9 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "embree")]
 pub type Backend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
-pub type Backend<'a> = embrasure::accel::bvh::BvhAccel<'a>;
+pub type Backend<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-pub type Backend<'a> = embrasure::accel::brute::BruteForce<'a>;
+pub type Backend<'a> = embrasure::accel::brute::BruteForce;
 
 /// That backend's view of `scene`.
 pub fn backend(scene: &Scene) -> Backend<'_> {
@@ -89,13 +89,13 @@ pub fn own(name: &str) -> Scene {
     load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
 }
 
-/// Renders by any integrator.
+/// Renders by any integrator, with independent samples.
 pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: u64) -> Film {
-    film_by(integrator, &Independent::new(seed), resolution, spp)
+    film_by(&Independent::new(seed), integrator, resolution, spp)
 }
 
-/// Renders by any integrator, with numbers from any sampler.
-pub fn film_by(integrator: &impl Integrator, sampler: &impl Sampler, resolution: UVec2, spp: u32) -> Film {
+/// Renders by any sampler and integrator.
+pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
     let (outcome, statistics) = render(integrator, sampler, &mut film, 0..spp, &Patient);
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));

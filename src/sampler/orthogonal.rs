@@ -1,0 +1,193 @@
+use super::hash::{numbered, permute, permute_few, pixel, unit_f32};
+use super::{Dimension, SampleKey, Sampler};
+use crate::math::{Vec2, hash::mix};
+
+/// Levels of a factor at most, as a power of two.
+const MOST_BITS: usize = 5;
+/// Irreducible polynomials over GF(2) by their degree k, a coefficient a bit: GF(2ᵏ) is what is left modulo them.
+const POLYNOMIALS: [u32; MOST_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
+
+/// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo Rendering"): of s² samples,
+/// one lies in each of s × s squares of *any* two numbers of an array, whichever decisions draw them, and one in each of
+/// s² intervals of every number.
+///
+/// Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j b in factor j, for all j of the field. Decisions take
+/// two factors each in the order of a path, so that those of neighbours are in one array: four of them where s is 8,
+/// eight where it is 16. Arrays are independent of each other.
+///
+/// Levels are permuted at random, as in the paper; within a level all levels of the decision's other factor have parts of their own, as in
+/// correlated multi-jitter. Digits scrambled after Owen, which make a (0,2)-net of each decision, were measured to gain less.
+///
+/// s² is the largest power of 4 that is no more than the count of samples, up to 1024. Blocks of s² are independent.
+#[derive(Clone, Debug)]
+pub struct Orthogonal {
+    seed: u64,
+    /// Of seed, pixel and block.
+    key: u64,
+    sample: u32,
+    /// Levels of a factor, as a power of two.
+    bits: u32,
+}
+
+impl Orthogonal {
+    /// A sampler for the given seed and number of samples of a pixel.
+    pub fn new(seed: u64, count: u32) -> Self {
+        Self {
+            seed,
+            key: 0,
+            sample: 0,
+            bits: (count.max(1).ilog2() / 2).clamp(1, MOST_BITS as u32),
+        }
+    }
+
+    /// The sample's place in its block.
+    fn within(&self) -> u32 {
+        self.sample & ((1 << (2 * self.bits)) - 1)
+    }
+
+    /// The sample's levels in the two factors of a decision, and a key of that decision's own.
+    fn levels(&self, dimension: Dimension) -> (u32, u32, u64) {
+        // s factors, two for each decision
+        let decision_bits = self.bits - 1;
+        let array = numbered(self.key, dimension.ordinal() >> decision_bits);
+        let pair = dimension.ordinal() & ((1 << decision_bits) - 1);
+        // The same run for all that draw from the array
+        let run = permute(self.within(), 2 * self.bits, array);
+        let (a, b) = (run >> self.bits, run & ((1 << self.bits) - 1));
+        // Factors j and j + 1 of an even j, whose products with b differ by b
+        let x = a ^ self.product(2 * pair, b);
+        (x, x ^ b, numbered(array, dimension.index()))
+    }
+
+    /// Product of two elements of the field.
+    fn product(&self, i: u32, j: u32) -> u32 {
+        let polynomial = POLYNOMIALS[self.bits as usize];
+        (0..self.bits).rev().fold(0, |sum, digit| {
+            let shifted = sum << 1;
+            shifted ^ (polynomial * (shifted >> self.bits)) ^ (j * ((i >> digit) & 1))
+        })
+    }
+
+    /// A number in the stratum `level`. All levels of the decision's other factor have parts of it of their own.
+    fn coordinate(&self, level: u32, other: u32, key: u64, jitter: u32) -> f32 {
+        let stratum = permute_few(level, self.bits, key);
+        let part = permute_few(other, self.bits, !key);
+        let strata_bits = 2 * self.bits;
+        // Put together as digits, since a sum might round up into the next stratum
+        unit_f32((((stratum << self.bits) | part) << (32 - strata_bits)) | (jitter >> strata_bits))
+    }
+}
+
+impl Sampler for Orthogonal {
+    fn start(&mut self, key: SampleKey) {
+        let block = key.sample >> (2 * self.bits);
+        self.key = mix(pixel(self.seed, key) ^ block as u64);
+        self.sample = key.sample;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        self.get_2d(dimension).x
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let (x, y, key) = self.levels(dimension);
+        let jitter = numbered(key, self.within());
+        Vec2::new(
+            self.coordinate(x, y, key, (jitter >> 32) as u32),
+            self.coordinate(y, x, key.rotate_left(32), jitter as u32),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::{Bounce, SamplerKind};
+
+    /// The numbers that `dimensions` draw for the samples of block `block`: a list of each.
+    fn numbers(sampler: &mut Orthogonal, dimensions: &[Dimension], block: u32) -> Vec<Vec<f32>> {
+        let runs = 1 << (2 * sampler.bits);
+        let mut all = vec![Vec::new(); 2 * dimensions.len()];
+        for sample in block * runs..(block + 1) * runs {
+            sampler.start(SampleKey::new(4, 7, sample));
+            for (i, &dimension) in dimensions.iter().enumerate() {
+                let p = sampler.get_2d(dimension);
+                all[2 * i].push(p.x);
+                all[2 * i + 1].push(p.y);
+            }
+        }
+        all
+    }
+
+    fn strata(numbers: &[f32], n: u32) -> impl Iterator<Item = u32> {
+        numbers.iter().map(move |u| (u * n as f32) as u32)
+    }
+
+    /// One in each of s × s squares of any two numbers of an array, and in each of s² intervals of every one.
+    #[test]
+    fn all_pairs_of_an_array_are_stratified() {
+        let camera = [Dimension::PIXEL, Dimension::LENS];
+        let bounce = |depth| {
+            [Bounce::Decisions, Bounce::LightPoint, Bounce::Lobe, Bounce::Direction]
+                .map(|b| Dimension::bounce(depth, b))
+        };
+        let path: Vec<Dimension> = camera.into_iter().chain((0..8).flat_map(bounce)).collect();
+        for (count, s) in [(1, 2), (16, 4), (63, 4), (64, 8), (100, 8), (256, 16), (5000, 32)] {
+            for (seed, block) in [(0, 0), (1, 3), (2, 1)] {
+                let mut sampler = Orthogonal::new(seed, count);
+                for array in path.chunks_exact(s as usize / 2).take(2) {
+                    let numbers = numbers(&mut sampler, array, block);
+                    for (i, a) in numbers.iter().enumerate() {
+                        let mut intervals: Vec<u32> = strata(a, s * s).collect();
+                        intervals.sort_unstable();
+                        assert!(intervals.into_iter().eq(0..s * s), "{s} levels, number {i}");
+                        for (j, b) in numbers.iter().enumerate().skip(i + 1) {
+                            let mut squares: Vec<u32> =
+                                strata(a, s).zip(strata(b, s)).map(|(x, y)| x * s + y).collect();
+                            squares.sort_unstable();
+                            assert!(squares.into_iter().eq(0..s * s), "{s} levels, numbers {i} and {j}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// What depends on two decisions together is what is not stratified where they are combined at random.
+    #[test]
+    fn errors_of_two_decisions_fall_too() {
+        let [here, there] = [Bounce::LightPoint, Bounce::Decisions].map(|what| Dimension::bounce(0, what));
+        let error = |kind: SamplerKind| {
+            let one = |seed| {
+                let mut sampler = kind.with_seed(seed, 64);
+                let product = |sample| {
+                    sampler.start(SampleKey::new(1, 1, sample));
+                    ((sampler.get_2d(here).x - 0.5) * (sampler.get_2d(there).y - 0.5)) as f64
+                };
+                ((0..64).map(product).sum::<f64>() / 64.0).powi(2)
+            };
+            (0..500).map(one).sum::<f64>() / 500.0
+        };
+        let [orthogonal, padded] = [SamplerKind::Orthogonal, SamplerKind::MultiJittered].map(error);
+        assert!(orthogonal < 0.1 * padded, "{orthogonal} {padded}");
+    }
+
+    #[test]
+    fn fields_are_fields() {
+        for bits in 1..=MOST_BITS as u32 {
+            let sampler = Orthogonal::new(0, 1 << (2 * bits));
+            assert_eq!(sampler.bits, bits);
+            let s = 1 << bits;
+            for i in 1..s {
+                let mut row: Vec<u32> = (0..s).map(|j| sampler.product(i, j)).collect();
+                row.sort_unstable();
+                assert!(row.into_iter().eq(0..s), "{bits} {i}");
+                for (j, k) in (0..s).flat_map(|j| (0..s).map(move |k| (j, k))) {
+                    let product = |i, j| sampler.product(i, j);
+                    assert_eq!(product(i, j ^ k), product(i, j) ^ product(i, k));
+                    assert_eq!(product(product(i, j), k), product(i, product(j, k)));
+                }
+            }
+        }
+    }
+}

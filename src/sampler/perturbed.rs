@@ -1,0 +1,188 @@
+use super::hash::{numbered, permute, pixel, unit_f32};
+use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
+use crate::math::{Frame, Quat, Vec2, Vec3, hash::mix};
+use crate::sampling::warp::{square_of_sphere, uniform_disk, uniform_sphere};
+use std::f32::consts::TAU;
+
+/// Points of a set at most, as a power of two.
+const MOST_BITS: u32 = 10;
+/// The golden ratio's fraction.
+const GOLDEN_SECTION: f32 = 0.618_034;
+
+/// Perturbed quasi-Monte Carlo directions: low-discrepancy points on the sphere, each moved at random on a disk in its tangent plane.
+/// All other numbers are another sampler's.
+///
+/// Of every n samples, each has another point of a spherical Fibonacci set (Marques et al. 2013, "Spherical Fibonacci Point
+/// Sets for Illumination Integrals"), in an order of its own for each decision. n is the largest power of 2 that is no more than the
+/// count of samples, up to 1024. The disks' radius is 1/√n, half that of the part of the sphere that a point owns. Each set is
+/// turned by a uniform rotation, so that every direction by itself is exactly uniform on the sphere, whatever
+/// points and disks there are: densities are known.
+///
+/// Points are given as what [`uniform_sphere`] maps to them, and sets are independent of each other.
+#[derive(Clone, Debug)]
+pub struct PerturbedQmc {
+    /// Boxed, so that it makes no other sampler larger.
+    others: Box<AnySampler>,
+    seed: u64,
+    /// Of seed, pixel and set.
+    key: u64,
+    sample: u32,
+    /// Points of a set, as a power of two.
+    bits: u32,
+}
+
+impl PerturbedQmc {
+    /// Directions for the given seed and number of samples of a pixel; what else is drawn comes from `others`.
+    pub fn new(seed: u64, count: u32, others: AnySampler) -> Self {
+        Self {
+            others: Box::new(others),
+            seed,
+            key: 0,
+            sample: 0,
+            bits: count.max(1).ilog2().min(MOST_BITS),
+        }
+    }
+
+    /// The sample's point on the unit sphere.
+    fn point(&self, dimension: Dimension) -> Vec3 {
+        let n = 1u32 << self.bits;
+        let set = numbered(self.key, dimension.index());
+        let index = permute(self.sample % n, self.bits, set);
+        let base = uniform_sphere(fibonacci(index, n));
+        let moved = uniform_disk(pair(numbered(set, index))) / (n as f32).sqrt();
+        let point = Frame::from_z(base).to_world(moved.extend(1.0).into()).normalize();
+        rotation(numbered(set, n)) * point
+    }
+}
+
+impl Sampler for PerturbedQmc {
+    fn start(&mut self, key: SampleKey) {
+        self.others.start(key);
+        let block = key.sample >> self.bits;
+        self.key = mix(pixel(self.seed, key) ^ block as u64);
+        self.sample = key.sample;
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        self.others.get_1d(dimension)
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        if dimension.is(Bounce::Direction) {
+            square_of_sphere(self.point(dimension))
+        } else {
+            self.others.get_2d(dimension)
+        }
+    }
+}
+
+/// Point `index` of `n`, in the unit square.
+fn fibonacci(index: u32, n: u32) -> Vec2 {
+    Vec2::new((index as f32 + 0.5) / n as f32, (index as f32 * GOLDEN_SECTION).fract())
+}
+
+/// A uniform rotation (Shoemake 1992, "Uniform Random Rotations"), chosen by `key`.
+fn rotation(key: u64) -> Quat {
+    let (share, turns) = (pair(numbered(key, 0)).x, pair(numbered(key, 1)));
+    let xy = (1.0 - share).sqrt() * Vec2::from_angle(TAU * turns.x);
+    let zw = share.sqrt() * Vec2::from_angle(TAU * turns.y);
+    Quat::from_xyzw(xy.x, xy.y, zw.x, zw.y)
+}
+
+/// Two uniform variates of 64 random bits.
+fn pair(bits: u64) -> Vec2 {
+    Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::{SamplerKind, points};
+    use crate::sampling::warp::cosine_hemisphere_of_sphere;
+
+    const DIRECTION: Bounce = Bounce::Direction;
+
+    fn sampler(seed: u64, count: u32) -> PerturbedQmc {
+        PerturbedQmc::new(seed, count, SamplerKind::Sobol.with_seed(seed, count))
+    }
+
+    fn directions(seed: u64, count: u32) -> Vec<Vec3> {
+        let points = points(sampler(seed, count), 3, Dimension::bounce(1, DIRECTION), 0..count);
+        points.into_iter().map(uniform_sphere).collect()
+    }
+
+    #[test]
+    fn any_sample_can_be_replayed_and_all_else_is_the_others() {
+        let of = |seed, x, depth, samples| points(sampler(seed, 100), x, Dimension::bounce(depth, DIRECTION), samples);
+        let whole = of(5, 2, 3, 0..200);
+        for sample in [0, 1, 63, 64, 99, 100, 199] {
+            assert_eq!(of(5, 2, 3, sample..sample + 1)[0], whole[sample as usize]);
+        }
+        for other in [of(6, 2, 3, 0..200), of(5, 3, 3, 0..200), of(5, 2, 4, 0..200)] {
+            assert!(whole.iter().zip(&other).all(|(a, b)| a != b));
+        }
+        for dimension in [Dimension::PIXEL, Dimension::bounce(2, Bounce::LightPoint)] {
+            let sobol = points(SamplerKind::Sobol.with_seed(5, 100), 2, dimension, 0..200);
+            assert_eq!(points(sampler(5, 100), 2, dimension, 0..200), sobol);
+        }
+    }
+
+    /// χ² of single samples over 16 × 16 cells of equal area, each of another seed and pixel.
+    #[test]
+    fn single_samples_are_uniform() {
+        for (sample, count) in [(0, 64), (3, 64), (70, 64), (5, 1), (1000, 1024)] {
+            let mut counts = [0.0f64; 256];
+            for i in 0..51_200 {
+                let mut sampler = sampler(i / 7, count);
+                sampler.start(SampleKey::new(i as u32 % 7, 3, sample));
+                let u = sampler.get_2d(Dimension::bounce(2, DIRECTION));
+                assert!(u.cmpge(Vec2::ZERO).all() && u.cmplt(Vec2::ONE).all());
+                counts[(u.x * 16.0) as usize * 16 + (u.y * 16.0) as usize] += 1.0;
+            }
+            let chi2: f64 = counts.iter().map(|c| (c - 200.0).powi(2) / 200.0).sum();
+            // 255 degrees of freedom: standard deviation 22.6
+            assert!(chi2 < 255.0 + 5.0 * 22.6, "{sample} of {count}: χ² = {chi2}");
+        }
+    }
+
+    /// Points keep away from each other, as far as the disks let them, and leave no large hole.
+    #[test]
+    fn points_are_spread_over_the_sphere() {
+        for seed in 0..50 {
+            let points = directions(seed, 64);
+            // Neighbours among the n points are some 3/√n apart, of which two disks' radii take 2/√n.
+            let pairs = points.iter().enumerate();
+            let nearest = pairs.flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)));
+            let nearest = nearest.fold(f32::INFINITY, f32::min);
+            // The largest hole, as seen from points all over the sphere
+            let all = (0..1000).map(|i| uniform_sphere(fibonacci(i, 1000)));
+            let hole = all.map(|w| points.iter().map(|p| p.distance(w)).fold(f32::INFINITY, f32::min));
+            let hole = hole.fold(0.0, f32::max);
+            assert!(nearest > 1.0 / 8.0 && hole < 4.5 / 8.0, "{nearest} {hole}");
+        }
+    }
+
+    /// The mean of a smooth integrand over the hemisphere, against that of independent directions of the same density.
+    #[test]
+    fn smooth_integrands_have_less_error() {
+        let (a, b) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6));
+        let error = |direction: &dyn Fn(u64) -> Vec<Vec2>| {
+            let mean = |seed| {
+                let f = |u| {
+                    let w = cosine_hemisphere_of_sphere(u);
+                    (1.0 + w.dot(a) + w.dot(a) * w.dot(b)) as f64
+                };
+                direction(seed).into_iter().map(f).sum::<f64>() / 64.0
+            };
+            let means: Vec<f64> = (0..500).map(mean).collect();
+            let all = means.iter().sum::<f64>() / 500.0;
+            (all, means.iter().map(|m| (m - all).powi(2)).sum::<f64>() / 500.0)
+        };
+        let dimension = Dimension::bounce(0, DIRECTION);
+        let (mean, variance) = error(&|seed| points(sampler(seed, 64), 1, dimension, 0..64));
+        let independent = SamplerKind::Independent;
+        let (expected, most) = error(&|seed| points(independent.with_seed(seed, 64), 1, dimension, 0..64));
+        assert!((mean - expected).abs() < 4.0 * ((variance + most) / 500.0).sqrt());
+        assert!(variance < 0.1 * most, "{variance} {most}");
+    }
+}

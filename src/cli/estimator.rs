@@ -11,7 +11,7 @@ use crate::io::{MaxDepth, SceneFile};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics, companions};
-use crate::sampler::{AnySampler, PerturbedQmc, SampleKey, Sampler, SamplerKind};
+use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::ops::Range;
 
@@ -219,11 +219,11 @@ impl Estimator {
     }
 
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
-    pub fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> AnySampler {
+    pub fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
         match self.strategy.directions {
-            Directions::PerturbedQmc => AnySampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
-            Directions::Bsdf | Directions::Cosine | Directions::Uniform => sampler,
+            Directions::PerturbedQmc => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
+            Directions::Bsdf | Directions::Cosine | Directions::Uniform => RenderSampler::Plain(sampler),
         }
     }
 

@@ -6,7 +6,7 @@ use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::{BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
-use crate::sampler::{AnySampler, SamplerKind};
+use crate::sampler::{RenderSampler, SamplerKind};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -184,7 +184,7 @@ impl Job {
     }
 
     /// The random numbers of the render.
-    pub fn sampler(&self) -> AnySampler {
+    pub fn sampler(&self) -> RenderSampler {
         self.estimator.sampler(self.sampler, self.seed, self.samples.end)
     }
 

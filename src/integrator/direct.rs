@@ -61,7 +61,7 @@ pub(super) enum Direct {
 }
 
 impl Direct {
-    const NONE: Self = Self::Known(Spectrum::ZERO);
+    pub const NONE: Self = Self::Known(Spectrum::ZERO);
 
     /// Draws it for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
     /// here; a single one is left to [`Direct::arrives`].

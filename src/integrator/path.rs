@@ -34,22 +34,51 @@ const LEAST_SHARE: f32 = 0.5;
 
 /// The random numbers of one vertex.
 struct VertexNumbers<'a, S> {
-    sampler: &'a S,
-    depth: u32,
     light: LightNumbers<'a, S>,
-    direction: Vec2,
-    roulette: f32,
+    scatter: ScatterNumbers<'a, S>,
 }
 
 impl<'a, S: Sampler> VertexNumbers<'a, S> {
     fn draw(sampler: &'a S, depth: u32) -> Self {
-        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
+        let (scatter, choice) = ScatterNumbers::draw(sampler, depth);
         Self {
+            light: LightNumbers::with_choice(sampler, depth, choice),
+            scatter,
+        }
+    }
+}
+
+/// Those that say how a path goes on.
+struct ScatterNumbers<'a, S> {
+    sampler: &'a S,
+    depth: u32,
+    direction: Vec2,
+    roulette: f32,
+}
+
+impl<'a, S: Sampler> ScatterNumbers<'a, S> {
+    /// Also the number that chooses the light, which comes in a pair with that of roulette.
+    fn draw(sampler: &'a S, depth: u32) -> (Self, f32) {
+        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
+        let numbers = Self {
             sampler,
             depth,
-            light: LightNumbers::with_choice(sampler, depth, decisions.x),
             direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
             roulette: decisions.y,
+        };
+        (numbers, decisions.x)
+    }
+
+    /// Those of the first vertex, whose light samples have numbers of their own. Roulette that does not play needs none.
+    fn of_first(sampler: &'a S, roulette: Roulette) -> Self {
+        if roulette.depth == 0 {
+            return Self::draw(sampler, 0).0;
+        }
+        Self {
+            sampler,
+            depth: 0,
+            direction: sampler.get_2d(Dimension::bounce(0, Bounce::Direction)),
+            roulette: 0.0,
         }
     }
 
@@ -118,6 +147,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            // Camera rays, as one packet
             let mut samplers: [S; SAMPLES_AT_ONCE] = from_fn(|_| sampler.clone());
             let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
             for (((ray, key), sampler), out) in rays.iter_mut().zip(keys).zip(&mut samplers).zip(&mut *out) {
@@ -127,6 +157,8 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             let n = keys.len();
             self.world.accel.intersect_coherent(&rays[..n], &mut hits[..n]);
             out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
+
+            // Each path by itself
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
             for i in 0..n {
@@ -138,6 +170,8 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
                 };
                 (firsts[i], ends[i]) = self.follow(start, &mut out[i]);
             }
+
+            // All first vertices look at the ends, if there are any.
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
                     end.light_all(&self.world, self.strategy.directions, &firsts, owner, out);
@@ -166,6 +200,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let (mut radiance, first) = self.arrive(&start.path, start.hit);
         let mut end = None;
         if let Some(first) = &first {
+            out.first_surface(self.world.first_surface(first));
             let (direct, next) = self.first_step(first, &start, out);
             radiance += direct;
             if let Some(next) = next {
@@ -243,24 +278,29 @@ impl<A: Accel> PathIntegrator<'_, A> {
         start: &Start<S>,
         out: &mut impl Sink,
     ) -> (Spectrum, Option<Segment>) {
-        out.first_surface(self.world.first_surface(vertex));
         if self.max_depth == Some(0) {
             return (Spectrum::ZERO, None);
         }
+        // Light samples count on through the pixel's samples, so that all of them are stratified together. Each shadow ray is traced when
+        // the next sample is ready.
         let mut radiance = Spectrum::ZERO;
+        let mut direct = Direct::NONE;
         let mut sampler = start.sampler.clone();
         for i in 0..self.light_samples {
-            sampler.start(SampleKey {
-                sample: start.key.sample.wrapping_mul(self.light_samples).wrapping_add(i),
-                ..start.key
-            });
+            // A single one is the path's own.
+            if self.light_samples > 1 {
+                sampler.start(SampleKey {
+                    sample: start.key.sample.wrapping_mul(self.light_samples).wrapping_add(i),
+                    ..start.key
+                });
+            }
             let u = LightNumbers::draw(&sampler, 0);
-            let direct = Direct::sample(&self.world, vertex, &self.strategy, self.light_samples, &u, out);
-            radiance += direct.arrives(&self.world, out);
+            let next = Direct::sample(&self.world, vertex, &self.strategy, self.light_samples, &u, out);
+            radiance += std::mem::replace(&mut direct, next).arrives(&self.world, out);
         }
-        let u = VertexNumbers::draw(start.sampler, 0);
+        let u = ScatterNumbers::of_first(start.sampler, self.roulette());
         let next = self.scatter(vertex, &start.path, 0, self.light_samples, &u);
-        (radiance, next)
+        (radiance + direct.arrives(&self.world, out), next)
     }
 
     /// Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
@@ -278,7 +318,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             return (Spectrum::ZERO, None);
         }
         let direct = Direct::sample(&self.world, vertex, &self.strategy, 1, &u.light, out);
-        let next = self.scatter(vertex, path, depth, 1, u);
+        let next = self.scatter(vertex, path, depth, 1, &u.scatter);
         (path.beta * direct.arrives(&self.world, out), next)
     }
 
@@ -290,7 +330,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         path: &Segment,
         depth: u32,
         light_samples: u32,
-        u: &VertexNumbers<S>,
+        u: &ScatterNumbers<S>,
     ) -> Option<Segment> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex.bsdf, vertex.wo, u.lobe(vertex.bsdf), u.direction)?;

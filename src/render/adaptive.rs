@@ -1,7 +1,7 @@
 use super::schedule::passes;
 use super::statistics::Statistics;
 use super::tiles::{Observer, Outcome, render, render_tile};
-use crate::film::{BLOCK, Film};
+use crate::film::{BLOCK, Film, Tile};
 use crate::integrator::Integrator;
 use crate::sampler::Sampler;
 use rayon::prelude::*;
@@ -33,6 +33,7 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
     let first = FIRST_BLOCKS.min(most) * BLOCK;
     let (mut outcome, mut statistics) = render(integrator, sampler, film, 0..first, observer);
     while outcome == Outcome::Complete {
+        // What is left to do, as it looks now
         let wanted = wanted_blocks(film, level);
         let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
             let blocks = tile.samples() / BLOCK;
@@ -43,6 +44,8 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
         if left == 0 {
             break;
         }
+
+        // A round
         let done = film
             .tiles_mut()
             .par_iter_mut()
@@ -78,7 +81,7 @@ fn wanted_blocks(film: &Film, level: f64) -> Vec<u32> {
         .iter()
         .map(|tile| (tile.error() * (tile.samples() / BLOCK) as f64).sqrt())
         .collect();
-    let sum = |(tile, root): (&crate::film::Tile, &f64)| tile.bounds().area() as f64 * root;
+    let sum = |(tile, root): (&Tile, &f64)| tile.bounds().area() as f64 * root;
     let mean = film.tiles().iter().zip(&roots).map(sum).sum::<f64>() / film.crop().area() as f64;
     // Floats saturate where they are cast.
     roots
@@ -142,7 +145,7 @@ mod tests {
     }
 
     /// Mean over the tiles of one half, by `of`.
-    fn mean(film: &Film, left: bool, of: impl Fn(&crate::film::Tile) -> f64) -> f64 {
+    fn mean(film: &Film, left: bool, of: impl Fn(&Tile) -> f64) -> f64 {
         let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
         let values: Vec<f64> = tiles.map(of).collect();
         values.iter().sum::<f64>() / values.len() as f64

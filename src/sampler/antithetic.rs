@@ -3,7 +3,7 @@ use crate::math::{Vec2, float::ALMOST_ONE};
 
 /// Pairs of samples whose numbers mirror each other: u and 1 − u (Hammersley and Morton 1956). What is odd about an integrand's
 /// middle cancels; pairs are independent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Antithetic {
     first: Independent,
     mirrored: bool,

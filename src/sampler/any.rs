@@ -1,4 +1,4 @@
-use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, PerturbedQmc, SampleKey};
+use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey};
 use super::{Sampler, Sobol, Stratified, ZSobol};
 use crate::math::Vec2;
 
@@ -57,8 +57,8 @@ impl SamplerKind {
 
 /// A sampler that was chosen when the program runs. Every draw asks which, always with the same answer, which costs less than
 /// a renderer for each would.
-#[derive(Clone, Debug)]
-#[allow(missing_docs)] // Each holds the sampler of its name; `PerturbedQmc` also one of the others.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)] // Each holds the sampler of its name.
 pub enum AnySampler {
     Sobol(Sobol),
     Independent(Independent),
@@ -68,7 +68,6 @@ pub enum AnySampler {
     ZSobol(ZSobol),
     Orthogonal(Orthogonal),
     Antithetic(Antithetic),
-    PerturbedQmc(PerturbedQmc),
 }
 
 /// `$use` with `$sampler` for whichever sampler it is.
@@ -83,7 +82,6 @@ macro_rules! with {
             AnySampler::ZSobol($sampler) => $use,
             AnySampler::Orthogonal($sampler) => $use,
             AnySampler::Antithetic($sampler) => $use,
-            AnySampler::PerturbedQmc($sampler) => $use,
         }
     };
 }

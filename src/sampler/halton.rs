@@ -27,7 +27,7 @@ const fn primes() -> [u32; 2 * DECISIONS] {
 
 /// Halton's sequence: the digits of the sample's index, mirrored at the point, in another prime base for each dimension; each
 /// digit is permuted at random by those before it (Owen 2017, "A randomized Halton algorithm in R").
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Halton {
     seed: u64,
     key: u64,
@@ -68,7 +68,7 @@ impl Sampler for Halton {
 
 /// Hammersley's set of a count that is known ahead: one coordinate counts through the samples, the other mirrors the digits of that
 /// count. Each dimension counts in an order of its own; where more samples are taken than the count, another set begins.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Hammersley {
     seed: u64,
     key: u64,

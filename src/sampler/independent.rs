@@ -6,7 +6,7 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 ///
 /// The generator is SplitMix64 (Steele, Lea and Flood 2014) turned into a function of its counter: a key is hashed
 /// from seed, pixel and sample, and dimension `d` reads the `d`-th number of the key's sequence.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Independent {
     seed: u64,
     key: u64,

@@ -16,7 +16,7 @@ pub use any::{AnySampler, SamplerKind};
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
-pub use perturbed::PerturbedQmc;
+pub use perturbed::{PerturbedQmc, RenderSampler};
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;

@@ -19,7 +19,7 @@ const POLYNOMIALS: [u32; MOST_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0
 /// correlated multi-jitter. Digits scrambled after Owen, which make a (0,2)-net of each decision, were measured to gain less.
 ///
 /// s² is the largest power of 4 that is no more than the count of samples, up to 1024. Blocks of s² are independent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Orthogonal {
     seed: u64,
     /// Of seed, pixel and block.

@@ -19,10 +19,9 @@ const GOLDEN_SECTION: f32 = 0.618_034;
 /// points and disks there are: densities are known.
 ///
 /// Points are given as what [`uniform_sphere`] maps to them, and sets are independent of each other.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct PerturbedQmc {
-    /// Boxed, so that it makes no other sampler larger.
-    others: Box<AnySampler>,
+    others: AnySampler,
     seed: u64,
     /// Of seed, pixel and set.
     key: u64,
@@ -35,7 +34,7 @@ impl PerturbedQmc {
     /// Directions for the given seed and number of samples of a pixel; what else is drawn comes from `others`.
     pub fn new(seed: u64, count: u32, others: AnySampler) -> Self {
         Self {
-            others: Box::new(others),
+            others,
             seed,
             key: 0,
             sample: 0,
@@ -63,15 +62,52 @@ impl Sampler for PerturbedQmc {
         self.sample = key.sample;
     }
 
+    #[inline(never)]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         self.others.get_1d(dimension)
     }
 
+    #[inline(never)]
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         if dimension.is(Bounce::Direction) {
             square_of_sphere(self.point(dimension))
         } else {
             self.others.get_2d(dimension)
+        }
+    }
+}
+
+/// What a render draws from. The first is what most do; the other is kept out of its way.
+#[derive(Clone, Copy, Debug)]
+pub enum RenderSampler {
+    /// One for all numbers.
+    Plain(AnySampler),
+    /// One for directions, and one for all else.
+    PerturbedQmc(PerturbedQmc),
+}
+
+impl Sampler for RenderSampler {
+    #[inline]
+    fn start(&mut self, key: SampleKey) {
+        match self {
+            Self::Plain(sampler) => sampler.start(key),
+            Self::PerturbedQmc(sampler) => sampler.start(key),
+        }
+    }
+
+    #[inline]
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        match self {
+            Self::Plain(sampler) => sampler.get_1d(dimension),
+            Self::PerturbedQmc(sampler) => sampler.get_1d(dimension),
+        }
+    }
+
+    #[inline]
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        match self {
+            Self::Plain(sampler) => sampler.get_2d(dimension),
+            Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::math::{Vec2, hash::GOLDEN_GAMMA};
 /// Each dimension of each pixel has a sequence of its own: the order of its points and their digits are scrambled
 /// by seeds that depend on seed, pixel and dimension, so that dimensions are padded without correlation. Within one of
 /// them the first 2ᵏ samples, and every aligned 2ᵏ after them, are stratified in all elementary intervals.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sobol {
     seed: u64,
     /// Of seed and pixel.

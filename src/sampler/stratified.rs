@@ -13,7 +13,7 @@ const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 /// (Kensler 2013, "Correlated Multi-Jittered Sampling").
 ///
 /// Blocks of 64 are independent of each other, so any sample can be taken by itself, and no count need be known.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Stratified {
     seed: u64,
     /// Of seed, pixel and block.

@@ -11,7 +11,7 @@ const SIDE_BITS: u32 = 8;
 ///
 /// Neighbouring pixels share a stretch of the sequence, so that their errors differ and cancel over an area; each pixel's own samples are as
 /// well distributed as those of `sobol`, up to the count that is given ahead, after which another order begins.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct ZSobol {
     seed: u64,
     /// Of seed, square and what exceeds the count.

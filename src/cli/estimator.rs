@@ -84,6 +84,8 @@ const VIEWS: &[(&str, DebugView)] = &[
     ("ids", DebugView::Ids),
 ];
 
+/// Light samples at the first vertex at most.
+const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
@@ -151,7 +153,7 @@ impl Estimator {
                 .or(file.roulette_depth)
                 .map_or_else(Roulette::default, |depth| Roulette { depth }),
             reuse: choose(scene, "reuse", &args.reuse, &file.reuse, REUSES)?,
-            light_samples: positive(scene, "light-samples", args.light_samples, &file.light_samples)?,
+            light_samples: light_samples(scene, args)?,
             branching: positive(scene, "branching", args.branching, &file.branching)?.unwrap_or(DEFAULT_BRANCHING),
             ao_distance: positive(scene, "ao-distance", args.ao_distance, &file.ao_distance)?,
             view: choose(scene, "view", &args.view, &file.view, VIEWS)?,
@@ -393,6 +395,17 @@ impl Estimator {
             }),
             Kind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
         }
+    }
+}
+
+/// So many that a sample still ends soon.
+fn light_samples(scene: &SceneFile, args: &EstimatorArgs) -> Result<Option<u32>, CliError> {
+    let count = positive(scene, "light-samples", args.light_samples, &scene.render.light_samples)?;
+    match count.filter(|&n| n > MOST_LIGHT_SAMPLES) {
+        Some(n) => Err(CliError::Usage(format!(
+            "{n} light samples\n  help: {MOST_LIGHT_SAMPLES} at most; --spp takes more of everything"
+        ))),
+        None => Ok(count),
     }
 }
 

@@ -61,7 +61,7 @@ impl Job {
         let filter = Filter::new(kind, radius.unwrap_or(kind.usual_radius()));
 
         let settings = &scene.render;
-        let noise = positive(&scene, "noise", args.noise, &settings.noise)?;
+        let noise = positive(&scene, "noise", args.noise, &None)?;
         let spp = match (args.spp, &settings.samples) {
             (Some(0), _) => {
                 return Err(CliError::Usage(
@@ -76,9 +76,9 @@ impl Job {
                     .into());
             }
             // A flag for the noise is not held back by what the scene file says of samples.
-            (None, Some(n)) if args.noise.is_none() => *n.get_ref(),
             (None, _) if noise.is_some() => MOST_FOR_NOISE,
-            (None, _) => 64,
+            (None, Some(n)) => *n.get_ref(),
+            (None, None) => 64,
         };
         if noise.is_some() && (spp < 2 * BLOCK || spp % BLOCK != 0) {
             return Err(CliError::Usage(format!(
@@ -185,7 +185,9 @@ impl Job {
 
     /// The random numbers of the render.
     pub fn sampler(&self) -> RenderSampler {
-        self.estimator.sampler(self.sampler, self.seed, self.samples.end)
+        // Blocks are what is taken where the count is not known ahead: each is then whole.
+        let count = if self.noise.is_some() { BLOCK } else { self.samples.end };
+        self.estimator.sampler(self.sampler, self.seed, count)
     }
 
     /// The sampler's name, as users type it.

@@ -58,7 +58,7 @@ impl Observer for Progress {
 
     fn expect(&self, samples: u64, error: f64) {
         self.bar.set_length(self.bar.position() + samples);
-        self.bar.set_message(format!("noise {error:.4}  "));
+        self.bar.set_message(format!("noise {error:.2e}  "));
     }
 
     fn should_stop(&self) -> bool {

@@ -93,7 +93,9 @@ impl Noise {
         let Self {
             level, error, most_spp, ..
         } = self;
-        format!("noise level {level} was not reached with {most_spp} samples a pixel: it is {error:.4}; raise --spp")
+        format!(
+            "noise level {level} was not reached with at most {most_spp} samples a pixel: it is {error:.2e}; raise --spp"
+        )
     }
 }
 

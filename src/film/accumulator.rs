@@ -25,7 +25,7 @@ pub struct Accumulator {
     sum: [f64; 3],
     sum_of_squares: [f64; 3],
     /// Squared differences of the means of whole blocks from their mean.
-    block_spread: [f32; 3],
+    block_spread: [f64; 3],
     albedo: [f32; 3],
     normal: [f32; 3],
     depth: f32,
@@ -60,7 +60,7 @@ impl Accumulator {
             let blocks = (self.samples / BLOCK) as f64;
             for c in 0..3 {
                 let d = next.mean(c) - self.mean(c);
-                self.block_spread[c] += (d * d * blocks / (blocks + 1.0)) as f32;
+                self.block_spread[c] += d * d * blocks / (blocks + 1.0);
             }
         }
         for c in 0..3 {
@@ -99,8 +99,8 @@ impl Accumulator {
         spread.max(0.0) / (n * (n - 1.0))
     }
 
-    /// Estimate of the pixel's squared error relative to its value, mean over the channels, as [`Errors::rel_mse`] has it; infinite
-    /// before there are two blocks.
+    /// Estimate of the pixel's squared error relative to its value, mean over the channels: what [`Errors::rel_mse`] averages, here
+    /// without leaving the worst pixels out. Infinite before there are two blocks.
     ///
     /// It is the variance of the mean of independent blocks. Blocks of a low-discrepancy sequence fill each other's gaps:
     /// their mean is better than that, and the estimate too large.
@@ -112,7 +112,7 @@ impl Accumulator {
             return f64::INFINITY;
         }
         let n = blocks as f64;
-        let channel = |c| self.block_spread[c] as f64 / (n * (n - 1.0)) / (self.mean(c).powi(2) + DARK);
+        let channel = |c| self.block_spread[c] / (n * (n - 1.0)) / (self.mean(c).powi(2) + DARK);
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 

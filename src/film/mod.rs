@@ -14,7 +14,7 @@ pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;
 
-/// Edge of a tile in pixels: its sums (20 KB) stay in the first-level cache while it is worked on.
+/// Edge of a tile in pixels: its sums (27 KB) stay in the first-level cache while it is worked on.
 const TILE_SIZE: u32 = 16;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.

@@ -78,8 +78,6 @@ pub struct RenderSection {
     /// Samples a pixel.
     #[serde(alias = "spp")]
     pub samples: Option<Spanned<u32>>,
-    /// Relative error at which to stop.
-    pub noise: Option<Spanned<f64>>,
     /// Of the random numbers.
     pub seed: Option<u64>,
     /// Scattering events at most.

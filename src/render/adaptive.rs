@@ -6,12 +6,12 @@ use crate::integrator::Integrator;
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
-/// Blocks of samples that every pixel has before anything is decided: one block knows nothing of its error.
-const FIRST_BLOCKS: u32 = 2;
+/// Differences between blocks, over all pixels, that are known at least before anything is decided.
+const FIRST_DIFFERENCES: u64 = 256;
 /// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
+/// Adds samples to an empty `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
 /// more than `most` to a pixel; both counts are in whole blocks, `most` rounded down.
 ///
 /// Tiles get as many samples as make the error of the whole smallest for the work: with v the squared error that one block
@@ -30,14 +30,16 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
     let most = most / BLOCK;
-    let first = FIRST_BLOCKS.min(most) * BLOCK;
+    // Two blocks of every pixel, or more of a few
+    let first = 1 + FIRST_DIFFERENCES.div_ceil(film.crop().area()) as u32;
+    let first = first.min(most) * BLOCK;
     let (mut outcome, mut statistics) = render(integrator, sampler, film, 0..first, observer);
     while outcome == Outcome::Complete {
         // What is left to do, as it looks now
-        let wanted = wanted_blocks(film, level);
+        let wanted = wanted_blocks(film, level, most);
         let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
             let blocks = tile.samples() / BLOCK;
-            tile.bounds().area() * (wanted.min(most).saturating_sub(blocks) * BLOCK) as u64
+            tile.bounds().area() * (wanted.saturating_sub(blocks) * BLOCK) as u64
         });
         let left = left.sum();
         observer.expect(left, film.error().sqrt());
@@ -53,13 +55,16 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
             .filter_map(|(tile, wanted)| {
                 let blocks = tile.samples() / BLOCK;
                 let step = (blocks as f64 * GROWTH).ceil() as u32;
-                let next = wanted.min(most).min(blocks.saturating_add(step));
+                let next = wanted.min(blocks.saturating_add(step));
                 (next > blocks && !observer.should_stop()).then(|| {
                     let samples = blocks * BLOCK..next * BLOCK;
-                    let done = passes(samples).map(|pass| render_tile(integrator, sampler, tile, pass));
-                    let done = done.reduce(Statistics::merge).unwrap_or_default();
-                    observer.progress(done.samples);
-                    done
+                    let passes = passes(samples).take_while(|_| !observer.should_stop());
+                    let done = passes.map(|pass| {
+                        let done = render_tile(integrator, sampler, tile, pass);
+                        observer.progress(done.samples);
+                        done
+                    });
+                    done.reduce(Statistics::merge).unwrap_or_default()
                 })
             })
             .reduce(Statistics::default, Statistics::merge);
@@ -71,23 +76,34 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
     (outcome, statistics)
 }
 
-/// Blocks that each tile should have in the end.
-fn wanted_blocks(film: &Film, level: f64) -> Vec<u32> {
+/// Blocks that each tile should have in the end, `most` at most.
+fn wanted_blocks(film: &Film, level: f64, most: u32) -> Vec<u32> {
+    let tiles = film.tiles();
     if film.error() <= level * level {
-        return vec![0; film.tiles().len()];
+        return vec![0; tiles.len()];
     }
-    let roots: Vec<f64> = film
-        .tiles()
-        .iter()
-        .map(|tile| (tile.error() * (tile.samples() / BLOCK) as f64).sqrt())
-        .collect();
-    let sum = |(tile, root): (&Tile, &f64)| tile.bounds().area() as f64 * root;
-    let mean = film.tiles().iter().zip(&roots).map(sum).sum::<f64>() / film.crop().area() as f64;
-    // Floats saturate where they are cast.
-    roots
-        .iter()
-        .map(|root| (root * mean / (level * level)).ceil() as u32)
-        .collect()
+    // Squared error that one block would leave, mean over the pixels of a tile
+    let one_block = |tile: &Tile| tile.error() * (tile.samples() / BLOCK) as f64;
+    let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
+    let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
+
+    // n = c √v, with c such that Σ v/n is what may be left. What tiles that get no more leave, the others have to make up for.
+    let mut allowed = level * level * film.crop().area() as f64;
+    let mut is_full = vec![false; tiles.len()];
+    loop {
+        let free = || (0..tiles.len()).filter(|&i| !is_full[i]);
+        let c = free().map(|i| areas[i] * roots[i]).sum::<f64>() / allowed.max(0.0);
+        let full: Vec<usize> = free().filter(|&i| c * roots[i] > most as f64).collect();
+        if full.is_empty() {
+            // Floats saturate where they are cast.
+            let wanted = |i: usize| if is_full[i] { most } else { (c * roots[i]).ceil() as u32 };
+            return (0..tiles.len()).map(wanted).collect();
+        }
+        for i in full {
+            is_full[i] = true;
+            allowed -= areas[i] * roots[i] * roots[i] / most as f64;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -181,6 +197,28 @@ mod tests {
                 .sum::<f64>();
         let uniform = 0.5 * (0.01 + 1.0) / 1.01 / (level * level);
         assert!(uniform / all > 1.5, "{all} samples a pixel instead of {uniform}");
+    }
+
+    /// What the noisy half may not have, the quiet one gets, as long as that helps.
+    #[test]
+    fn others_make_up_for_what_may_not_be_had() {
+        // By themselves the halves want 625 and 6250 samples.
+        let film = rendered(0.01, 5120, 3);
+        let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
+        assert!(film.error() <= 1e-4, "{}", film.error());
+        assert!(noisy <= 5120.0 && quiet > 1000.0, "{quiet} {noisy}");
+    }
+
+    /// One pixel knows little of its error: it takes more before it decides.
+    #[test]
+    fn few_pixels_look_longer() {
+        let crop = Rect {
+            min: UVec2::ZERO,
+            max: UVec2::ONE,
+        };
+        let mut film = Film::new(SIZE, crop);
+        render_to_noise(&Noisy, &Independent::new(0), &mut film, 0.5, 1 << 20, &Patient);
+        assert!(film.tiles()[0].samples() >= 64 * 256);
     }
 
     #[test]

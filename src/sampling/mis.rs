@@ -1,4 +1,4 @@
-//! Weights of multiple importance sampling (Veach 1997, §9.2), one sample from each strategy.
+//! Weights of multiple importance sampling (Veach 1997, §9.2). Where a strategy takes n samples, its density is n times that of one.
 
 /// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as in [`power_heuristic`].
 pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {

@@ -109,7 +109,7 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
     // left of skewed distributions takes a little more.
     const THRESHOLD: f64 = 4.5;
-    let pixels = |film: &Film| -> Vec<_> { film.tiles().iter().flat_map(|t| t.iter()).map(|(_, s)| *s).collect() };
+    let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
     let (a, b) = (pixels(a), pixels(b));
     let mut beyond = 0;
     for c in 0..3 {
@@ -239,13 +239,7 @@ fn dependent_samples_have_the_same_means() {
                 light_samples: 1,
                 reuse: false,
             };
-            let pixels = |film: Film| -> Vec<Accumulator> {
-                film.tiles()
-                    .iter()
-                    .flat_map(|t| t.iter())
-                    .map(|(_, sums)| *sums)
-                    .collect()
-            };
+            let pixels = |film: Film| -> Vec<Accumulator> { film.pixels().map(|(_, sums)| *sums).collect() };
             let reference = pixels(film_of(&path(Directions::Bsdf), RESOLUTION, 2 * SEEDS as u32 * SPP, 0));
             for directions in [Directions::Bsdf, Directions::PerturbedQmc] {
                 let integrator = path(directions);

@@ -581,7 +581,7 @@ mod together {
             reuse: false,
         };
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
-        let tiles = film.tiles().iter().flat_map(|tile| tile.iter());
+        let tiles = film.pixels();
         tiles.map(|(_, sums)| [0, 1, 2].map(|c| sums.mean(c))).collect()
     }
 }

@@ -241,7 +241,7 @@ fn circle_of_confusion() {
 
     let center = height as f64 / 2.0;
     let (mut weight, mut second, mut farthest) = (0.0, 0.0, 0.0f64);
-    for (pixel, sums) in film.tiles().iter().flat_map(|t| t.iter()) {
+    for (pixel, sums) in film.pixels() {
         let (dx, dy) = (pixel.x as f64 + 0.5 - center, pixel.y as f64 + 0.5 - center);
         weight += sums.mean(0);
         second += sums.mean(0) * (dx * dx + dy * dy);
@@ -340,7 +340,7 @@ fn filters_blur_an_edge_by_their_integral() {
             (0..steps).map(|i| f(x(i))).sum::<f64>() * (to + radius)
         };
         let mut grey = 0;
-        for (pixel, sums) in film.tiles().iter().flat_map(|t| t.iter()) {
+        for (pixel, sums) in film.pixels() {
             let edge = (4.3 - (pixel.x as f64 + 0.5)).clamp(-radius, radius);
             let expected = integral(edge) / integral(radius);
             let (got, sigma) = (sums.mean(0), sums.variance_of_mean(0).sqrt());

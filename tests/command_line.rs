@@ -259,6 +259,12 @@ fn mistakes_are_named_and_leave_no_files() {
             &["4294967295 light samples", "help:"],
         ),
         (
+            &["render", "s.toml"],
+            |f| replace(f, "samples = 4", "light_samples = 5000"),
+            1,
+            &["s.toml:", "5000 light samples", "help:"],
+        ),
+        (
             &["render", "s.toml", "--noise", "0"],
             keep,
             2,

@@ -32,7 +32,7 @@ fn cornell() -> CameraParameters {
 
 /// Pixel means of the film, channel 0 first.
 fn means(film: &Film) -> [Vec<f64>; 3] {
-    let pixels: Vec<_> = film.tiles().iter().flat_map(|t| t.iter()).map(|(_, a)| *a).collect();
+    let pixels: Vec<_> = film.pixels().map(|(_, a)| *a).collect();
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
@@ -49,12 +49,7 @@ fn assert_same(what: &str, integrator: &PathIntegrator<Backend>, reference: &Fil
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, spp, 100 + seed)))
         .collect();
-    let reference: Vec<_> = reference
-        .tiles()
-        .iter()
-        .flat_map(|t| t.iter())
-        .map(|(_, a)| *a)
-        .collect();
+    let reference: Vec<_> = reference.pixels().map(|(_, a)| *a).collect();
     for c in 0..3 {
         // The whole picture
         let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
@@ -189,7 +184,7 @@ fn dark_neighbours_do_no_harm() {
     let variance = |reuse| {
         with_world(&patched_room(0.02), looking_at_the_patch(), RESOLUTION, |world| {
             let film = film_of(&path(world, reuse), RESOLUTION, 1024, 0);
-            let pixels = film.tiles().iter().flat_map(|t| t.iter());
+            let pixels = film.pixels();
             pixels.map(|(_, a)| a.variance_of_mean(1)).sum::<f64>()
         })
     };

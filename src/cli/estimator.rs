@@ -164,7 +164,8 @@ impl Estimator {
 
     /// Light samples at the first vertex. Where paths are shared its own light is much of the error that is left.
     fn light_samples(&self) -> u32 {
-        self.light_samples.unwrap_or(if self.reuse { 2 } else { 1 })
+        let is_shared = self.kind == Kind::Path && self.reuse;
+        self.light_samples.unwrap_or(if is_shared { 2 } else { 1 })
     }
 
     /// Refuses trees that nobody can wait for.
@@ -273,7 +274,7 @@ impl Estimator {
             Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
             Kind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             Kind::Whitted => text + &format!(" max_depth={depth}"),
-            Kind::Direct => text + &format!(" light_samples={}", self.light_samples.unwrap_or(1)),
+            Kind::Direct => text + &format!(" light_samples={}", self.light_samples()),
             Kind::AmbientOcclusion | Kind::Debug => text,
         }
     }
@@ -365,7 +366,8 @@ impl Estimator {
             max_depth,
             ..
         } = *self;
-        let path = |max_depth, reuse, light_samples| PathIntegrator {
+        let light_samples = self.light_samples();
+        let path = |max_depth, reuse| PathIntegrator {
             world,
             strategy,
             max_depth,
@@ -374,9 +376,9 @@ impl Estimator {
             reuse,
         };
         match self.kind {
-            Kind::Path => task.run(&path(max_depth, self.reuse, self.light_samples())),
+            Kind::Path => task.run(&path(max_depth, self.reuse)),
             // One scattering is a path of depth 1, which has nothing to share.
-            Kind::Direct => task.run(&path(Some(1), false, self.light_samples.unwrap_or(1))),
+            Kind::Direct => task.run(&path(Some(1), false)),
             Kind::Naive => task.run(&NaiveIntegrator {
                 world,
                 max_depth,
@@ -400,12 +402,18 @@ impl Estimator {
 
 /// So many that a sample still ends soon.
 fn light_samples(scene: &SceneFile, args: &EstimatorArgs) -> Result<Option<u32>, CliError> {
-    let count = positive(scene, "light-samples", args.light_samples, &scene.render.light_samples)?;
-    match count.filter(|&n| n > MOST_LIGHT_SAMPLES) {
-        Some(n) => Err(CliError::Usage(format!(
-            "{n} light samples\n  help: {MOST_LIGHT_SAMPLES} at most; --spp takes more of everything"
-        ))),
-        None => Ok(count),
+    let file = &scene.render.light_samples;
+    let count = positive(scene, "light-samples", args.light_samples, file)?;
+    let Some(n) = count.filter(|&n| n > MOST_LIGHT_SAMPLES) else {
+        return Ok(count);
+    };
+    let (message, help) = (
+        format!("{n} light samples"),
+        format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything"),
+    );
+    match file {
+        Some(blamed) if args.light_samples.is_none() => Err(scene.error(blamed.span(), message).help(help).into()),
+        _ => Err(CliError::Usage(format!("{message}\n  help: {help}"))),
     }
 }
 

@@ -60,7 +60,7 @@ impl Image {
                 values: vec![0.0; crop.area() as usize],
             })
             .collect();
-        for (pixel, sums) in film.tiles().iter().flat_map(|tile| tile.iter()) {
+        for (pixel, sums) in film.pixels() {
             let index = index(crop, pixel);
             for (channel, (_, develop)) in channels.iter_mut().zip(CHANNELS) {
                 channel.values[index] = develop(sums);

@@ -14,7 +14,7 @@ pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;
 
-/// Edge of a tile in pixels: its sums (27 KB) stay in the first-level cache while it is worked on.
+/// Edge of a tile in pixels: its sums (28 KB) stay in the first-level cache while it is worked on.
 const TILE_SIZE: u32 = 16;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
@@ -67,6 +67,11 @@ impl Film {
     /// All tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
+    }
+
+    /// Each pixel's coordinates and sums, tile by tile.
+    pub fn pixels(&self) -> impl Iterator<Item = (UVec2, &Accumulator)> {
+        self.tiles.iter().flat_map(|tile| tile.iter())
     }
 
     /// All tiles, to add samples to; each may be given to another thread.

@@ -181,7 +181,7 @@ mod tests {
     }
 
     fn mean_error(film: &Film) -> f64 {
-        let pixels = film.tiles().iter().flat_map(|t| t.iter());
+        let pixels = film.pixels();
         pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
     }
 
@@ -244,12 +244,7 @@ mod tests {
         let mean: f64 = (0..pictures)
             .map(|seed| {
                 let film = rendered(0.05, 1 << 20, 100 + seed);
-                film.tiles()
-                    .iter()
-                    .flat_map(|t| t.iter())
-                    .map(|(_, a)| a.mean(0))
-                    .sum::<f64>()
-                    / film.crop().area() as f64
+                film.pixels().map(|(_, a)| a.mean(0)).sum::<f64>() / film.crop().area() as f64
             })
             .sum::<f64>()
             / pictures as f64;

@@ -12,11 +12,11 @@ mod stratified;
 mod z_sobol;
 
 pub use antithetic::Antithetic;
-pub use any::{AnySampler, SamplerKind};
+pub use any::{AnySampler, RenderSampler, SamplerKind};
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
-pub use perturbed::{PerturbedQmc, RenderSampler};
+pub use perturbed::PerturbedQmc;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;

@@ -77,41 +77,6 @@ impl Sampler for PerturbedQmc {
     }
 }
 
-/// What a render draws from. The first is what most do; the other is kept out of its way.
-#[derive(Clone, Copy, Debug)]
-pub enum RenderSampler {
-    /// One for all numbers.
-    Plain(AnySampler),
-    /// One for directions, and one for all else.
-    PerturbedQmc(PerturbedQmc),
-}
-
-impl Sampler for RenderSampler {
-    #[inline]
-    fn start(&mut self, key: SampleKey) {
-        match self {
-            Self::Plain(sampler) => sampler.start(key),
-            Self::PerturbedQmc(sampler) => sampler.start(key),
-        }
-    }
-
-    #[inline]
-    fn get_1d(&self, dimension: Dimension) -> f32 {
-        match self {
-            Self::Plain(sampler) => sampler.get_1d(dimension),
-            Self::PerturbedQmc(sampler) => sampler.get_1d(dimension),
-        }
-    }
-
-    #[inline]
-    fn get_2d(&self, dimension: Dimension) -> Vec2 {
-        match self {
-            Self::Plain(sampler) => sampler.get_2d(dimension),
-            Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
-        }
-    }
-}
-
 /// Point `index` of `n`, in the unit square.
 fn fibonacci(index: u32, n: u32) -> Vec2 {
     Vec2::new((index as f32 + 0.5) / n as f32, (index as f32 * GOLDEN_SECTION).fract())

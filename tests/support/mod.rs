@@ -186,7 +186,7 @@ pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
 
 /// z-scores of all pixels and channels against a known value.
 pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
-    let pixels = film.tiles().iter().flat_map(|t| t.iter()).map(|(_, a)| *a);
+    let pixels = film.pixels().map(|(_, a)| *a);
     let z = pixels.flat_map(|a| [0, 1, 2].map(|c| (a.mean(c) - expected) / a.variance_of_mean(c).sqrt()));
     // A pixel without variance must be right as it is: 0/0 is a pass, anything else infinite.
     z.map(|z| if z.is_nan() { 0.0 } else { z }).collect()
@@ -211,23 +211,13 @@ pub fn assert_unbiased(what: &str, film: &Film, expected: f64) {
 
 /// Mean of channel `c` over all pixels.
 pub fn film_mean(film: &Film, c: usize) -> f64 {
-    let means: Vec<f64> = film
-        .tiles()
-        .iter()
-        .flat_map(|t| t.iter())
-        .map(|(_, a)| a.mean(c))
-        .collect();
+    let means: Vec<f64> = film.pixels().map(|(_, a)| a.mean(c)).collect();
     means.iter().sum::<f64>() / means.len() as f64
 }
 
 /// Standard error of [`film_mean`].
 pub fn film_error(film: &Film, c: usize) -> f64 {
-    let v: Vec<f64> = film
-        .tiles()
-        .iter()
-        .flat_map(|t| t.iter())
-        .map(|(_, a)| a.variance_of_mean(c))
-        .collect();
+    let v: Vec<f64> = film.pixels().map(|(_, a)| a.variance_of_mean(c)).collect();
     v.iter().sum::<f64>().sqrt() / v.len() as f64
 }
 

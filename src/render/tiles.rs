@@ -81,13 +81,14 @@ pub(super) fn render_tile<I: Integrator, S: Sampler>(
         1 => tile.bounds().pixels().collect(),
         _ => shuffled(tile.cell(), samples.start),
     };
+    let mut blocks: [Accumulator; SAMPLES_AT_ONCE] = Default::default();
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
             continue;
         }
-        let mut blocks: [Accumulator; SAMPLES_AT_ONCE] = Default::default();
+        blocks[..group.len()].fill_with(Accumulator::default);
         for start in samples.clone().step_by(samples_at_once) {
             let end = samples.end.min(start.saturating_add(samples_at_once as u32));
             let mut count = 0;

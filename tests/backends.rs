@@ -54,6 +54,7 @@ fn soup(n: u32, size: f32) -> Mesh {
     Mesh {
         positions: (0..n).flat_map(triangle).collect(),
         triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
     }
 }
 
@@ -148,6 +149,7 @@ fn fan(n: u32) -> Mesh {
     Mesh {
         positions: std::iter::once(Vec3::ZERO).chain((0..n).map(rim)).collect(),
         triangles: (0..n).map(|i| [0, 1 + i, 1 + (i + 1) % n]).collect(),
+        ..Mesh::default()
     }
 }
 
@@ -161,6 +163,7 @@ fn coplanar() -> Mesh {
         triangles: (0..3)
             .flat_map(|k| square.triangles.iter().map(move |t| t.map(|i| i + 4 * k)))
             .collect(),
+        ..Mesh::default()
     }
 }
 
@@ -177,6 +180,7 @@ fn slivers(n: u32) -> Mesh {
     Mesh {
         positions: (0..n).flat_map(triangle).collect(),
         triangles: (0..n).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
     }
 }
 

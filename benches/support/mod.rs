@@ -39,6 +39,7 @@ pub fn scene(triangles: u32) -> Scene {
     let mesh = Mesh {
         positions: (0..(n + 1) * (n + 1)).map(position).collect(),
         triangles: (0..n * n).flat_map(quad).collect(),
+        ..Mesh::default()
     };
     let mut builder = SceneBuilder::new();
     let material = builder.add_material(Material::default()).expect("a valid material");

@@ -157,6 +157,7 @@ mod tests {
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
         };
         builder.add_mesh(mesh, material).unwrap();
         builder.build().unwrap().0

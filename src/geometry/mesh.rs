@@ -1,5 +1,5 @@
 use super::PrimId;
-use crate::math::{Vec3, Vec4, float::gamma};
+use crate::math::{Vec2, Vec3, Vec4, float::gamma};
 
 /// Indexed triangles in world space, counter-clockwise seen from the front.
 #[derive(Clone, Debug, Default)]
@@ -8,6 +8,10 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// Unit shading normal of each vertex; empty where the mesh is flat.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates of each vertex, v upwards; empty where there are none.
+    pub uvs: Vec<Vec2>,
 }
 
 /// A point on a surface, with all that shading needs of the geometry.
@@ -144,6 +148,7 @@ mod tests {
                 Vec3::new(0.9, 99.1, 5.5),
             ],
             triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
         };
         let d: Vec<_> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
         let normal = (d[1] - d[0]).cross(d[2] - d[0]).normalize();

@@ -40,6 +40,7 @@ mod tests {
                 Vec3::new(1e3, 0.0, 1.0),
             ],
             triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
         };
         let s = mesh.surface_point(PrimId(0), 0.25, 0.5);
         assert_eq!(s.ng, Vec3::X);
@@ -57,6 +58,7 @@ mod tests {
         let flat = Mesh {
             positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X],
             triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
         };
         let floor = flat.surface_point(PrimId(0), 0.2, 0.2);
         assert!(offset_origin(&floor, Vec3::Y).y > 0.0 && offset_origin(&floor, Vec3::NEG_Y).y < 0.0);

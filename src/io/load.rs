@@ -180,6 +180,7 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
             false => mesh.triangles.clone(),
             true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
         },
+        ..Mesh::default()
     }
 }
 

@@ -132,7 +132,9 @@ impl SceneBuilder {
         }
 
         let before = mesh.triangles.len();
-        let Mesh { positions, triangles } = &mut mesh;
+        let Mesh {
+            positions, triangles, ..
+        } = &mut mesh;
         triangles.retain(|corners| {
             let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
             triangle_area(p0, p1, p2) > 0.0
@@ -403,6 +405,7 @@ mod tests {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(2.0, 0.0, 0.0)],
             triangles,
+            ..Mesh::default()
         }
     }
 

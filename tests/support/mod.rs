@@ -135,6 +135,7 @@ pub fn polygon(corners: &[Vec3]) -> Mesh {
     Mesh {
         positions: corners.to_vec(),
         triangles: (1..corners.len() as u32 - 1).map(|i| [0, i, i + 1]).collect(),
+        ..Mesh::default()
     }
 }
 
@@ -153,7 +154,11 @@ pub fn room() -> Mesh {
         .into_iter()
         .flat_map(|[a, b, c, d]| [[a, c, b], [a, d, c]])
         .collect();
-    Mesh { positions, triangles }
+    Mesh {
+        positions,
+        triangles,
+        ..Mesh::default()
+    }
 }
 
 fn sign(bit: usize) -> f32 {
@@ -181,6 +186,7 @@ pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
     Mesh {
         positions: faces.iter().flatten().map(|&p| center + radius * p).collect(),
         triangles: (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        ..Mesh::default()
     }
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 /// Pixels that an image may have.
 const MAX_PIXELS: u64 = 1 << 28;
 /// Pixels that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
-const MAX_PIXELS_PER_BYTE: u64 = 1 << 10;
+const MAX_PIXELS_PER_BYTE: u64 = 1032;
 
 /// Reads `R G B` of the first layer of an EXR file.
 pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {

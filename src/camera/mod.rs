@@ -112,6 +112,11 @@ impl Camera {
         Ray::new(self.position + lens, to_focus.normalize())
     }
 
+    /// Width of a pixel at the distance of `p`, scene units.
+    pub fn pixel_width(&self, p: Vec3) -> f32 {
+        self.scale * p.distance(self.position)
+    }
+
     /// Whether rays start from more than a single point.
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0

@@ -178,6 +178,21 @@ pub(super) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+/// How files are read where their formats leave something open.
+#[derive(Debug, Default, Parser)]
+pub(super) struct LoadArgs {
+    /// What `Tr` means in MTL files: auto, spec, max, blender or meshlab [default: auto]
+    #[arg(long, value_name = "NAME")]
+    pub mtl_dialect: Option<String>,
+
+    /// Smooth edges between facets that meet at less than so many degrees, in place of the file's normals
+    #[arg(long, value_name = "DEG")]
+    pub smooth: Option<f32>,
 }
 
 /// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
@@ -230,6 +245,9 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub estimator: EstimatorArgs,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
 
     /// Ray-tracing backend, of those built in (see --version)
     #[arg(long, value_name = "NAME")]

@@ -38,6 +38,16 @@ pub(super) fn scene_hash(scene: &Scene, camera: &CameraParameters) -> String {
         for p in &mesh.positions {
             p.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
         }
+        hash.update((mesh.normals.len() as u64).to_le_bytes());
+        for n in &mesh.normals {
+            n.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+        }
+        hash.update((mesh.uvs.len() as u64).to_le_bytes());
+        for uv in &mesh.uvs {
+            uv.to_array()
+                .iter()
+                .for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+        }
         hash.update((mesh.triangles.len() as u64).to_le_bytes());
         for triangle in &mesh.triangles {
             triangle.iter().for_each(|i| hash.update(i.to_le_bytes()));

@@ -14,7 +14,7 @@ const BVH_BYTES_PER_TRIANGLE: u64 = if cfg!(feature = "embree") { 70 } else { 79
 
 /// Prints what is in a scene.
 pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
-    let file = read_scene(&args.scene)?;
+    let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
     let resolution = |value: &Option<toml::Spanned<u32>>| value.as_ref().map_or(512, |v| *v.get_ref());

@@ -1,10 +1,10 @@
-use super::args::RenderArgs;
+use super::args::{LoadArgs, RenderArgs};
 use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
 use crate::camera::{Camera, CameraError, CameraParameters};
 use crate::film::{BLOCK, Filter, FilterKind, Rect};
-use crate::io::{CameraSection, FileError, SceneFile};
+use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{RenderSampler, SamplerKind};
 use std::ops::Range;
@@ -53,7 +53,7 @@ struct CameraArgs {
 impl Job {
     /// Reads the scene file and resolves everything.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
-        let scene = read_scene(&args.scene)?;
+        let scene = read_scene(&args.scene, &args.load)?;
         let resolution = resolution(args, &scene)?;
         let crop = crop(args, resolution)?;
         let kind = choose(&scene, "filter", &args.filter, &scene.image.filter, FilterKind::NAMES)?;
@@ -202,19 +202,30 @@ pub(super) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, CliError>
     pool.map_err(|error| CliError::Failed(format!("cannot start {threads} threads: {error}")))
 }
 
-/// A scene file, or the scene that a bare OBJ stands for.
-pub(super) fn read_scene(path: &Path) -> Result<SceneFile, FileError> {
+/// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.
+pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliError> {
+    let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
     if path.is_dir() {
-        return Err(
-            FileError::new(path, "this is a directory, not a scene").help("give a .toml scene file or an .obj file")
-        );
+        return Err(refused("this is a directory, not a scene").into());
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("toml") => SceneFile::load(path),
-        Some("obj") => Ok(SceneFile::of_obj(path)),
-        _ => Err(FileError::new(path, "not a scene by its name").help("give a .toml scene file or an .obj file")),
-    }
+    let mut scene = match extension.as_deref() {
+        Some("toml") => SceneFile::load(path)?,
+        Some("obj") => SceneFile::of_obj(path),
+        _ => return Err(refused("not a scene by its name").into()),
+    };
+    let settings = &scene.render;
+    scene.options = LoadOptions {
+        mtl_dialect: choose(
+            &scene,
+            "mtl-dialect",
+            &args.mtl_dialect,
+            &settings.mtl_dialect,
+            MtlDialect::NAMES,
+        )?,
+        smooth: positive(&scene, "smooth", args.smooth, &settings.smooth)?,
+    };
+    Ok(scene)
 }
 
 fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {

@@ -21,6 +21,9 @@ pub struct SurfacePoint {
     pub p: Vec3,
     /// How far along the normal a ray must start from `p` to clear the surface: a bound on rounding errors.
     pub clearance: f32,
+    /// What rays to the front and to the back add to that where the triangle stands for a curved surface, which passes before or
+    /// behind it.
+    pub lift: [f32; 2],
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,
     /// Unit shading normal, on the side of `ng`.
@@ -33,6 +36,36 @@ impl Mesh {
         self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
     }
 
+    /// Unit tangents of triangle `prim` along which u and v grow; `None` where it has no texture coordinates or they do not span it.
+    pub fn tangents(&self, prim: PrimId) -> Option<[Vec3; 2]> {
+        let [t0, t1, t2] = self.corner_uvs(prim)?;
+        let [p0, p1, p2] = self.corners(prim);
+        let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
+        // p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners, solved up to the length
+        let side = 1f32.copysign(d1.perp_dot(d2));
+        let du = ((d2.y * e1 - d1.y * e2) * side).try_normalize()?;
+        let dv = ((d1.x * e2 - d2.x * e1) * side).try_normalize()?;
+        Some([du, dv])
+    }
+
+    /// Lengths in texture coordinates over lengths in space, by the areas of triangle `prim`; 0 where it has no texture coordinates.
+    pub fn uv_per_length(&self, prim: PrimId) -> f32 {
+        let Some([t0, t1, t2]) = self.corner_uvs(prim) else {
+            return 0.0;
+        };
+        let [p0, p1, p2] = self.corners(prim);
+        let ratio = (t1 - t0).perp_dot(t2 - t0).abs() / (p1 - p0).cross(p2 - p0).length();
+        if ratio.is_finite() { ratio.sqrt() } else { 0.0 }
+    }
+
+    /// Bytes of the arrays.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.positions.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.uvs.as_slice())
+    }
+
     /// What all points of triangle `prim` share.
     pub fn facet(&self, prim: PrimId) -> Facet {
         Facet::new(self.corners(prim))
@@ -40,7 +73,32 @@ impl Mesh {
 
     /// The point of triangle `prim` at barycentric coordinates `b1`, `b2` of its second and third corner.
     pub fn surface_point(&self, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
-        SurfacePoint::new(self.corners(prim), self.facet(prim), b1, b2)
+        self.surface_point_on(self.facet(prim), prim, b1, b2)
+    }
+
+    /// The same, where the triangle's facet is at hand.
+    #[inline(always)]
+    pub fn surface_point_on(&self, facet: Facet, prim: PrimId, b1: f32, b2: f32) -> SurfacePoint {
+        let corners = self.corners(prim);
+        let point = SurfacePoint::new(corners, facet, b1, b2);
+        if self.normals.is_empty() {
+            return point;
+        }
+        let normals = self.triangles[prim.0 as usize].map(|i| self.normals[i as usize]);
+        point.curved(corners, normals, [1.0 - b1 - b2, b1, b2])
+    }
+
+    /// Texture coordinates of that point; `None` where the mesh has none.
+    pub fn uv(&self, prim: PrimId, b1: f32, b2: f32) -> Option<Vec2> {
+        let [t0, t1, t2] = self.corner_uvs(prim)?;
+        Some((1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2)
+    }
+
+    /// Texture coordinates of the corners of triangle `prim`.
+    pub fn corner_uvs(&self, prim: PrimId) -> Option<[Vec2; 3]> {
+        let uv = |i: u32| self.uvs.get(i as usize).copied();
+        let [a, b, c] = self.triangles[prim.0 as usize];
+        Some([uv(a)?, uv(b)?, uv(c)?])
     }
 }
 
@@ -95,11 +153,80 @@ impl SurfacePoint {
             p: t0 + t1 + t2,
             // The components of a unit vector sum to √3 at most.
             clearance: gamma(9) * ng.abs().dot(magnitude) + facet.clearance(),
+            lift: [0.0; 2],
             ng,
             ns: ng,
         }
     }
+
+    /// The point as one of the curved surface of which the triangle is a facet, with these unit normals at its corners and weights `b`.
+    ///
+    /// The shading normal is interpolated. Rays start off the facet as far as the curved surface is from it, where it bulges to their side:
+    /// else the facets' edges would show where light grazes them (Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is
+    /// projected onto the planes at the corners, those that lie before it, and the projections are interpolated).
+    #[inline(never)]
+    fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
+        let mut ns = Vec3::ZERO;
+        let mut lift = [0.0; 2];
+        for i in 0..3 {
+            // A vertex normal may be on the other side of the winding.
+            let n = normals[i] * 1f32.copysign(normals[i].dot(self.ng));
+            ns += b[i] * n;
+            let height = (corners[i] - self.p).dot(n);
+            lift[usize::from(height < 0.0)] += b[i] * height.abs() * n.dot(self.ng);
+        }
+        Self {
+            ns: ns.try_normalize().unwrap_or(self.ng),
+            lift,
+            ..self
+        }
+    }
+
+    /// The same with the shading normal that a relief gives it: a vector in the frame of two unit tangents and the present normal.
+    pub fn with_relief(self, [du, dv]: [Vec3; 2], relief: Vec3) -> Self {
+        // On the surface that the shading normal stands for
+        let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
+        let n = relief.x * onto(du) + relief.y * onto(dv) + relief.z * self.ns;
+        let ns = n.try_normalize().filter(|n| n.dot(self.ng) > 0.0);
+        Self {
+            ns: ns.unwrap_or(self.ns),
+            ..self
+        }
+    }
+
+    /// Whether the shading normal is another one than the geometric one.
+    pub fn is_curved(&self) -> bool {
+        self.ns != self.ng
+    }
+
+    /// Whether [`SurfacePoint::seen_from`] bends the shading normal for the unit direction `wo` to the viewer.
+    pub fn bends_for(&self, wo: Vec3) -> bool {
+        // The mirror image's height, seen from the side of wo
+        let height = (2.0 * wo.dot(self.ns) * self.ns - wo).dot(self.ng);
+        height * 1f32.copysign(wo.dot(self.ng)) < LEAST_HEIGHT
+    }
+
+    /// The same with the shading normal bent, as little as it takes, so that the unit direction `wo` to the viewer and its mirror image are on
+    /// the outside of the facet: else there were black rims (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering
+    /// System", appendix A.3: the mirror image is moved to the horizon).
+    pub fn seen_from(self, wo: Vec3) -> Self {
+        if !self.bends_for(wo) {
+            return self;
+        }
+        let side = 1f32.copysign(wo.dot(self.ng));
+        let (ng, ns) = (self.ng * side, self.ns * side);
+        let mirrored = 2.0 * wo.dot(ns) * ns - wo;
+        let at_horizon = mirrored + (LEAST_HEIGHT - mirrored.dot(ng)) * ng;
+        let bent = at_horizon.try_normalize().and_then(|r| (wo + r).try_normalize());
+        Self {
+            ns: bent.map_or(self.ng, |n| n * side),
+            ..self
+        }
+    }
 }
+
+/// Sine of the angle above a facet at which mirror images are kept: enough for the roundings of a few unit vectors.
+const LEAST_HEIGHT: f32 = 1e-4;
 
 /// Unit normal of the triangle by its winding; zero only where the triangle has no area at all.
 pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {

@@ -6,7 +6,9 @@ use crate::math::{Ray, Vec3, float::gamma};
 /// A ray that starts there cannot meet the surface it left, and skips nothing wider than the rounding error
 /// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
-    s.p + s.ng * s.clearance.copysign(w.dot(s.ng))
+    let side = w.dot(s.ng);
+    let lift = if side < 0.0 { s.lift[1] } else { s.lift[0] };
+    s.p + s.ng * (s.clearance + lift).copysign(side)
 }
 
 /// The ray that leaves the surface at `s` in direction `w`.

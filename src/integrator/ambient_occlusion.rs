@@ -1,7 +1,7 @@
-use super::{Integrator, RayKind, Sink, World};
+use super::{Integrator, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::ray_towards;
+use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
@@ -17,20 +17,20 @@ pub struct AmbientOcclusion<'a, A> {
 
 impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let Some((_, vertex)) = self.world.look(key, sampler, out) else {
+        let slot = BsdfSlot::new();
+        let Some((_, vertex)) = self.world.look(key, sampler, &slot, out) else {
             return;
         };
 
         // A cosine-weighted direction on the viewer's side
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
+        let Some(ray) = vertex.ray_along(wi) else { return };
         let probe = Ray {
             t_max: self.distance,
-            ..ray_towards(&vertex.point, vertex.frame.to_world(wi))
+            ..ray
         };
-        out.ray(RayKind::Shadow);
-        if !self.world.accel.occluded(&probe) {
-            out.radiance(Spectrum::ONE);
-        }
+        let open = self.world.transmittance(&probe, out);
+        out.radiance(Spectrum::splat(open));
     }
 }

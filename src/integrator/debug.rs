@@ -2,6 +2,7 @@ use super::{Integrator, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Shows a property of the first surface as a colour.
@@ -27,7 +28,8 @@ pub enum DebugView {
 
 impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let Some((hit, vertex)) = self.world.look(key, sampler, out) else {
+        let slot = BsdfSlot::new();
+        let Some((hit, vertex)) = self.world.look(key, sampler, &slot, out) else {
             return;
         };
         out.radiance(match self.view {

@@ -1,8 +1,8 @@
-use super::{RayKind, Sink, Strategy, World};
+use super::{Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{SurfacePoint, ray_towards};
 use crate::light::LightId;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -15,6 +15,26 @@ pub(super) struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,
+    /// Whether the shading normal is another one than the geometric one.
+    pub is_curved: bool,
+    /// Whether it was bent towards the viewer.
+    pub is_bent: bool,
+}
+
+impl Vertex<'_> {
+    /// The ray that goes on in direction `wi` (local frame), unless it leaves on the wrong side ([`Vertex::admits`]).
+    #[inline(always)]
+    pub fn ray_along(&self, wi: Vec3) -> Option<Ray> {
+        let direction = self.frame.to_world(wi);
+        self.admits(direction, wi).then(|| ray_towards(&self.point, direction))
+    }
+
+    /// Whether a direction, in the world and in the local frame, is on one side of the surface by its geometric and by its shading normal.
+    /// Where it is not, light would leak through the surface: there it counts as scattering nothing (Veach 1997, §5.3).
+    #[inline(always)]
+    pub fn admits(&self, world: Vec3, local: Vec3) -> bool {
+        !self.is_curved || world.dot(self.point.ng) * local.z > 0.0
+    }
 }
 
 /// The random numbers of one estimate of direct light.
@@ -108,6 +128,9 @@ impl Direct {
 
         // What would be scattered; a shadow ray is worth while only where that is anything.
         let wi = vertex.frame.to_local(light.wi);
+        if !vertex.admits(light.wi, wi) {
+            return Self::NONE;
+        }
         let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
         if f.is_black() {
             return Self::NONE;
@@ -123,14 +146,7 @@ impl Direct {
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Spectrum {
         match self {
             Self::Known(radiance) => radiance,
-            Self::Unless(ray, radiance) => {
-                out.ray(RayKind::Shadow);
-                if world.accel.occluded(&ray) {
-                    Spectrum::ZERO
-                } else {
-                    radiance
-                }
-            }
+            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),
         }
     }
 }

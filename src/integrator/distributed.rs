@@ -3,7 +3,7 @@ use super::strategy::Scattered;
 use super::{Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::ray_towards;
+use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -62,7 +62,8 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         };
 
         // Emission and direct light, as along a path
-        let vertex = world.vertex(&hit, ray);
+        let slot = BsdfSlot::new();
+        let vertex = world.vertex(&hit, ray, &slot);
         if branch.depth == 0 {
             out.first_surface(world.first_surface(&vertex));
         }
@@ -85,8 +86,11 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
                 continue;
             };
+            let Some(ray) = vertex.ray_along(sample.wi) else {
+                continue;
+            };
             let child = Branch {
-                ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+                ray,
                 depth: branch.depth + 1,
                 node,
                 beta: branch.beta * sample.weight / self.branching as f32,

@@ -1,7 +1,7 @@
 use super::{Directions, Integrator, RayKind, Roulette, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::ray_towards;
+use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Kajiya's path tracing by brute force: directions uniform over the hemisphere, light only where a path happens to meet it
@@ -33,7 +33,8 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 }
                 return;
             };
-            let vertex = world.vertex(&hit, &ray);
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
             if depth == 0 {
                 out.first_surface(world.first_surface(&vertex));
             }
@@ -64,7 +65,10 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 return;
             };
             beta *= factor;
-            ray = ray_towards(&vertex.point, vertex.frame.to_world(sample.wi));
+            let Some(onwards) = vertex.ray_along(sample.wi) else {
+                return;
+            };
+            ray = onwards;
         }
     }
 }

@@ -5,7 +5,8 @@ use super::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, Worl
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{Hit, ray_towards};
+use crate::geometry::Hit;
+use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use std::array::from_fn;
@@ -157,8 +158,14 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             let n = keys.len();
             self.world.accel.intersect_coherent(&rays[..n], &mut hits[..n]);
             out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
+            if self.world.scene.has_holes() {
+                for ((hit, ray), out) in hits.iter_mut().zip(&rays).zip(&mut *out) {
+                    *hit = self.world.past_holes(*ray, *hit, RayKind::Camera, out);
+                }
+            }
 
             // Each path by itself
+            let slots = [const { BsdfSlot::new() }; SAMPLES_AT_ONCE];
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
             for i in 0..n {
@@ -168,7 +175,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
                     path: Segment::from_camera(rays[i]),
                     hit: hits[i],
                 };
-                (firsts[i], ends[i]) = self.follow(start, &mut out[i]);
+                (firsts[i], ends[i]) = self.follow(start, &slots[i], &mut out[i]);
             }
 
             // All first vertices look at the ends, if there are any.
@@ -196,8 +203,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
     /// Follows the path from the camera. Where paths are shared, what a matte second vertex scatters is not yet its own: that end is
     /// given back, and the first vertex.
     #[inline(always)]
-    fn follow<S: Sampler>(&self, start: Start<S>, out: &mut impl Sink) -> (Option<Vertex<'_>>, Option<End>) {
-        let (mut radiance, first) = self.arrive(&start.path, start.hit);
+    fn follow<'v, S: Sampler>(
+        &'v self,
+        start: Start<S>,
+        slot: &'v BsdfSlot,
+        out: &mut impl Sink,
+    ) -> (Option<Vertex<'v>>, Option<End>) {
+        let (mut radiance, first) = self.arrive(&start.path, start.hit, slot);
         let mut end = None;
         if let Some(first) = &first {
             out.first_surface(self.world.first_surface(first));
@@ -205,15 +217,15 @@ impl<A: Accel> PathIntegrator<'_, A> {
             radiance += direct;
             if let Some(next) = next {
                 let hit = self.world.intersect(&next.ray, RayKind::Bounce, out);
-                let (emitted, second) = self.arrive(&next, hit);
+                let slot = BsdfSlot::new();
+                let (emitted, second) = self.arrive(&next, hit, &slot);
                 radiance += emitted;
                 match second {
                     Some(second) if self.reuse && !next.is_delta() && End::can_be(&second) => {
-                        let (point, wo) = (second.point, second.wo);
-                        let light = self.scattered(second, next.shared(), start.sampler, out);
-                        end = Some(End::new(&point, wo, light));
+                        let light = self.scattered(&second, next.shared(), start.sampler, out);
+                        end = Some(End::new(&second, light));
                     }
-                    Some(second) => radiance += self.scattered(second, next, start.sampler, out),
+                    Some(second) => radiance += self.scattered(&second, next, start.sampler, out),
                     None => {}
                 }
             }
@@ -224,7 +236,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The light that `path` meets: what is emitted where it arrives, and the vertex that is there, if any.
     #[inline(always)]
-    fn arrive(&self, path: &Segment, hit: Option<Hit>) -> (Spectrum, Option<Vertex<'_>>) {
+    fn arrive<'v>(&'v self, path: &Segment, hit: Option<Hit>, slot: &'v BsdfSlot) -> (Spectrum, Option<Vertex<'v>>) {
         let (scene, strategy) = (self.world.scene, &self.strategy);
         let mut radiance = Spectrum::ZERO;
         let Some(met) = hit else {
@@ -235,7 +247,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             return (radiance, None);
         };
         // The surface, and the light it emits by itself
-        let vertex = self.world.vertex(&met, &path.ray);
+        let vertex = self.world.vertex(&met, &path.ray, slot);
         let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
         if let Some(light) = scene.emitted(&met, from, vertex.point.p, path.ray.direction) {
             radiance = path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
@@ -243,29 +255,23 @@ impl<A: Accel> PathIntegrator<'_, A> {
         (radiance, Some(vertex))
     }
 
-    /// The light that the second vertex of a path scatters.
+    /// The light that `vertex`, the second one of `path`, scatters.
     #[inline(always)]
-    fn scattered<'v, S: Sampler>(
-        &'v self,
-        mut vertex: Vertex<'v>,
-        mut path: Segment,
-        sampler: &S,
-        out: &mut impl Sink,
-    ) -> Spectrum {
-        let mut radiance = Spectrum::ZERO;
-        let mut u = VertexNumbers::draw(sampler, 1);
-        for depth in 1.. {
-            let (direct, next) = self.step(&vertex, &path, depth, &u, out);
-            radiance += direct;
-            let Some(next) = next else { break };
-            path = next;
-            // The next vertex's numbers do not depend on what is hit: they are drawn before the ray, and so while it is traced.
-            u = VertexNumbers::draw(sampler, depth + 1);
+    fn scattered<S: Sampler>(&self, vertex: &Vertex, path: Segment, sampler: &S, out: &mut impl Sink) -> Spectrum {
+        let u = VertexNumbers::draw(sampler, 1);
+        let (mut radiance, mut next) = self.step(vertex, &path, 1, &u, out);
+        for depth in 2.. {
+            let Some(path) = next else { break };
+            // A vertex's numbers do not depend on what is hit: they are drawn before the ray, and so while it is traced.
+            let u = VertexNumbers::draw(sampler, depth);
             let hit = self.world.intersect(&path.ray, RayKind::Bounce, out);
-            let (emitted, met) = self.arrive(&path, hit);
+            let slot = BsdfSlot::new();
+            let (emitted, vertex) = self.arrive(&path, hit, &slot);
             radiance += emitted;
-            let Some(met) = met else { break };
-            vertex = met;
+            let Some(vertex) = vertex else { break };
+            let (direct, onwards) = self.step(&vertex, &path, depth, &u, out);
+            radiance += direct;
+            next = onwards;
         }
         radiance
     }
@@ -339,7 +345,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
         let factor = self.roulette().play(depth, beta * roulette_scale, u.roulette)?;
         Some(Segment {
-            ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+            ray: vertex.ray_along(sample.wi)?,
             beta: beta * factor,
             roulette_scale,
             scattered: Some(Scattered {

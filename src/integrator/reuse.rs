@@ -21,8 +21,10 @@ use crate::math::{Ray, Vec3};
 pub(super) struct End {
     /// The point, clear of its surface.
     p: Vec3,
-    /// Unit normal on the side that light leaves.
+    /// Unit geometric normal on the side that light leaves.
     n: Vec3,
+    /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
+    curved: Option<SurfacePoint>,
     /// Estimate of the radiance that is scattered to that side.
     radiance: Spectrum,
 }
@@ -40,15 +42,17 @@ struct Candidate {
 impl End {
     /// Whether `vertex` scatters to all directions alike.
     pub fn can_be(vertex: &Vertex) -> bool {
-        vertex.bsdf.is_lambert()
+        vertex.bsdf.is_lambert() && !vertex.is_bent
     }
 
-    /// At `point`, seen from the side of `wo` (local frame), whose scattered light is `radiance`.
-    pub fn new(point: &SurfacePoint, wo: Vec3, radiance: Spectrum) -> Self {
-        let n = point.ns * 1f32.copysign(wo.z);
+    /// At `vertex`, whose scattered light is `radiance`.
+    pub fn new(vertex: &Vertex, radiance: Spectrum) -> Self {
+        let point = vertex.point;
+        let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
-            p: offset_origin(point, n),
+            p: offset_origin(&point, n),
             n,
+            curved: vertex.is_curved.then_some(point),
             radiance,
         }
     }
@@ -85,23 +89,35 @@ impl End {
             }
         }
 
-        // Who sees it
-        let mut occluded = [false; SAMPLES_AT_ONCE];
-        let (others, occluded) = (&others[..count], &mut occluded[..count]);
-        world.accel.occluded_coherent(&rays[..count], occluded);
-        let mut pdf = own.pdf;
-        for (other, occluded) in others.iter().zip(&*occluded) {
-            out[other.index].ray(RayKind::Shadow);
-            if !occluded {
-                pdf += other.pdf;
+        // Who sees it, and how much of it where there are holes
+        let (others, rays) = (&others[..count], &rays[..count]);
+        let mut seen = [1.0; SAMPLES_AT_ONCE];
+        let mut own_seen = 1.0;
+        if world.scene.has_holes() {
+            for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
+                *seen = world.transmittance(ray, &mut out[other.index]);
+            }
+            let way = firsts[owner].as_ref().map(|first| ray_between(&first.point, self.p));
+            own_seen = way.map_or(0.0, |ray| world.transmittance(&ray, &mut out[owner]));
+        } else {
+            let mut occluded = [false; SAMPLES_AT_ONCE];
+            world.accel.occluded_coherent(rays, &mut occluded[..count]);
+            for ((seen, other), occluded) in seen.iter_mut().zip(others).zip(occluded) {
+                out[other.index].ray(RayKind::Shadow);
+                *seen = f32::from(u8::from(!occluded));
             }
         }
 
-        // Its share
+        // Their shares
+        let others = || others.iter().zip(seen);
+        let pdf = others().fold(own_seen * own.pdf, |pdf, (other, seen)| pdf + seen * other.pdf);
+        if pdf <= 0.0 {
+            return;
+        }
         let light = self.radiance * (1.0 / pdf);
-        out[owner].radiance(own.f * light);
-        for (other, _) in others.iter().zip(&*occluded).filter(|(_, occluded)| !**occluded) {
-            out[other.index].radiance(other.f * light);
+        out[owner].radiance(own.f * light * own_seen);
+        for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
+            out[other.index].radiance(other.f * light * seen);
         }
     }
 
@@ -112,7 +128,14 @@ impl End {
         let squared = d.length_squared();
         let wi = d * (1.0 / squared.sqrt());
         let g = -self.n.dot(wi) / squared;
+        if self.curved.is_some_and(|point| point.bends_for(-wi)) {
+            return None;
+        }
+        let direction = wi;
         let wi = vertex.frame.to_local(wi);
+        if !vertex.admits(direction, wi) {
+            return None;
+        }
         let pdf = directions.pdf(vertex.bsdf, vertex.wo, wi) * g;
         // Also false where the two points are one
         (pdf > 0.0 && pdf.is_finite()).then(|| Candidate {

@@ -3,7 +3,7 @@ use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
-use crate::geometry::ray_towards;
+use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
@@ -62,7 +62,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
 
         // Emission and direct light
-        let vertex = world.vertex(&hit, ray);
+        let slot = BsdfSlot::new();
+        let vertex = world.vertex(&hit, ray, &slot);
         if branch.depth == 0 {
             out.first_surface(world.first_surface(&vertex));
         }
@@ -88,8 +89,11 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             if beta.max_component() * eta_squared < LEAST_SHARE {
                 continue;
             }
+            let Some(ray) = vertex.ray_along(sample.wi) else {
+                continue;
+            };
             let child = Branch {
-                ray: ray_towards(&vertex.point, vertex.frame.to_world(sample.wi)),
+                ray,
                 depth: branch.depth + 1,
                 node: branch.node.wrapping_mul(4).wrapping_add(i as u32 + 1),
                 beta,

@@ -3,7 +3,9 @@ use super::{RayKind, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Filter, FirstSurface};
-use crate::geometry::Hit;
+use crate::geometry::{Hit, SurfacePoint, ray_between, ray_towards};
+use crate::material::BsdfSlot;
+use crate::math::hash::mix;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::scene::Scene;
@@ -57,37 +59,124 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.
-    pub(super) fn look(
-        &self,
+    pub(super) fn look<'v>(
+        &'v self,
         key: SampleKey,
         sampler: &mut impl Sampler,
+        slot: &'v BsdfSlot,
         out: &mut impl Sink,
-    ) -> Option<(Hit, Vertex<'a>)> {
+    ) -> Option<(Hit, Vertex<'v>)> {
         let ray = self.camera_ray(key, sampler, out);
         let hit = self.intersect(&ray, RayKind::Camera, out)?;
-        let vertex = self.vertex(&hit, &ray);
+        let vertex = self.vertex(&hit, &ray, slot);
         out.first_surface(self.first_surface(&vertex));
         Some((hit, vertex))
     }
 
-    /// The closest hit, counted.
+    /// The closest hit, counted; holes let rays pass.
     #[inline(always)]
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {
         out.ray(kind);
-        self.accel.intersect(ray)
+        let hit = self.accel.intersect(ray);
+        if self.scene.has_holes() {
+            return self.past_holes(*ray, hit, kind, out);
+        }
+        hit
     }
 
-    /// The surface at `hit`, seen along `ray`.
+    /// What the unit direction of `ray` meets at last, where `hit` is what it meets first. Of a surface that is there to some share a ray meets
+    /// as large a share; chance comes from the bits of the hit.
+    #[inline(never)]
+    pub(super) fn past_holes(&self, ray: Ray, hit: Option<Hit>, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {
+        let mut next = hit;
+        while let Some(hit) = next {
+            let opacity = self.scene.opacity(&hit);
+            if opacity >= 1.0 || chance(&hit, &ray) < opacity {
+                return Some(hit);
+            }
+            out.ray(kind);
+            let onwards = ray_towards(&self.scene.surface_point(&hit), ray.direction);
+            next = self.accel.intersect(&onwards);
+        }
+        None
+    }
+
+    /// The share of light that passes along `ray`: 0 or 1, but for surfaces with holes.
     #[inline(always)]
-    pub(super) fn vertex(&self, hit: &Hit, ray: &Ray) -> Vertex<'a> {
-        let point = self.scene.surface_point(hit);
+    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl Sink) -> f32 {
+        if self.scene.has_holes() {
+            return self.transmittance_of_holes(*ray, out);
+        }
+        out.ray(RayKind::Shadow);
+        f32::from(u8::from(!self.accel.occluded(ray)))
+    }
+
+    #[inline(never)]
+    fn transmittance_of_holes(&self, mut ray: Ray, out: &mut impl Sink) -> f32 {
+        let end = ray.at(ray.t_max);
+        let mut transmittance = 1.0;
+        loop {
+            out.ray(RayKind::Shadow);
+            let Some(hit) = self.accel.intersect(&ray) else {
+                return transmittance;
+            };
+            transmittance *= 1.0 - self.scene.opacity(&hit);
+            if transmittance <= 0.0 {
+                return 0.0;
+            }
+            let point = self.scene.surface_point(&hit);
+            ray = match ray.t_max.is_finite() {
+                true => ray_between(&point, end),
+                false => ray_towards(&point, ray.direction),
+            };
+        }
+    }
+
+    /// The surface at `hit`, seen along `ray`; what varies over it is put into `slot`.
+    #[inline(always)]
+    pub(super) fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
+        let Some((point, bsdf)) = self.scene.plain_surface(hit) else {
+            return self.detailed_vertex(hit, ray, slot);
+        };
         let frame = Frame::from_z(point.ns);
         Vertex {
             wo: frame.to_local(-ray.direction),
-            bsdf: self.scene.bsdf(hit),
+            bsdf,
             frame,
             point,
+            is_curved: false,
+            is_bent: false,
         }
+    }
+
+    /// The same where normals or materials vary, which is kept out of the way of surfaces where they do not.
+    #[inline(never)]
+    fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
+        let wo = -ray.direction;
+        let mut point = self.scene.surface_point(hit);
+        let footprint = self.footprint(&point, ray);
+        point = self.scene.with_relief(hit, point, footprint);
+        let is_bent = point.bends_for(wo);
+        if is_bent {
+            point = point.seen_from(wo);
+        }
+        let frame = Frame::from_z(point.ns);
+        Vertex {
+            wo: frame.to_local(wo),
+            bsdf: self.scene.bsdf(hit, footprint, slot),
+            frame,
+            point,
+            is_curved: true,
+            is_bent,
+        }
+    }
+
+    /// How much of the surface at `point`, in scene units, a ray stands for: what a pixel sees there if it looks straight from the camera. Along
+    /// a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way).
+    fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
+        // A pixel's square is stretched along one axis, where light grazes the surface: the side of a square of the same area.
+        let cos = ray.direction.dot(point.ng).abs().max(1e-2);
+        self.camera.pixel_width(point.p) / cos.sqrt()
     }
 
     /// What the auxiliary channels show of `vertex`.
@@ -98,4 +187,15 @@ impl<'a, A: Accel> World<'a, A> {
             depth: self.camera.depth(vertex.point.p),
         }
     }
+}
+
+/// A number in [0, 1) made of the bits of `hit` along `ray`, as good as drawn: no two rays of a render are alike.
+fn chance(hit: &Hit, ray: &Ray) -> f32 {
+    let [x, y, z] = ray.direction.to_array().map(f32::to_bits);
+    let [t, b1, b2] = [hit.t, hit.b1, hit.b2].map(f32::to_bits);
+    let pairs = [[x, y], [z, t], [b1, b2], [hit.geom.0, hit.prim.0]];
+    let hash = pairs
+        .iter()
+        .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));
+    (hash >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
 }

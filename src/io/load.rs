@@ -1,17 +1,31 @@
 use super::FileError;
-use super::mtl::default_material;
+use super::find_file::find_file;
+use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
+use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
 use super::scene_file::{ObjectSection, Scale, SceneFile};
+use super::texture::{TextureKind, TextureRequest, load_textures};
+use crate::color::Spectrum;
 use crate::geometry::Mesh;
-use crate::material::MaterialId;
+use crate::material::{Map, Material, MaterialId};
 use crate::math::{Affine3A, Vec3, affine_from_rows, affine_from_trs};
 use crate::scene::{BuildError, Scene, SceneBuilder, SceneReport};
+use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Name of the material of faces that name none.
 const DEFAULT_MATERIAL: &str = "default";
+
+/// How files are read where their formats leave something open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// What `Tr` means.
+    pub mtl_dialect: MtlDialect,
+    /// Edges between facets that meet at less than so many degrees are smooth; `None` goes by the file's normals.
+    pub smooth: Option<f32>,
+}
 
 /// A scene read from files.
 #[derive(Debug)]
@@ -29,13 +43,16 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
         builder,
         warnings: Vec::new(),
         used: HashMap::new(),
+        textures: Vec::new(),
+        asked: Vec::new(),
     };
     // An OBJ that several objects place is read once.
     let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
     for object in &file.object {
         let path = file.resolve(object.obj.get_ref());
         if !objs.contains_key(&path) {
-            let mut obj = load_obj(&path).map_err(|error| loader.named_here(error, &path, object.obj.span()))?;
+            let mut obj =
+                load_obj(&path, &file.options).map_err(|error| loader.named_here(error, &path, object.obj.span()))?;
             loader.warnings.append(&mut obj.warnings);
             objs.insert(path.clone(), obj);
         }
@@ -45,6 +62,7 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
         light.add_to(&mut loader.builder, file)?;
     }
     loader.warn_of_unused_materials();
+    loader.load_textures();
 
     let (scene, report) = loader.builder.build().map_err(|e| scene_error(file, &e))?;
     loader.warnings.extend(report_warnings(&report));
@@ -60,6 +78,9 @@ struct Loader<'a> {
     warnings: Vec<String>,
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
+    /// Textures that they ask for, and where they do so.
+    textures: Vec<TextureRequest>,
+    asked: Vec<MapRequest>,
 }
 
 impl Loader<'_> {
@@ -86,8 +107,8 @@ impl Loader<'_> {
         let material = match section {
             Some((_, section)) => section.material(name, self.file)?,
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
-            None => match obj.materials.iter().rev().find(|m| m.name == name) {
-                Some(material) => material.clone(),
+            None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
+                Some(found) => self.textured(found),
                 None => {
                     let default = default_material(name);
                     if let Some(name) = &group.material {
@@ -108,6 +129,67 @@ impl Loader<'_> {
         })?;
         self.used.insert((source, name.to_string()), id);
         Ok(id)
+    }
+
+    /// The material of a library with maps that name requests for textures.
+    fn textured(&mut self, found: &MtlMaterial) -> Material {
+        let mut material = found.material.clone();
+        for request in &found.maps {
+            let statement = &request.statement;
+            let folder = request.library.parent().unwrap_or(Path::new(""));
+            let (kind, slot) = match statement.slot {
+                MapSlot::Diffuse => (TextureKind::Color, &mut material.maps.diffuse),
+                MapSlot::Specular => (TextureKind::Color, &mut material.maps.specular),
+                MapSlot::Exponent => (TextureKind::Value(Channel::Luminance), &mut material.maps.exponent),
+                MapSlot::Opacity => (TextureKind::Value(Channel::Opacity), &mut material.maps.opacity),
+                MapSlot::Bump => (TextureKind::Value(Channel::Luminance), &mut material.maps.bump),
+                MapSlot::Normal => (TextureKind::Normal, &mut material.maps.normal),
+                MapSlot::Emission | MapSlot::Roughness | MapSlot::Metallic => {
+                    self.warnings.push(request.remark("has no effect yet").to_string());
+                    continue;
+                }
+            };
+            let kind = match (kind, statement.mapping.channel) {
+                (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),
+                _ => kind,
+            };
+            match find_file(folder, &statement.file) {
+                Some(path) => {
+                    *slot = Some(Map {
+                        texture: TextureId(self.textures.len() as u32),
+                        mapping: statement.mapping,
+                    });
+                    let wrap = statement.mapping.wrap;
+                    self.textures.push(TextureRequest { path, kind, wrap });
+                    self.asked.push(request.clone());
+                }
+                None => {
+                    let missing = request.remark("is missing; the material's constant counts alone");
+                    self.warnings.push(missing.help("put the file there").to_string());
+                    if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
+                        material.diffuse = default_material("").diffuse;
+                    }
+                }
+            }
+        }
+        material
+    }
+
+    fn load_textures(&mut self) {
+        let loaded = load_textures(&self.textures);
+        self.warnings.extend(loaded.warnings);
+        let mut ids = Vec::with_capacity(loaded.ids.len());
+        for (result, request) in loaded.ids.into_iter().zip(&self.asked) {
+            ids.push(
+                result
+                    .map_err(|error| {
+                        let unread = request.remark("cannot be used; the material's constant counts alone");
+                        self.warnings.push(format!("{unread}\n  {error}"));
+                    })
+                    .ok(),
+            );
+        }
+        self.builder.set_textures(loaded.textures, &ids);
     }
 
     fn warn_of_unused_materials(&mut self) {
@@ -174,13 +256,16 @@ fn placement(file: &SceneFile, object: &ObjectSection) -> Result<Option<Affine3A
 /// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.
 fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
     let mirrored = transform.matrix3.determinant() < 0.0;
+    // Normals are planes: they go by the inverse transpose.
+    let of_normals = transform.matrix3.inverse().transpose();
     Mesh {
         positions: mesh.positions.iter().map(|&p| transform.transform_point3a(p)).collect(),
         triangles: match mirrored {
             false => mesh.triangles.clone(),
             true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
         },
-        ..Mesh::default()
+        normals: mesh.normals.iter().map(|&n| (of_normals * n).normalize_or(n)).collect(),
+        uvs: mesh.uvs.clone(),
     }
 }
 

@@ -82,6 +82,7 @@ impl MaterialSection {
             ior: ior.unwrap_or(Material::default().ior),
             thin: self.thin.unwrap_or(false),
             emission: section.color("emission", &self.emission)?.unwrap_or(Spectrum::ZERO),
+            ..Material::default()
         })
     }
 

@@ -1,8 +1,8 @@
-use super::mtl::{library_path, load_mtl};
+use super::LoadOptions;
+use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
 use super::statements::{split_keyword, statements};
 use super::{FileError, Position, obj_blame};
 use crate::geometry::Mesh;
-use crate::material::Material;
 use crate::math::Vec3;
 use std::collections::HashMap;
 use std::fs;
@@ -23,7 +23,7 @@ pub(super) struct ObjFile {
     /// One group for each material in use, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
-    pub materials: Vec<Material>,
+    pub materials: Vec<MtlMaterial>,
     /// What was missing or assumed, as `file:line: words`.
     pub warnings: Vec<String>,
 }
@@ -45,7 +45,7 @@ struct Outline {
 ///
 /// tobj drops the names of materials it finds no definition for, and takes polylines for polygons; so the file's
 /// outline is read first, and tobj is given every used name as a material, and faces alone.
-pub(super) fn load_obj(path: &Path) -> Result<ObjFile, FileError> {
+pub(super) fn load_obj(path: &Path, options: &LoadOptions) -> Result<ObjFile, FileError> {
     if path.is_dir() {
         return Err(FileError::new(path, "this is a directory, not an OBJ file").help("give the file's name"));
     }
@@ -53,7 +53,7 @@ pub(super) fn load_obj(path: &Path) -> Result<ObjFile, FileError> {
     let text = String::from_utf8_lossy(&bytes);
     let outline = Outline::read(&text);
     let mut warnings = Vec::new();
-    let materials = load_libraries(path, &outline.libraries, &mut warnings)?;
+    let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, &mut warnings)?;
     if let (count @ 1.., line) = outline.too_short {
         let short = FileError::new(
             path,
@@ -130,8 +130,9 @@ impl Outline {
 fn load_libraries(
     obj: &Path,
     libraries: &[(String, usize)],
+    dialect: MtlDialect,
     warnings: &mut Vec<String>,
-) -> Result<Vec<Material>, FileError> {
+) -> Result<Vec<MtlMaterial>, FileError> {
     let mut materials = Vec::new();
     for (name, line) in libraries {
         // One name with blanks, or several names.
@@ -143,7 +144,7 @@ fn load_libraries(
         };
         for path in paths {
             if path.is_file() {
-                let (library, remarks) = load_mtl(&path)?;
+                let (library, remarks) = load_mtl(&path, dialect)?;
                 materials.extend(library);
                 warnings.extend(remarks);
             } else {
@@ -198,7 +199,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.obj");
         fs::write(&path, text).unwrap();
-        load_obj(&path)
+        load_obj(&path, &LoadOptions::default())
     }
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";

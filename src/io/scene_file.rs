@@ -1,4 +1,4 @@
-use super::{FileError, LightSection, MaterialSection, Position};
+use super::{FileError, LightSection, LoadOptions, MaterialSection, Position};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 use std::collections::BTreeMap;
@@ -31,6 +31,9 @@ pub struct SceneFile {
     /// Lights besides emitting triangles.
     #[serde(default)]
     pub light: Vec<LightSection>,
+    /// How OBJ and MTL files are read.
+    #[serde(skip)]
+    pub options: LoadOptions,
     /// The file itself; paths are relative to its folder.
     #[serde(skip)]
     path: PathBuf,
@@ -110,6 +113,10 @@ pub struct RenderSection {
     pub sampler: Option<Spanned<String>>,
     /// Name of the ray-tracing backend.
     pub backend: Option<Spanned<String>>,
+    /// What MTL files mean by `Tr`.
+    pub mtl_dialect: Option<Spanned<String>>,
+    /// Degrees below which edges are smoothed.
+    pub smooth: Option<Spanned<f32>>,
 }
 
 /// `[[object]]`

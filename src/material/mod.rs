@@ -1,7 +1,12 @@
 //! What surfaces are made of, and the BSDF that makes.
 
+mod maps;
+
+pub use maps::{Map, Maps, Spot};
+
 use crate::bsdf::{Blinn, Bsdf, Dielectric, Fresnel, Lambert, Lobe, Mirror, Mix, Phong, ThinSheet};
 use crate::color::Spectrum;
+use std::cell::OnceCell;
 
 /// A material of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -27,7 +32,14 @@ pub struct Material {
     pub thin: bool,
     /// Emitted radiance on the front side, W·sr⁻¹·m⁻².
     pub emission: Spectrum,
+    /// Share of the surface that is there, in [0, 1]: the rest is a hole.
+    pub opacity: f32,
+    /// What varies over the surface.
+    pub maps: Maps,
 }
+
+/// Holds the BSDF of a surface that varies, for as long as it is looked at.
+pub type BsdfSlot = OnceCell<Bsdf>;
 
 /// The shape of a specular reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,46 +64,35 @@ impl Default for Material {
             ior: 1.5,
             thin: false,
             emission: Spectrum::ZERO,
+            opacity: 1.0,
+            maps: Maps::default(),
         }
     }
 }
 
 impl Material {
-    /// The BSDF, which is the same all over the surface.
+    /// The BSDF of a surface that is the same all over.
     pub fn bsdf(&self) -> Bsdf {
+        self.bsdf_of(self.diffuse, self.specular, self.gloss, self.transmission)
+    }
+
+    fn bsdf_of(&self, diffuse: Spectrum, specular: Spectrum, gloss: Gloss, transmission: Spectrum) -> Bsdf {
         let present = |weight: Spectrum| (!weight.is_black()).then_some(weight);
         let lobes = [
-            present(self.diffuse).map(|_| self.diffuse_lobe()),
-            present(self.specular).map(|_| self.specular_lobe()),
-            present(self.transmission).map(|_| self.transmission_lobe()),
+            present(diffuse).map(diffuse_lobe),
+            present(specular).map(|reflectance| specular_lobe(reflectance, gloss)),
+            present(transmission).map(|transmittance| self.transmission_lobe(transmittance)),
         ];
         match lobes {
-            [None, None, None] => Bsdf::Single(self.diffuse_lobe()),
+            [None, None, None] => Bsdf::Single(diffuse_lobe(Spectrum::ZERO)),
             [Some(lobe), None, None] | [None, Some(lobe), None] | [None, None, Some(lobe)] => Bsdf::Single(lobe),
             _ => Bsdf::Mix(Mix::new(lobes)),
         }
     }
 
-    fn diffuse_lobe(&self) -> Lobe {
-        Lobe::Lambert(Lambert { albedo: self.diffuse })
-    }
-
-    fn specular_lobe(&self) -> Lobe {
-        let reflectance = self.specular;
-        match self.gloss {
-            Gloss::Phong(exponent) => Lobe::Phong(Phong { reflectance, exponent }),
-            Gloss::Blinn(exponent, fresnel) => Lobe::Blinn(Blinn {
-                reflectance,
-                exponent,
-                fresnel,
-            }),
-            Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
-        }
-    }
-
     /// Reflects without colour, as dielectrics do, within the energy that the mixture gives to transmission.
-    fn transmission_lobe(&self) -> Lobe {
-        let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
+    fn transmission_lobe(&self, transmittance: Spectrum) -> Lobe {
+        let reflectance = Spectrum::splat(transmittance.max_component());
         let ior = self.ior;
         if self.thin {
             Lobe::ThinSheet(ThinSheet {
@@ -106,5 +107,21 @@ impl Material {
                 ior,
             })
         }
+    }
+}
+
+fn diffuse_lobe(albedo: Spectrum) -> Lobe {
+    Lobe::Lambert(Lambert { albedo })
+}
+
+fn specular_lobe(reflectance: Spectrum, gloss: Gloss) -> Lobe {
+    match gloss {
+        Gloss::Phong(exponent) => Lobe::Phong(Phong { reflectance, exponent }),
+        Gloss::Blinn(exponent, fresnel) => Lobe::Blinn(Blinn {
+            reflectance,
+            exponent,
+            fresnel,
+        }),
+        Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
     }
 }

@@ -26,6 +26,11 @@ impl Ray {
         }
     }
 
+    /// The point at `t`.
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.direction
+    }
+
     /// The bits of origin, direction, `t_min` and `t_max`: a ray that is written down must come back as it was.
     pub fn bits(&self) -> [u32; 8] {
         let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());

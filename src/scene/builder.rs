@@ -6,8 +6,9 @@ use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightId, LightSelection, PointLight,
     SelectionMode, SpotLight, TriangleLight, TriangleSampling,
 };
-use crate::material::{Gloss, Material, MaterialId};
+use crate::material::{Gloss, Map, Material, MaterialId};
 use crate::math::{Quat, Vec3};
+use crate::texture::{Texture, TextureId};
 use thiserror::Error;
 
 /// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
@@ -33,6 +34,14 @@ pub enum BuildError {
         vertex: usize,
         /// Where it claims to be.
         position: Vec3,
+    },
+    /// A vertex attribute is not there for every vertex, or has a value that it cannot have.
+    #[error("vertex {vertex} has no {attribute} that is finite{}", if *.attribute == "normal" { " and not zero" } else { "" })]
+    BadAttribute {
+        /// Vertex within its mesh.
+        vertex: usize,
+        /// Normal or texture coordinate.
+        attribute: &'static str,
     },
     /// A material has a value that no surface can have.
     #[error("material `{material}`: {key} is {value}, but must be {rule}")]
@@ -79,6 +88,7 @@ pub struct SceneReport {
 pub struct SceneBuilder {
     meshes: Vec<(Mesh, MaterialId)>,
     materials: Vec<Material>,
+    textures: Vec<Texture>,
     lights: Vec<Light>,
     selection: SelectionMode,
     triangle_sampling: TriangleSampling,
@@ -104,6 +114,11 @@ impl SceneBuilder {
         if scattered > 1.0 + 4.0 * f32::EPSILON {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
+        // What emits has no holes: light is sampled all over it.
+        if !material.emission.is_black() {
+            material.opacity = 1.0;
+            material.maps.opacity = None;
+        }
         self.materials.push(material);
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
@@ -121,6 +136,7 @@ impl SceneBuilder {
                 position: mesh.positions[vertex],
             });
         }
+        check_attributes(&mut mesh)?;
         for (triangle, corners) in mesh.triangles.iter().enumerate() {
             if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
                 return Err(BuildError::IndexOutOfRange {
@@ -249,14 +265,29 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// The scene's textures. Until now the maps of materials named places in `ids`, where they are told which texture that is; those that
+    /// are told `None` are left out.
+    pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
+        place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
+        self.textures = textures;
+    }
+
     /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
     pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
+        // A map of a texture that is not there is none.
+        let count = self.textures.len() as u32;
+        place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
         let mut scene = Scene {
             bounds: self.meshes.iter().flat_map(|(m, _)| used_positions(m)).collect(),
             meshes: Vec::with_capacity(self.meshes.len()),
             facets: Vec::with_capacity(self.meshes.len()),
             shapes: Vec::with_capacity(self.meshes.len()),
             bsdfs: self.materials.iter().map(Material::bsdf).collect(),
+            has_holes: self
+                .materials
+                .iter()
+                .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),
+            textures: self.textures,
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),
@@ -265,7 +296,9 @@ impl SceneBuilder {
 
         // Emitting triangles first: those of one mesh get consecutive light ids.
         for (mesh, material) in self.meshes {
-            let emission = scene.materials[material.0 as usize].emission;
+            let Material { emission, maps, .. } = &scene.materials[material.0 as usize];
+            let is_plain = mesh.normals.is_empty() && !maps.varies_bsdf() && !maps.has_relief();
+            let emission = *emission;
             let first_light = (!emission.is_black()).then_some(LightId(scene.lights.len() as u32));
             if first_light.is_some() {
                 let prims = (0..mesh.triangles.len() as u32).map(PrimId);
@@ -278,7 +311,11 @@ impl SceneBuilder {
             let prims = (0..mesh.triangles.len() as u32).map(PrimId);
             scene.facets.push(prims.map(|prim| mesh.facet(prim)).collect());
             scene.meshes.push(mesh);
-            scene.shapes.push(Shape { material, first_light });
+            scene.shapes.push(Shape {
+                material,
+                is_plain,
+                first_light,
+            });
         }
         scene.lights.append(&mut self.lights);
         if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
@@ -299,6 +336,13 @@ impl SceneBuilder {
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         scene.light_selection = LightSelection::new(self.selection, &scene.lights, radius);
         Ok((scene, self.report))
+    }
+}
+
+/// Gives every map the texture that `place` says, or none.
+fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
+    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
+        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
     }
 }
 
@@ -341,6 +385,9 @@ fn check_material(material: &Material) -> Result<(), BuildError> {
             return Err(bad(key, value, "finite and 0 or more in every channel"));
         }
     }
+    if !(0.0..=1.0).contains(&material.opacity) {
+        return Err(bad("opacity", material.opacity.to_string(), "between 0 and 1"));
+    }
     let (exponent, fresnel) = match material.gloss {
         Gloss::Phong(n) => (n, Fresnel::Full),
         Gloss::Blinn(n, fresnel) => (n, fresnel),
@@ -361,6 +408,31 @@ fn check_material(material: &Material) -> Result<(), BuildError> {
     }
     if !k.iter().all(|n| n.is_finite() && *n >= 0.0) {
         return Err(bad("k", format!("{k:?}"), "finite and 0 or more"));
+    }
+    Ok(())
+}
+
+/// Normals are made unit vectors. Attributes are there for every vertex or for none.
+fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
+    let vertices = mesh.positions.len();
+    let bad = |attribute, vertex| Err(BuildError::BadAttribute { vertex, attribute });
+    if !mesh.uvs.is_empty() {
+        let wrong = mesh.uvs.iter().position(|uv| !uv.is_finite());
+        let missing = (mesh.uvs.len() != vertices).then_some(mesh.uvs.len().min(vertices));
+        if let Some(vertex) = wrong.or(missing) {
+            return bad("texture coordinate", vertex);
+        }
+    }
+    if !mesh.normals.is_empty() {
+        for (vertex, normal) in mesh.normals.iter_mut().enumerate() {
+            match normal.try_normalize() {
+                Some(unit) => *normal = unit,
+                None => return bad("normal", vertex),
+            }
+        }
+        if mesh.normals.len() != vertices {
+            return bad("normal", mesh.normals.len().min(vertices));
+        }
     }
     Ok(())
 }

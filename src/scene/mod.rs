@@ -8,14 +8,17 @@ use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, Mesh, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection};
-use crate::material::{Material, MaterialId};
+use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Vec3};
+use crate::texture::Texture;
 
 /// What a mesh is, besides its triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     /// Material of all its triangles.
     pub material: MaterialId,
+    /// Whether its normals and its material are the same all over a triangle.
+    pub is_plain: bool,
     /// Light of its first triangle, if they emit; the other triangles follow in order.
     pub first_light: Option<LightId>,
 }
@@ -28,8 +31,10 @@ pub struct Scene {
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
-    /// The BSDF of each material; none varies over a surface.
+    /// The BSDF of each material by its constants.
     bsdfs: Vec<Bsdf>,
+    has_holes: bool,
+    textures: Vec<Texture>,
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
@@ -69,11 +74,7 @@ impl Scene {
 
     /// Bytes of the scene's own arrays, acceleration structures not counted.
     pub fn bytes(&self) -> u64 {
-        let meshes: usize = self
-            .meshes
-            .iter()
-            .map(|m| size_of_val(m.positions.as_slice()) + size_of_val(m.triangles.as_slice()))
-            .sum();
+        let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
         let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
         let maps: usize = self
             .lights
@@ -83,7 +84,8 @@ impl Scene {
                 _ => 0,
             })
             .sum();
-        (meshes + facets + maps + size_of_val(self.lights.as_slice())) as u64
+        let textures: usize = self.textures.iter().map(Texture::bytes).sum();
+        (meshes + facets + maps + textures + size_of_val(self.lights.as_slice())) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -96,7 +98,7 @@ impl Scene {
     pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
         let geom = hit.geom.0 as usize;
         let facet = self.facets[geom][hit.prim.0 as usize];
-        SurfacePoint::new(self.meshes[geom].corners(hit.prim), facet, hit.b1, hit.b2)
+        self.meshes[geom].surface_point_on(facet, hit.prim, hit.b1, hit.b2)
     }
 
     /// Material of the surface that was hit.
@@ -104,10 +106,71 @@ impl Scene {
         &self.materials[self.shape(hit.geom).material.0 as usize]
     }
 
-    /// Scattering at the surface that was hit.
+    /// The point that was hit and the scattering there, where both normals are one and the material is the same all over.
     #[inline(always)]
-    pub fn bsdf(&self, hit: &Hit) -> &Bsdf {
-        &self.bsdfs[self.shape(hit.geom).material.0 as usize]
+    pub fn plain_surface(&self, hit: &Hit) -> Option<(SurfacePoint, &Bsdf)> {
+        let shape = self.shape(hit.geom);
+        if !shape.is_plain {
+            return None;
+        }
+        let geom = hit.geom.0 as usize;
+        let facet = self.facets[geom][hit.prim.0 as usize];
+        let point = SurfacePoint::new(self.meshes[geom].corners(hit.prim), facet, hit.b1, hit.b2);
+        Some((point, &self.bsdfs[shape.material.0 as usize]))
+    }
+
+    /// Scattering at the surface that was hit; what varies over it is put into `slot`, as seen by a viewer to whom so much of the surface, in
+    /// scene units, looks like one point.
+    pub fn bsdf<'a>(&'a self, hit: &Hit, footprint: f32, slot: &'a BsdfSlot) -> &'a Bsdf {
+        let material = self.material(hit);
+        match material.maps.varies_bsdf() {
+            true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, footprint))),
+            false => &self.bsdfs[self.shape(hit.geom).material.0 as usize],
+        }
+    }
+
+    /// Whether any surface lets rays through as if it were not there.
+    #[inline(always)]
+    pub fn has_holes(&self) -> bool {
+        self.has_holes
+    }
+
+    /// The share of the surface at `hit` that is there, in [0, 1].
+    pub fn opacity(&self, hit: &Hit) -> f32 {
+        let material = self.material(hit);
+        match material.maps.opacity {
+            // Edges stay sharp.
+            Some(_) => material.opacity_at(&self.spot(hit, 0.0)),
+            None => material.opacity,
+        }
+    }
+
+    /// Textures, by [`TextureId`](crate::texture::TextureId).
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// `point`, which is at `hit`, with the shading normal that textures give it.
+    pub fn with_relief(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
+        let maps = &self.material(hit).maps;
+        if !maps.has_relief() {
+            return point;
+        }
+        match self.meshes[hit.geom.0 as usize].tangents(hit.prim) {
+            Some(tangents) => point.with_relief(tangents, maps.relief(&self.spot(hit, footprint))),
+            None => point,
+        }
+    }
+
+    /// Where textures are looked up at `hit`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
+    /// coordinates has all of it at (0, 0).
+    fn spot(&self, hit: &Hit, footprint: f32) -> Spot<'_> {
+        let mesh = &self.meshes[hit.geom.0 as usize];
+        Spot {
+            textures: &self.textures,
+            uv: mesh.uv(hit.prim, hit.b1, hit.b2).unwrap_or_default(),
+            footprint: footprint * mesh.uv_per_length(hit.prim),
+        }
     }
 
     /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`.

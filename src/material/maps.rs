@@ -1,0 +1,126 @@
+use super::{Gloss, Material};
+use crate::bsdf::Bsdf;
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use crate::texture::{Mapping, Texture, TextureId};
+
+/// A texture, and how it lies on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Map {
+    /// Which one.
+    pub texture: TextureId,
+    /// How it lies.
+    pub mapping: Mapping,
+}
+
+/// The textures of a material; each multiplies the constant of its name, and reliefs turn the shading normal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Maps {
+    /// Of the diffuse reflectance.
+    pub diffuse: Option<Map>,
+    /// Of the specular factor.
+    pub specular: Option<Map>,
+    /// Of the exponent of a glossy lobe.
+    pub exponent: Option<Map>,
+    /// Of the share of the surface that is there.
+    pub opacity: Option<Map>,
+    /// Heights, in widths of a texel of the finest level.
+    pub bump: Option<Map>,
+    /// Normals in the frame of the texture coordinates, each component c as (c + 1)/2; counts before `bump`.
+    pub normal: Option<Map>,
+}
+
+/// Where textures are looked up.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot<'a> {
+    /// The scene's textures, by [`TextureId`].
+    pub textures: &'a [Texture],
+    /// Texture coordinates of the surface.
+    pub uv: Vec2,
+    /// Width of what the viewer sees as one point, in units of them.
+    pub footprint: f32,
+}
+
+impl Map {
+    fn texture<'a>(&self, spot: &Spot<'a>) -> &'a Texture {
+        &spot.textures[self.texture.0 as usize]
+    }
+
+    fn color(&self, spot: &Spot) -> Spectrum {
+        self.mapping.color(self.texture(spot), spot.uv, spot.footprint)
+    }
+
+    fn value(&self, spot: &Spot) -> f32 {
+        self.mapping.value(self.texture(spot), spot.uv, spot.footprint)
+    }
+}
+
+impl Maps {
+    /// All there are.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Option<Map>> {
+        let Self {
+            diffuse,
+            specular,
+            exponent,
+            opacity,
+            bump,
+            normal,
+        } = self;
+        [diffuse, specular, exponent, opacity, bump, normal].into_iter()
+    }
+
+    /// Whether the BSDF varies over the surface.
+    pub fn varies_bsdf(&self) -> bool {
+        self.diffuse.is_some() || self.specular.is_some() || self.exponent.is_some()
+    }
+
+    /// Whether the shading normal does.
+    pub fn has_relief(&self) -> bool {
+        self.bump.is_some() || self.normal.is_some()
+    }
+
+    /// The direction of the shading normal in the frame of two tangents, along which u and v grow, and of the normal itself; not a unit vector.
+    pub fn relief(&self, spot: &Spot) -> Vec3 {
+        if let Some(map) = &self.normal {
+            let n = map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
+            // What points into the surface is no normal.
+            return Vec3::new(n.x, n.y, n.z.max(1e-3));
+        }
+        let Some(map) = &self.bump else { return Vec3::Z };
+        // Heights count in texels, so that a picture is as rough on a large wall as on a small one (Blinn 1978, "Simulation of Wrinkled Surfaces",
+        // leaves their unit open, and so does MTL).
+        let texture = map.texture(spot);
+        let (width, height) = texture.size();
+        let slope = map.mapping.gradient(texture, spot.uv, spot.footprint) / Vec2::new(width as f32, height as f32);
+        Vec3::new(-slope.x, -slope.y, 1.0)
+    }
+}
+
+impl Material {
+    /// The BSDF at a spot of a surface that varies.
+    pub fn bsdf_at(&self, spot: &Spot) -> Bsdf {
+        let color = |factor: Spectrum, map: &Option<Map>| map.map_or(factor, |map| factor * map.color(spot));
+        let mut diffuse = color(self.diffuse, &self.maps.diffuse);
+        let mut specular = color(self.specular, &self.maps.specular);
+        let mut transmission = self.transmission;
+        // Textures may hold more than what a surface can scatter.
+        let scattered = (diffuse + specular + transmission).max_component();
+        if scattered > 1.0 {
+            diffuse = diffuse / scattered;
+            specular = specular / scattered;
+            transmission = transmission / scattered;
+        }
+        let gloss = match (self.gloss, &self.maps.exponent) {
+            (Gloss::Phong(n), Some(map)) => Gloss::Phong((n * map.value(spot)).max(0.0)),
+            (Gloss::Blinn(n, fresnel), Some(map)) => Gloss::Blinn((n * map.value(spot)).max(0.0), fresnel),
+            (gloss, _) => gloss,
+        };
+        self.bsdf_of(diffuse, specular, gloss, transmission)
+    }
+
+    /// The share of the surface that is there at a spot.
+    pub fn opacity_at(&self, spot: &Spot) -> f32 {
+        let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
+        (self.opacity * share).clamp(0.0, 1.0)
+    }
+}

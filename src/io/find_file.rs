@@ -4,8 +4,8 @@ use std::path::{Component, Path, PathBuf};
 
 /// The file that another one, in `folder`, calls `name`.
 ///
-/// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and letters
-/// may be of the other case. Of several such files or folders the first in the order of their names is taken.
+/// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and
+/// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
 pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     let exact = folder.join(name);
     if exact.is_file() {

@@ -107,8 +107,6 @@ impl MapRequest {
 }
 
 /// The materials of an MTL file in its order, and what of it has no effect.
-///
-/// Read here rather than by tobj, which panics at a colour of one number, knows no `Tf`, and tells no lines.
 pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMaterial>, Vec<String>), FileError> {
     let bytes = std::fs::read(path).map_err(|e| FileError::system(path, "cannot read the material library", &e))?;
     let text = String::from_utf8_lossy(&bytes);

@@ -8,20 +8,63 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
-        let mut statement = Cow::Borrowed(uncommented(line));
-        while let Some(start) = statement.strip_suffix('\\') {
-            let next = lines.next().map_or("", |(_, line)| uncommented(line));
-            statement = Cow::Owned(format!("{start} {next}"));
-        }
+        let line = uncommented(line);
+        let statement = match line.strip_suffix('\\') {
+            None => Cow::Borrowed(line),
+            Some(start) => Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))),
+        };
         Some((index + 1, statement))
     })
     .filter(|(_, statement)| !statement.is_empty())
+}
+
+/// Cuts a text into pieces of `size` bytes or a little more, none of which ends within a statement.
+pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
+    let mut pieces = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (piece, after) = rest.split_at(statement_end(rest, size));
+        pieces.push(piece);
+        rest = after;
+    }
+    pieces
 }
 
 /// The keyword of a statement, and what follows it.
 pub(super) fn split_keyword(statement: &str) -> (&str, &str) {
     let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
     (keyword, rest.trim())
+}
+
+/// The statement that begins with `start` and goes on in `lines`.
+fn joined<'a>(start: &str, lines: impl Iterator<Item = &'a str>) -> String {
+    let mut statement = start.to_string();
+    for line in lines {
+        let line = uncommented(line);
+        let more = line.strip_suffix('\\');
+        statement.push(' ');
+        statement.push_str(more.unwrap_or(line));
+        if more.is_none() {
+            break;
+        }
+    }
+    statement.truncate(statement.trim_end().len());
+    statement
+}
+
+/// Where the statement ends that byte `from` belongs to, or the text.
+fn statement_end(text: &str, from: usize) -> usize {
+    let Some(before) = text.as_bytes().get(..from) else {
+        return text.len();
+    };
+    let mut end = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+    for line in text[end..].split_inclusive('\n') {
+        end += line.len();
+        if !uncommented(line).ends_with('\\') {
+            break;
+        }
+    }
+    end
 }
 
 /// The line without its comment and surrounding blanks.
@@ -35,10 +78,12 @@ fn uncommented(line: &str) -> &str {
 mod tests {
     use super::*;
 
+    const TEXT: &str =
+        "\u{feff}v 1 2 3 # corner\r\n# all comment \\\n\nf 1 \\\n  2 3\\\n4\nusemtl Mat#2 # name\nend \\";
+
     #[test]
     fn comments_continuations_and_marks_are_seen_through() {
-        let text = "\u{feff}v 1 2 3 # corner\r\n# all comment\n\nf 1 \\\n  2 3\\\n4\nusemtl Mat#2 # name\nend \\";
-        let got: Vec<(usize, String)> = statements(text).map(|(n, s)| (n, s.into_owned())).collect();
+        let got: Vec<(usize, String)> = statements(TEXT).map(|(n, s)| (n, s.into_owned())).collect();
         let words: Vec<Vec<&str>> = got.iter().map(|(_, s)| s.split_whitespace().collect()).collect();
         assert_eq!(
             words,
@@ -50,5 +95,26 @@ mod tests {
             ]
         );
         assert_eq!(got.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [1, 4, 7, 8]);
+    }
+
+    #[test]
+    fn pieces_hold_whole_statements() {
+        let whole: Vec<_> = statements(TEXT).map(|(_, s)| s).collect();
+        for size in 0..=TEXT.len() + 1 {
+            let pieces = pieces(TEXT, size);
+            assert_eq!(pieces.concat(), TEXT);
+            let split: Vec<_> = pieces.iter().flat_map(|p| statements(p)).map(|(_, s)| s).collect();
+            assert_eq!(split, whole, "pieces of {size} bytes");
+        }
+        assert!(pieces(TEXT, 1).len() == 5, "{:?}", pieces(TEXT, 1));
+    }
+
+    /// Takes minutes if each line that is joined copies the statement anew.
+    #[test]
+    fn a_statement_may_have_many_lines() {
+        let text = "1\\\n".repeat(300_000);
+        let got: Vec<_> = statements(&text).collect();
+        assert_eq!(got.len(), 1);
+        assert_eq!(got[0].1.len(), 600_000 - 1);
     }
 }

@@ -1,0 +1,183 @@
+use super::Group;
+use super::parse::{FaceRange, NONE, Outline, Section, VertexData};
+use super::polygon::triangulate;
+use super::smoothing::has_normal;
+use crate::geometry::{Mesh, triangle_normal};
+use crate::math::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Where the faces of a material are.
+pub(super) struct Faces {
+    /// Name in `usemtl`; `None` before the first one.
+    pub material: Option<String>,
+    /// In the file's order.
+    pub runs: Vec<Run>,
+}
+
+/// Faces that follow each other and belong together.
+pub(super) struct Run {
+    /// Index of the section they are in.
+    pub section: usize,
+    /// The faces.
+    pub faces: FaceRange,
+    /// Their smoothing group; 0 for none.
+    pub smoothing: u32,
+}
+
+/// The faces of each material, in the order of first use.
+pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
+    let mut all: Vec<Faces> = Vec::new();
+    let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
+    let (mut material, mut smoothing) = (None, 0);
+    for (index, section) in sections.iter().enumerate() {
+        for (switch, faces) in section.states() {
+            material = switch.material.as_deref().or(material);
+            smoothing = switch.smoothing.unwrap_or(smoothing);
+            if faces.is_empty() {
+                continue;
+            }
+            let group = *index_of.entry(material).or_insert_with(|| {
+                all.push(Faces {
+                    material: material.map(str::to_string),
+                    runs: Vec::new(),
+                });
+                all.len() - 1
+            });
+            all[group].runs.push(Run {
+                section: index,
+                faces,
+                smoothing,
+            });
+        }
+    }
+    all
+}
+
+impl Faces {
+    /// The faces as triangles.
+    pub fn into_group(self, outline: &Outline) -> Group {
+        Group {
+            mesh: mesh(outline, &self.runs),
+            material: self.material,
+        }
+    }
+}
+
+/// Cuts faces into triangles and joins corners that are the same into vertices.
+fn mesh(outline: &Outline, runs: &[Run]) -> Mesh {
+    let Outline { vertices, sections, .. } = outline;
+    let all = || {
+        runs.iter().flat_map(|run| {
+            let section = &sections[run.section];
+            section.faces(&run.faces).map(move |face| (section, face))
+        })
+    };
+    let any_corner = |has: &dyn Fn(&Section, usize) -> bool| all().any(|(s, mut face)| face.any(|i| has(s, i)));
+    let has_uvs = any_corner(&|section, i| section.corner(i)[1] != NONE);
+    let has_normals = any_corner(&|section, i| has_normal(vertices, section, i));
+    let triangles: usize = all().map(|(_, face)| face.len() - 2).sum();
+    let mut builder = MeshBuilder {
+        vertices,
+        has_uvs,
+        has_normals,
+        index_of: VertexIndex::new(!has_uvs && !has_normals, 3 * triangles, vertices.positions.len()),
+        mesh: Mesh {
+            triangles: Vec::with_capacity(triangles),
+            ..Mesh::default()
+        },
+    };
+    let mut corners: Vec<Vec3> = Vec::new();
+    for (section, face) in all() {
+        if face.len() > 3 {
+            corners.clear();
+            corners.extend(face.clone().map(|i| vertices.position(section, i)));
+            triangulate(&corners, &mut |t| builder.add(section, t.map(|k| face.start + k)));
+        } else {
+            builder.add(section, [face.start, face.start + 1, face.start + 2]);
+        }
+    }
+    builder.mesh
+}
+
+struct MeshBuilder<'a> {
+    vertices: &'a VertexData,
+    has_uvs: bool,
+    has_normals: bool,
+    index_of: VertexIndex,
+    mesh: Mesh,
+}
+
+impl MeshBuilder<'_> {
+    /// Adds the triangle of these corners of a section.
+    fn add(&mut self, section: &Section, corners: [usize; 3]) {
+        let flat = self.vertices.normals.len() + self.mesh.triangles.len();
+        let keys = corners.map(|i| match section.corner(i) {
+            key if has_normal(self.vertices, section, i) => key,
+            // Each triangle has a flat normal of its own, counted on from those of the file.
+            [v, vt, _] if self.has_normals => [v, vt, flat as u32],
+            [v, vt, _] => [v, vt, NONE],
+        });
+        let triangle = keys.map(|key| self.vertex(key, keys));
+        self.mesh.triangles.push(triangle);
+    }
+
+    /// The vertex of a corner of the triangle with these corners.
+    fn vertex(&mut self, key: [u32; 3], triangle: [[u32; 3]; 3]) -> u32 {
+        let new = self.mesh.positions.len() as u32;
+        let index = self.index_of.find_or_add(key, new);
+        if index == new {
+            let position = |[v, ..]: [u32; 3]| self.vertices.positions[v as usize];
+            let [_, vt, vn] = key.map(|i| i as usize);
+            self.mesh.positions.push(position(key));
+            if self.has_uvs {
+                self.mesh
+                    .uvs
+                    .push(self.vertices.uvs.get(vt).copied().unwrap_or(Vec2::ZERO));
+            }
+            if self.has_normals {
+                let normal = self.vertices.normals.get(vn).copied().unwrap_or_else(|| {
+                    let [p0, p1, p2] = triangle.map(position);
+                    // Triangles without area have none; they are never seen.
+                    Some(triangle_normal(p0, p1, p2))
+                        .filter(|&n| n != Vec3::ZERO)
+                        .unwrap_or(Vec3::Z)
+                });
+                self.mesh.normals.push(normal);
+            }
+        }
+        index
+    }
+}
+
+/// Finds the vertex of a corner's position, texture coordinates and normal.
+enum VertexIndex {
+    /// By position, where that is all there is.
+    Table(Vec<u32>),
+    Map(HashMap<[u32; 3], u32>),
+}
+
+impl VertexIndex {
+    /// For a mesh of that many corners, which are positions alone if it `is_plain`, of a file with that many positions.
+    fn new(is_plain: bool, corners: usize, positions: usize) -> Self {
+        // A table for a small part of a file would take more memory than the part.
+        if is_plain && positions <= 4 * corners {
+            Self::Table(vec![NONE; positions])
+        } else {
+            Self::Map(HashMap::new())
+        }
+    }
+
+    /// The vertex with this key, which is `new` if there is none yet.
+    fn find_or_add(&mut self, key: [u32; 3], new: u32) -> u32 {
+        match self {
+            Self::Table(of_position) => {
+                let slot = &mut of_position[key[0] as usize];
+                if *slot == NONE {
+                    *slot = new;
+                }
+                *slot
+            }
+            Self::Map(of_key) => *of_key.entry(key).or_insert(new),
+        }
+    }
+}

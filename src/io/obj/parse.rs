@@ -1,0 +1,465 @@
+use super::polygon::MAX_CLIPPED;
+use super::remarks::{Remark, Remarks};
+use crate::io::statements::{pieces, split_keyword, statements};
+use crate::io::{FileError, Position};
+use crate::math::{Vec2, Vec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::Path;
+
+/// The index of what a corner does not have.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Characters of a word that an error shows.
+const MAX_SHOWN: usize = 60;
+
+/// What the statements of an OBJ file say, before faces are cut into triangles.
+pub(super) struct Outline {
+    /// Values of all `v`, `vt` and `vn` lines.
+    pub vertices: VertexData,
+    /// Faces and changes of state, in the file's order.
+    pub sections: Vec<Section>,
+    /// Names in `mtllib` with their lines.
+    pub libraries: Vec<(String, usize)>,
+    /// What is left out or assumed.
+    pub remarks: Remarks,
+}
+
+/// Values that corners of faces name by index.
+#[derive(Default)]
+pub(super) struct VertexData {
+    /// In the file's units.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, v upwards.
+    pub uvs: Vec<Vec2>,
+    /// Unit normals; zero where the file's is none.
+    pub normals: Vec<Vec3>,
+}
+
+/// Faces of a part of the file.
+#[derive(Default)]
+pub(super) struct Section {
+    /// Number of corners of each face.
+    sizes: Vec<u32>,
+    /// Index of each corner's position.
+    v: Vec<u32>,
+    /// Index of each corner's texture coordinates, or [`NONE`]; empty where no corner has any.
+    vt: Vec<u32>,
+    /// Index of each corner's normal, or [`NONE`]; empty where no corner has any.
+    vn: Vec<u32>,
+    /// Changes of state, in their order.
+    switches: Vec<Switch>,
+}
+
+/// A change of what faces belong to.
+#[derive(Default)]
+pub(super) struct Switch {
+    /// The first face it is for.
+    face: usize,
+    /// The first corner it is for.
+    corner: usize,
+    /// The material from now on; `None` leaves it as it was.
+    pub material: Option<String>,
+    /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
+    pub smoothing: Option<u32>,
+}
+
+/// Faces of a section that follow each other.
+#[derive(Clone)]
+pub(super) struct FaceRange {
+    faces: Range<usize>,
+    corner: usize,
+}
+
+impl FaceRange {
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+}
+
+impl Section {
+    /// Each change of state with the faces that it is for, which may be none.
+    pub fn states(&self) -> impl Iterator<Item = (&Switch, FaceRange)> {
+        let ends = self.switches.iter().skip(1).map(|next| next.face);
+        let ends = ends.chain([self.sizes.len()]);
+        self.switches.iter().zip(ends).map(|(switch, end)| {
+            let (faces, corner) = (switch.face..end, switch.corner);
+            (switch, FaceRange { faces, corner })
+        })
+    }
+
+    /// The corners of each face, as indices for [`corner`](Self::corner).
+    pub fn faces(&self, range: &FaceRange) -> impl Iterator<Item = Range<usize>> {
+        let mut end = range.corner;
+        self.sizes[range.faces.clone()].iter().map(move |&size| {
+            let start = end;
+            end += size as usize;
+            start..end
+        })
+    }
+
+    /// Indices of a corner's position, texture coordinates and normal.
+    pub fn corner(&self, i: usize) -> [u32; 3] {
+        let optional = |indices: &[u32]| indices.get(i).copied().unwrap_or(NONE);
+        [self.v[i], optional(&self.vt), optional(&self.vn)]
+    }
+
+    /// Gives a corner another normal.
+    pub fn set_normal(&mut self, i: usize, index: u32) {
+        self.vn.resize(self.v.len(), NONE);
+        self.vn[i] = index;
+    }
+
+    fn push_corner(&mut self, [v, vt, vn]: [u32; 3]) {
+        push_optional(&mut self.vt, vt, self.v.len());
+        push_optional(&mut self.vn, vn, self.v.len());
+        self.v.push(v);
+    }
+
+    fn switch(&mut self) -> &mut Switch {
+        let (face, corner) = (self.sizes.len(), self.v.len());
+        if self.switches.last().is_none_or(|last| last.face != face) {
+            self.switches.push(Switch {
+                face,
+                corner,
+                ..Switch::default()
+            });
+        }
+        let last = self.switches.len() - 1;
+        &mut self.switches[last]
+    }
+
+    fn shrink_to_fit(&mut self) {
+        self.sizes.shrink_to_fit();
+        self.v.shrink_to_fit();
+        self.vt.shrink_to_fit();
+        self.vn.shrink_to_fit();
+    }
+}
+
+/// Adds an index to those of `count` corners before it, an empty list if none of them has any.
+fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
+    if index != NONE && indices.is_empty() {
+        indices.resize(count, NONE);
+    }
+    if index != NONE || !indices.is_empty() {
+        indices.push(index);
+    }
+}
+
+/// Reads the statements of an OBJ file in pieces of some `piece_bytes`, in parallel; the result does not depend on
+/// their size.
+///
+/// Lines are counted first, so that each piece knows its line and what indices mean in it; the first wrong line is the
+/// error.
+pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize) -> Result<Outline, FileError> {
+    let texts = pieces(text, piece_bytes);
+    let counts: Vec<Counts> = texts.par_iter().map(|piece| Counts::of(piece)).collect();
+    let mut total = Counts::default();
+    let running = |&counts: &Counts| {
+        let before = total;
+        total = before.plus(counts);
+        before
+    };
+    let before: Vec<Counts> = counts.iter().map(running).collect();
+    let parsed: Vec<Result<Piece, FileError>> = texts
+        .par_iter()
+        .zip(&before)
+        .map(|(piece, before)| Piece::parse(piece, before, &total).map_err(|(line, fault)| fault.at(path, line)))
+        .collect();
+
+    let mut outline = Outline {
+        vertices: VertexData {
+            positions: Vec::with_capacity(total.elements[0]),
+            uvs: Vec::with_capacity(total.elements[1]),
+            normals: Vec::with_capacity(total.elements[2]),
+        },
+        sections: Vec::with_capacity(parsed.len()),
+        libraries: Vec::new(),
+        remarks: Remarks::default(),
+    };
+    for piece in parsed {
+        let mut piece = piece?;
+        outline.vertices.append(&mut piece.vertices);
+        outline.sections.push(piece.section);
+        outline.libraries.append(&mut piece.libraries);
+        outline.remarks.append(&piece.remarks);
+    }
+    // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
+    // most.
+    let corners: usize = outline.sections.iter().map(|s| s.v.len()).sum();
+    if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
+        let message = "the file has more vertices and faces than 32-bit indices can name";
+        return Err(FileError::new(path, message).help("cut it into several files"));
+    }
+    Ok(outline)
+}
+
+impl VertexData {
+    /// Where a corner of a section is.
+    pub fn position(&self, section: &Section, corner: usize) -> Vec3 {
+        self.positions[section.v[corner] as usize]
+    }
+
+    fn append(&mut self, more: &mut Self) {
+        self.positions.append(&mut more.positions);
+        self.uvs.append(&mut more.uvs);
+        self.normals.append(&mut more.normals);
+    }
+
+    fn counts(&self) -> [usize; 3] {
+        [self.positions.len(), self.uvs.len(), self.normals.len()]
+    }
+}
+
+/// Keywords of what corners name, in the order of a corner's parts.
+const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
+const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+/// Numbers of lines, and of `v`, `vt` and `vn` statements.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    lines: usize,
+    elements: [usize; 3],
+}
+
+impl Counts {
+    fn of(text: &str) -> Self {
+        let mut counts = Self {
+            lines: text.bytes().filter(|&b| b == b'\n').count(),
+            elements: [0; 3],
+        };
+        for (_, statement) in statements(text) {
+            let (keyword, _) = split_keyword(&statement);
+            if let Some(kind) = KEYWORDS.iter().position(|&k| k == keyword) {
+                counts.elements[kind] += 1;
+            }
+        }
+        counts
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self {
+            lines: self.lines + other.lines,
+            elements: [0, 1, 2].map(|kind| self.elements[kind] + other.elements[kind]),
+        }
+    }
+}
+
+/// What is wrong with a statement, and the remedy.
+struct Fault {
+    message: String,
+    help: String,
+}
+
+impl Fault {
+    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (message, help) = (message.into(), help.into());
+        Self { message, help }
+    }
+
+    fn at(self, path: &Path, line: usize) -> FileError {
+        FileError::new(path, self.message)
+            .at(Position::line(line))
+            .help(self.help)
+    }
+}
+
+/// What a piece of the file says.
+struct Piece<'a> {
+    before: &'a Counts,
+    total: &'a Counts,
+    vertices: VertexData,
+    section: Section,
+    libraries: Vec<(String, usize)>,
+    remarks: Remarks,
+}
+
+impl<'a> Piece<'a> {
+    /// Reads a piece of a file that has `total` counts, `before` of them before the piece.
+    fn parse(text: &str, before: &'a Counts, total: &'a Counts) -> Result<Self, (usize, Fault)> {
+        let mut piece = Self {
+            before,
+            total,
+            vertices: VertexData::default(),
+            section: Section::default(),
+            libraries: Vec::new(),
+            remarks: Remarks::default(),
+        };
+        // The first switch changes nothing: faces may belong to what came before the piece.
+        piece.section.switch();
+        for (line, statement) in statements(text) {
+            let line = before.lines + line;
+            piece.read(&statement, line).map_err(|fault| (line, fault))?;
+        }
+        piece.section.shrink_to_fit();
+        Ok(piece)
+    }
+
+    fn read(&mut self, statement: &str, line: usize) -> Result<(), Fault> {
+        let (keyword, rest) = split_keyword(statement);
+        match keyword {
+            "v" => {
+                let position = Vec3::from(numbers(statement, rest, 3)?);
+                if !position.is_finite() {
+                    return Err(not_finite(rest));
+                }
+                self.vertices.positions.push(position);
+            }
+            "vt" => {
+                let mut uv = Vec2::from(numbers(statement, rest, 1)?);
+                if !uv.is_finite() {
+                    self.remarks.add(Remark::BadUv, line);
+                    uv = Vec2::ZERO;
+                }
+                self.vertices.uvs.push(uv);
+            }
+            "vn" => {
+                let given = Vec3::from(numbers(statement, rest, 3)?);
+                // In f64, where the square of no f32 is lost
+                let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
+                if normal == Vec3::ZERO {
+                    self.remarks.add(Remark::BadNormal, line);
+                }
+                self.vertices.normals.push(normal);
+            }
+            "f" | "fo" => self.read_face(rest, line)?,
+            "usemtl" if !rest.is_empty() => self.section.switch().material = Some(rest.into()),
+            "s" => self.section.switch().smoothing = Some(self.smoothing_group(rest, line)),
+            "mtllib" => self.libraries.push((rest.into(), line)),
+            // Names, lines and points, and how other programs should show the mesh
+            "" | "usemtl" | "o" | "g" | "mg" | "l" | "p" | "bevel" | "c_interp" | "d_interp" | "lod" => {}
+            _ => self.remarks.add_unknown(&shown(keyword), line),
+        }
+        Ok(())
+    }
+
+    fn read_face(&mut self, corners: &str, line: usize) -> Result<(), Fault> {
+        let start = self.section.v.len();
+        if corners.split_ascii_whitespace().nth(2).is_none() {
+            self.remarks.add(Remark::ShortFace, line);
+            return Ok(());
+        }
+        for word in corners.split_ascii_whitespace() {
+            let corner = self.corner(word)?;
+            self.section.push_corner(corner);
+        }
+        let size = self.section.v.len() - start;
+        if size > MAX_CLIPPED {
+            self.remarks.add(Remark::LongFace, line);
+        }
+        let size = u32::try_from(size)
+            .map_err(|_| Fault::new(format!("a face of {size} corners"), "cut the face into smaller ones"))?;
+        self.section.sizes.push(size);
+        Ok(())
+    }
+
+    /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+    fn corner(&self, word: &str) -> Result<[u32; 3], Fault> {
+        let mut corner = [NONE; 3];
+        for (kind, part) in word.split('/').enumerate() {
+            let Some(slot) = corner.get_mut(kind) else {
+                let message = format!("`{}` has too many parts", shown(word));
+                return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
+            };
+            if !part.is_empty() || kind == 0 {
+                *slot = self.index(kind, part, word)?;
+            }
+        }
+        Ok(corner)
+    }
+
+    /// The index, counted from 0, of a part of the corner `word`.
+    fn index(&self, kind: usize, part: &str, word: &str) -> Result<u32, Fault> {
+        let Ok(index) = part.parse::<i64>() else {
+            let message = format!("`{}` is no face corner", shown(word));
+            return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
+        };
+        let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
+        let total = self.total.elements[kind] as i64;
+        if (1..=total).contains(&index) {
+            return Ok((index - 1) as u32);
+        }
+        if (-so_far..0).contains(&index) {
+            return Ok((so_far + index) as u32);
+        }
+
+        let (name, keyword, word) = (NAMES[kind], KEYWORDS[kind], shown(word));
+        if index == 0 {
+            let message = format!("{name} index 0 in `{word}`");
+            return Err(Fault::new(message, "OBJ indices start at 1"));
+        }
+        let help = match (index < 0, total) {
+            (_, 0) => format!("the file has no `{keyword}` line"),
+            (true, _) if so_far == 0 => format!("no `{keyword}` came before this line: use a positive index"),
+            (true, _) => format!("{so_far} came before this line: use -{so_far} to -1, or a positive index"),
+            (false, _) => format!("the file has {total} `{keyword}` lines: use 1 to {total}"),
+        };
+        Err(Fault::new(
+            format!("{name} index {index} in `{word}` is out of range"),
+            help,
+        ))
+    }
+
+    /// The number of a smoothing group, 0 for none.
+    fn smoothing_group(&mut self, name: &str, line: usize) -> u32 {
+        match name {
+            "" | "off" => 0,
+            _ => name.parse().unwrap_or_else(|_| {
+                self.remarks.add(Remark::BadSmoothing, line);
+                0
+            }),
+        }
+    }
+}
+
+/// The first `N` numbers of `rest`, of which those after the first `needed` are 0 where they are not given.
+fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
+    let mut numbers = [0.0; N];
+    let mut count = 0;
+    for (slot, word) in numbers.iter_mut().zip(rest.split_ascii_whitespace()) {
+        *slot = number(word)?;
+        count += 1;
+    }
+    if count < needed {
+        let message = format!("{needed} numbers expected: `{}`", shown(statement));
+        return Err(Fault::new(message, "complete the line"));
+    }
+    Ok(numbers)
+}
+
+fn number(word: &str) -> Result<f32, Fault> {
+    if let Ok(number) = word.parse() {
+        return Ok(number);
+    }
+    // How Microsoft's C library writes what is no number: 1.#QNAN0, -1.#IND00, -nan(ind)
+    if word.contains(".#") || word.contains("nan(") {
+        return Ok(f32::NAN);
+    }
+    Err(Fault::new(
+        format!("`{}` is no number", shown(word)),
+        "write a decimal number",
+    ))
+}
+
+/// That one of the numbers in `rest` is infinite or none.
+fn not_finite(rest: &str) -> Fault {
+    let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
+    let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
+    let message = format!("`{}` is no finite number", shown(word.unwrap_or(rest)));
+    Fault::new(message, "write a finite coordinate")
+}
+
+/// Text of the file as an error may show it: not too long, and without what would upset a terminal.
+fn shown(text: &str) -> Cow<'_, str> {
+    if text.len() <= MAX_SHOWN && !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let visible = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut start: String = text.chars().take(MAX_SHOWN).map(visible).collect();
+    if text.chars().nth(MAX_SHOWN).is_some() {
+        start.push('…');
+    }
+    Cow::Owned(start)
+}

@@ -1,0 +1,356 @@
+use crate::io::normals::area_vector;
+use crate::math::Vec3;
+use std::array;
+
+/// Faces of more corners are not cut by clipping ears, which takes time with the square of their number.
+pub(super) const MAX_CLIPPED: usize = 10_000;
+
+/// Cuts a polygon of n corners into n − 2 triangles of the same winding, and gives `emit` the indices of their corners.
+///
+/// A fan from the first corner does wherever all its triangles have the polygon's orientation, so in every convex
+/// polygon; then they cannot overlap, since their areas sum to the polygon's. Other polygons lose one ear after the
+/// other (Meisters 1975), in the plane of Newell's normal. One that crosses itself still gives its triangles, some of
+/// which overlap.
+pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
+    let n = points.len();
+    let normal = area_vector(points);
+    let triangles = (2..n).map(|i| [0, i - 1, i]);
+    let keeps_winding = |t: [usize; 3]| area_vector(&t.map(|i| points[i])).dot(normal) > 0.0;
+    if n <= 3 || n > MAX_CLIPPED || triangles.clone().all(keeps_winding) {
+        triangles.for_each(emit);
+        return;
+    }
+
+    // Leaving out the axis along which the normal is longest keeps the other two coordinates exact.
+    let [x, y, z] = normal.abs().to_array();
+    let (first, second, along) = match (x >= y && x >= z, y >= z) {
+        (true, _) => (1, 2, normal.x),
+        (_, true) => (2, 0, normal.y),
+        _ => (0, 1, normal.z),
+    };
+    let turn = if along < 0.0 { -1.0 } else { 1.0 };
+    let flat = |p: &Vec3| [p[first] as f64, turn * p[second] as f64];
+    Ring::new(points.iter().map(flat).collect()).clip_ears(emit);
+}
+
+/// What is left of a polygon while ears are clipped; counter-clockwise.
+struct Ring {
+    points: Vec<[f64; 2]>,
+    /// The corner before each.
+    previous: Vec<usize>,
+    /// The corner after each.
+    next: Vec<usize>,
+    /// Number of corners left.
+    len: usize,
+}
+
+impl Ring {
+    fn new(points: Vec<[f64; 2]>) -> Self {
+        let len = points.len();
+        Self {
+            points,
+            previous: (0..len).map(|i| (i + len - 1) % len).collect(),
+            next: (0..len).map(|i| (i + 1) % len).collect(),
+            len,
+        }
+    }
+
+    /// Clips ears until no corner is left.
+    ///
+    /// A corner is looked at again only where its neighbours have changed: clipping an ear of a simple polygon makes no
+    /// ear elsewhere. The time is quadratic.
+    fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) {
+        let mut is_no_ear = vec![false; self.len];
+        let mut corner = 0;
+        let mut passed = 0;
+        while self.len > 3 {
+            if passed == self.len {
+                // The polygon crosses itself: the corner that is most convex will do.
+                corner = self.most_convex(corner);
+            } else if !self.is_spike(corner) && (is_no_ear[corner] || !self.is_ear(corner)) {
+                is_no_ear[corner] = true;
+                corner = self.next[corner];
+                passed += 1;
+                continue;
+            }
+            let [before, _, after] = self.triangle(corner);
+            emit([before, corner, after]);
+            (self.next[before], self.previous[after]) = (after, before);
+            (is_no_ear[before], is_no_ear[after]) = (false, false);
+            self.len -= 1;
+            // A spike goes first: with it there would be ears outside of what is left.
+            corner = if self.is_spike(before) { before } else { after };
+            passed = 0;
+        }
+        emit(self.triangle(corner));
+    }
+
+    /// A corner between its neighbours.
+    fn triangle(&self, corner: usize) -> [usize; 3] {
+        [self.previous[corner], corner, self.next[corner]]
+    }
+
+    /// Whether the polygon comes back from this corner the way it went there.
+    fn is_spike(&self, corner: usize) -> bool {
+        self.points[self.previous[corner]] == self.points[self.next[corner]]
+    }
+
+    /// Whether the corner is convex and nothing else of the polygon lies in its triangle or touches the new edge.
+    fn is_ear(&self, corner: usize) -> bool {
+        let triangle = self.triangle(corner);
+        let [a, b, c] = triangle.map(|i| self.points[i]);
+        if signed_area(a, b, c) <= 0.0 {
+            return false;
+        }
+        let mut other = self.next[triangle[2]];
+        for _ in 3..self.len {
+            let p = self.points[other];
+            // Polygons with holes pass the same points twice; they may not go on into the triangle.
+            let is_free = match [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|t| t[0] == p) {
+                Some([at, left, right]) => [self.previous[other], self.next[other]].iter().all(|&i| {
+                    let q = self.points[i];
+                    signed_area(at, left, q) <= 0.0 || signed_area(at, q, right) <= 0.0
+                }),
+                None => signed_area(a, b, p) < 0.0 || signed_area(b, c, p) < 0.0 || signed_area(c, a, p) < 0.0,
+            };
+            if !is_free {
+                return false;
+            }
+            other = self.next[other];
+        }
+        true
+    }
+
+    /// The corner left whose triangle has the largest signed area, found from the corner `start`.
+    fn most_convex(&self, start: usize) -> usize {
+        let area = |corner| {
+            let [a, b, c] = self.triangle(corner).map(|i| self.points[i]);
+            signed_area(a, b, c)
+        };
+        let mut best = start;
+        let mut corner = start;
+        for _ in 1..self.len {
+            corner = self.next[corner];
+            if area(corner) > area(best) {
+                best = corner;
+            }
+        }
+        best
+    }
+}
+
+/// Twice the area of a triangle, negative where it is clockwise.
+fn signed_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    let [ab, ac]: [[f64; 2]; 2] = [b, c].map(|p| array::from_fn(|i| p[i] - a[i]));
+    ab[0] * ac[1] - ab[1] * ac[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::triangle_area;
+    use crate::math::{Frame, hash::mix};
+
+    fn cut(points: &[Vec3]) -> Vec<[usize; 3]> {
+        let mut triangles = Vec::new();
+        triangulate(points, &mut |t| triangles.push(t));
+        triangles
+    }
+
+    /// The polygon in the plane, by corners that are small whole numbers.
+    fn plane(corners: &[[i32; 2]]) -> Vec<Vec3> {
+        corners
+            .iter()
+            .map(|&[x, y]| Vec3::new(x as f32, y as f32, 0.0))
+            .collect()
+    }
+
+    /// Area by the shoelace formula.
+    fn shoelace(points: &[Vec3]) -> f64 {
+        let pairs = points.iter().zip(points.iter().cycle().skip(1));
+        let doubled: f64 = pairs
+            .map(|(p, q)| p.x as f64 * q.y as f64 - q.x as f64 * p.y as f64)
+            .sum();
+        0.5 * doubled
+    }
+
+    /// The triangles' areas sum to the polygon's and none is turned over, so that none overlap; in all orientations.
+    fn assert_tiles(what: &str, points: &[Vec3], degenerate: usize) {
+        let area = shoelace(points).abs();
+        let n = points.len();
+        let frames = [
+            Vec3::Z,
+            -Vec3::Z,
+            Vec3::Y,
+            -Vec3::X,
+            Vec3::new(1.0, -2.0, 3.0).normalize(),
+        ];
+        for (k, axis) in frames.into_iter().enumerate() {
+            let frame = Frame::from_z(axis);
+            for reversed in [false, true] {
+                for shift in 0..n {
+                    let mut turned: Vec<Vec3> = points.iter().map(|&p| frame.to_world(p)).collect();
+                    turned.rotate_left(shift);
+                    if reversed {
+                        turned.reverse();
+                    }
+                    let triangles = cut(&turned);
+                    assert_eq!(triangles.len(), n - 2, "{what}");
+                    let areas = triangles
+                        .iter()
+                        .map(|&[a, b, c]| triangle_area(turned[a], turned[b], turned[c]));
+                    let sum: f64 = areas.clone().sum();
+                    assert!(
+                        (sum - area).abs() < 1e-5 * area,
+                        "{what}, shift {shift}: {sum} of {area}"
+                    );
+                    // Where coordinates are exact, so is the number of triangles without area.
+                    let empty = areas.filter(|&a| a == 0.0).count();
+                    assert!(
+                        k == 4 || empty == degenerate,
+                        "{what}, shift {shift}: {empty} without area"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn concave_polygons_keep_their_area() {
+        let l = plane(&[[0, 0], [4, 0], [4, 1], [1, 1], [1, 4], [0, 4]]);
+        assert_eq!(shoelace(&l), 7.0);
+        assert_tiles("L", &l, 0);
+        let star = plane(&[[0, 9], [2, 2], [9, 0], [2, -2], [0, -9], [-2, -2], [-9, 0], [-2, 2]]);
+        assert_tiles("star", &star, 0);
+        let comb = plane(&[
+            [0, 0],
+            [9, 0],
+            [9, 5],
+            [7, 1],
+            [6, 5],
+            [5, 1],
+            [4, 5],
+            [3, 1],
+            [2, 5],
+            [1, 1],
+        ]);
+        assert_tiles("comb", &comb, 0);
+        let arrow = plane(&[[0, 0], [4, -3], [1, 0], [4, 3]]);
+        assert_tiles("arrow", &arrow, 0);
+    }
+
+    #[test]
+    fn spirals_keep_their_area() {
+        // Out along the inner wall, back along the outer one
+        let wall = |radius: f32| {
+            move |i: i32| {
+                let (sin, cos) = (i as f32 * 0.35).sin_cos();
+                let r = radius + 0.2 * i as f32;
+                Vec3::new(r * cos, r * sin, 0.0)
+            }
+        };
+        let spiral: Vec<Vec3> = (0..60).map(wall(1.6)).chain((0..60).rev().map(wall(1.0))).collect();
+        assert_tiles("spiral", &spiral, 0);
+    }
+
+    #[test]
+    fn corners_on_a_line_give_no_empty_triangles() {
+        assert_tiles(
+            "square",
+            &plane(&[[0, 0], [1, 0], [2, 0], [2, 2], [1, 2], [0, 2], [0, 1]]),
+            0,
+        );
+        let triangle = plane(&[[0, 0], [1, 0], [2, 0], [4, 0], [2, 2], [1, 3], [0, 4], [0, 3], [0, 1]]);
+        assert_tiles("triangle", &triangle, 0);
+        assert_tiles(
+            "L",
+            &plane(&[[0, 0], [4, 0], [4, 1], [3, 1], [1, 1], [1, 2], [1, 4], [0, 4]]),
+            0,
+        );
+        // A corner given twice
+        assert_tiles("twice", &plane(&[[0, 0], [4, 0], [4, 0], [4, 4], [0, 4]]), 1);
+    }
+
+    #[test]
+    fn polygons_that_touch_themselves_keep_their_area() {
+        // Two squares that share a corner
+        assert_tiles(
+            "bow",
+            &plane(&[[0, 0], [2, 0], [2, 2], [4, 2], [4, 4], [2, 4], [2, 2], [0, 2]]),
+            2,
+        );
+        // A square with a square hole, reached by a slit
+        let hole = [
+            [0, 0],
+            [6, 0],
+            [6, 6],
+            [0, 6],
+            [0, 0],
+            [2, 2],
+            [2, 4],
+            [4, 4],
+            [4, 2],
+            [2, 2],
+        ];
+        assert_eq!(shoelace(&plane(&hole)), 32.0);
+        assert_tiles("hole", &plane(&hole), 0);
+    }
+
+    #[test]
+    fn random_stars_keep_their_area() {
+        for seed in 0..300 {
+            let n = 4 + seed % 20;
+            let corner = |i: u64| {
+                let radius = 1 + mix(seed * 100 + i) % 9;
+                let (sin, cos) = (i as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
+                Vec3::new(radius as f32 * cos, radius as f32 * sin, 0.0)
+            };
+            let star: Vec<Vec3> = (0..n).map(corner).collect();
+            let areas = cut(&star)
+                .into_iter()
+                .map(|[a, b, c]| triangle_area(star[a], star[b], star[c]));
+            let (sum, area) = (areas.sum::<f64>(), shoelace(&star));
+            assert!((sum - area).abs() < 1e-5 * area, "seed {seed}: {sum} of {area}");
+        }
+    }
+
+    #[test]
+    fn any_polygon_gives_its_triangles() {
+        let random = |seed: u64, n: usize, size: u64| -> Vec<Vec3> {
+            let number = |i: u64| (mix(seed * 1000 + i) % size) as f32;
+            (0..n as u64)
+                .map(|i| Vec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)))
+                .collect()
+        };
+        for seed in 0..2000 {
+            let n = 3 + (seed % 12) as usize;
+            let points = random(seed, n, 2 + seed % 7);
+            let triangles = cut(&points);
+            assert_eq!(triangles.len(), n - 2);
+            // Each edge of the polygon belongs to one triangle: as many corners as the fan has, all of them used.
+            let mut used: Vec<usize> = triangles.concat();
+            used.sort();
+            used.dedup();
+            assert_eq!(used.len(), n, "{points:?}");
+        }
+        let nothing = [Vec3::ONE; 9];
+        assert_eq!(cut(&nothing).len(), 7);
+    }
+
+    #[test]
+    fn long_polygons_end() {
+        // The worst of the sort: every other corner is concave.
+        let saw = |n: i32| -> Vec<Vec3> {
+            let teeth = (0..n - 2).map(|i| Vec3::new(-i as f32, (i % 2) as f32, 0.0));
+            let base = [Vec3::new(2.0 - n as f32, -9.0, 0.0), Vec3::new(0.0, -9.0, 0.0)];
+            teeth.chain(base).collect()
+        };
+        let clipped = saw(2000);
+        let areas = cut(&clipped)
+            .into_iter()
+            .map(|[a, b, c]| triangle_area(clipped[a], clipped[b], clipped[c]));
+        assert!((areas.sum::<f64>() - shoelace(&clipped).abs()).abs() < 1e-3);
+        assert_eq!(cut(&saw(MAX_CLIPPED as i32)).len(), MAX_CLIPPED - 2);
+        assert_eq!(cut(&saw(200_000)).len(), 200_000 - 2);
+    }
+}

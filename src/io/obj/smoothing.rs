@@ -1,0 +1,67 @@
+use super::groups::Run;
+use super::parse::{NONE, Outline, Section, VertexData};
+use crate::io::normals::{area_vector, corner_angles, weld};
+use crate::math::{DVec3, Vec3};
+use std::collections::HashMap;
+
+/// Gives normals to those corners without one whose faces belong to a smoothing group: the mean over all faces of that
+/// group at the same point, weighted by their angles there (Thürmer and Wüthrich 1998).
+///
+/// They are added to the outline's normals. Where faces cancel out the normal is zero, which counts as none.
+pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a Run> + Clone) {
+    let Outline { vertices, sections, .. } = outline;
+    let smooth_runs = runs.filter(|run| run.smoothing != 0);
+    let lacks_normals = |run: &Run| {
+        let section = &sections[run.section];
+        section
+            .faces(&run.faces)
+            .flatten()
+            .any(|i| !has_normal(vertices, section, i))
+    };
+    if !smooth_runs.clone().any(lacks_normals) {
+        return;
+    }
+
+    // Sums over the faces of each group at each point
+    let points = weld(&vertices.positions);
+    let mut index_of: HashMap<(u32, u32), usize> = HashMap::new();
+    let mut sums: Vec<DVec3> = Vec::new();
+    let mut corners: Vec<Vec3> = Vec::new();
+    for run in smooth_runs.clone() {
+        let section = &sections[run.section];
+        for face in section.faces(&run.faces) {
+            corners.clear();
+            corners.extend(face.clone().map(|i| vertices.position(section, i)));
+            let normal = area_vector(&corners).normalize_or_zero();
+            for (i, angle) in face.zip(corner_angles(&corners, normal)) {
+                let key = (points[section.corner(i)[0] as usize], run.smoothing);
+                let index = *index_of.entry(key).or_insert_with(|| {
+                    sums.push(DVec3::ZERO);
+                    sums.len() - 1
+                });
+                sums[index] += angle * normal;
+            }
+        }
+    }
+
+    // Corners without a normal get that of their point.
+    let first = vertices.normals.len();
+    for run in smooth_runs {
+        let section = &mut sections[run.section];
+        let corners: Vec<usize> = section.faces(&run.faces).flatten().collect();
+        for i in corners {
+            let key = (points[section.corner(i)[0] as usize], run.smoothing);
+            if let (false, Some(&index)) = (has_normal(vertices, section, i), index_of.get(&key)) {
+                section.set_normal(i, (first + index) as u32);
+            }
+        }
+    }
+    let means = sums.iter().map(|sum| sum.normalize_or_zero().as_vec3a());
+    vertices.normals.extend(means);
+}
+
+/// Whether the corner has a normal that is one.
+pub(super) fn has_normal(vertices: &VertexData, section: &Section, corner: usize) -> bool {
+    let [_, _, vn] = section.corner(corner);
+    vn != NONE && vertices.normals[vn as usize] != Vec3::ZERO
+}

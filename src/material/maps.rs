@@ -91,7 +91,10 @@ impl Maps {
         // leaves their unit open, and so does MTL).
         let texture = map.texture(spot);
         let (width, height) = texture.size();
-        let slope = map.mapping.gradient(texture, spot.uv, spot.footprint) / Vec2::new(width as f32, height as f32);
+        let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();
+        let slope = map.mapping.gradient(texture, spot.uv, spot.footprint) / texels;
+        // A scale of 0 shows one texel everywhere, which is flat.
+        let slope = if slope.is_finite() { slope } else { Vec2::ZERO };
         Vec3::new(-slope.x, -slope.y, 1.0)
     }
 }

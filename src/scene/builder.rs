@@ -101,17 +101,19 @@ impl SceneBuilder {
         Self::default()
     }
 
-    /// Adds a material; lobes that sum to more than 1 in some channel are scaled down and reported.
+    /// Adds a material; lobes that sum to more than 1 in some channel are scaled down and reported, unless textures vary them: then that is done
+    /// where they are looked up.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
         let scattered = (material.diffuse + material.specular + material.transmission).max_component();
-        if scattered > 1.0 {
+        let varies = material.maps.varies_bsdf();
+        if scattered > 1.0 && !varies {
             material.diffuse = material.diffuse / scattered;
             material.specular = material.specular / scattered;
             material.transmission = material.transmission / scattered;
         }
         // Parts that sum to 1 up to rounding are what was meant.
-        if scattered > 1.0 + 4.0 * f32::EPSILON {
+        if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
         // What emits has no holes: light is sampled all over it.

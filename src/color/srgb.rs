@@ -11,6 +11,15 @@ pub fn encode(linear: f32) -> f32 {
     }
 }
 
+/// sRGB-encoded [0, 1] to linear [0, 1]: the inverse of [`encode`] up to rounding.
+pub fn decode(encoded: f32) -> f32 {
+    if encoded <= 0.040_45 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
 /// Linear light to the nearest 8-bit sRGB code.
 pub fn encode_u8(linear: f32) -> u8 {
     (encode(linear) * 255.0).round() as u8
@@ -32,5 +41,15 @@ mod tests {
         assert_eq!(encode_u8(0.5), 188);
         // The two pieces meet.
         assert!((encode(0.003_130_8) - encode(0.003_130_9)).abs() < 1e-5);
+    }
+
+    #[test]
+    fn decoding_undoes_encoding() {
+        for code in 0..=255 {
+            assert_eq!(encode_u8(decode(code as f32 / 255.0)), code);
+        }
+        assert_eq!((decode(0.0), decode(1.0)), (0.0, 1.0));
+        // Middle grey of 8 bits, the textbook value
+        assert!((decode(128.0 / 255.0) - 0.215_86).abs() < 1e-5);
     }
 }

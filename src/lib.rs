@@ -3,7 +3,7 @@
 //! The rooms, from the ground up; imports run one way, towards the top of this list:
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and where random numbers come from
-//! - [`geometry`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
+//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
 //! - [`render`], [`io`], [`cli`]: passes and tiles, files, and the command line
@@ -24,3 +24,4 @@ pub mod render;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;
+pub mod texture;

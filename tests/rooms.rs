@@ -7,7 +7,7 @@ use std::path::Path;
 const ROWS: &[&[&str]] = &[
     &["math"],
     &["sampling", "color"],
-    &["bsdf", "geometry", "sampler"],
+    &["bsdf", "geometry", "sampler", "texture"],
     &["material", "light", "camera", "film"],
     &["scene"],
     &["accel"],

@@ -1,0 +1,227 @@
+//! The coarser levels of a picture, each half as wide and high as the one before, down to a single texel.
+
+/// One level: a picture among the samples of all of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Level {
+    /// Index of its first sample.
+    pub start: usize,
+    /// Texels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+/// What alpha is raised by as a weight of colours, so that texels that cover nothing still have a colour among themselves.
+const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// Appends the coarser levels to `samples`, which are a picture of `size` texels (columns, rows); tells where each level is.
+///
+/// A texel has `channels` samples, of which the last of two or four is alpha. `decode` and `encode` take the index of a channel,
+/// and turn a sample into a linear value and back. A coarse texel is the mean of what it replaces, made of values that were not
+/// rounded before. Colours count by their alpha in it, as what covers nothing is not seen.
+pub(super) fn append<T: Copy>(
+    samples: &mut Vec<T>,
+    size: (usize, usize),
+    channels: usize,
+    decode: impl Fn(usize, T) -> f32,
+    encode: impl Fn(usize, f32) -> T,
+) -> Vec<Level> {
+    let level = |start, (width, height)| Level {
+        start,
+        width: width as u32,
+        height: height as u32,
+    };
+    let sizes: Vec<_> = std::iter::successors(Some(size), |&size| (size != (1, 1)).then(|| half(size))).collect();
+    let rest: usize = sizes.iter().skip(1).map(|(width, height)| width * height).sum();
+    samples.reserve_exact(rest * channels);
+
+    let mut levels = vec![level(0, size)];
+    let mut plane: Vec<f32> = Vec::new();
+    for pair in sizes.windows(2) {
+        let row_length = pair[0].0 * channels;
+        let row = |y: usize| y * row_length..(y + 1) * row_length;
+        plane = if levels.len() == 1 {
+            let read = |y: usize, values: &mut [f32]| {
+                let texels = samples[row(y)].chunks_exact(channels);
+                for (texel, values) in texels.zip(values.chunks_exact_mut(channels)) {
+                    for (c, (value, &sample)) in values.iter_mut().zip(texel).enumerate() {
+                        *value = decode(c, sample);
+                    }
+                    weigh(values);
+                }
+            };
+            halved(pair[0], channels, read)
+        } else {
+            halved(pair[0], channels, |y, values| values.copy_from_slice(&plane[row(y)]))
+        };
+        levels.push(level(samples.len(), pair[1]));
+        for texel in plane.chunks_exact(channels) {
+            samples.extend((0..channels).map(|c| encode(c, unweighed(texel, c))));
+        }
+    }
+    levels
+}
+
+/// The size of the next level: odd sizes are rounded down.
+fn half((width, height): (usize, usize)) -> (usize, usize) {
+    ((width / 2).max(1), (height / 2).max(1))
+}
+
+/// Multiplies the colours of a texel by its weight, which takes the place of its alpha; without alpha nothing changes.
+fn weigh(texel: &mut [f32]) {
+    if texel.len() % 2 == 0 {
+        if let Some((weight, colors)) = texel.split_last_mut() {
+            *weight += LEAST_WEIGHT;
+            colors.iter_mut().for_each(|color| *color *= *weight);
+        }
+    }
+}
+
+/// Channel `c` of a texel whose colours are weighed.
+fn unweighed(texel: &[f32], c: usize) -> f32 {
+    match texel.last() {
+        Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - LEAST_WEIGHT).max(0.0),
+        Some(&weight) if texel.len() % 2 == 0 => texel[c] / weight,
+        _ => texel[c],
+    }
+}
+
+/// The picture of half the size, each texel a weighted mean of two or three columns and rows. `read` fills in a row of the larger.
+fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32])) -> Vec<f32> {
+    let (width, height) = half(size);
+    let mut plane = Vec::with_capacity(width * height * channels);
+    let mut row = vec![0.0; size.0 * channels];
+    let mut sum = row.clone();
+    for y in 0..height {
+        sum.fill(0.0);
+        for (from, weight) in taps(size.1, y) {
+            read(from, &mut row);
+            sum.iter_mut().zip(&row).for_each(|(s, v)| *s += weight * v);
+        }
+        for x in 0..width {
+            let start = plane.len();
+            plane.resize(start + channels, 0.0);
+            for (from, weight) in taps(size.0, x) {
+                let fine = &sum[from * channels..][..channels];
+                plane[start..].iter_mut().zip(fine).for_each(|(p, v)| *p += weight * v);
+            }
+        }
+    }
+    plane
+}
+
+/// The texels of a row of `n` that texel `i` of the next level replaces, and how much each counts.
+///
+/// With an odd number each coarse texel is 2 + 1/m fine ones wide and has a share of three (Guthe and Heckbert 2005, "Non-Power-of-
+/// Two Mipmap Creation"). All fine texels count alike in the whole.
+fn taps(n: usize, i: usize) -> impl Iterator<Item = (usize, f32)> {
+    let m = n / 2;
+    let weights = match (n, n % 2) {
+        (1, _) => [1.0, 0.0, 0.0],
+        (_, 0) => [0.5, 0.5, 0.0],
+        _ => [m - i, m, i + 1].map(|share| share as f32 / n as f32),
+    };
+    let count = if n == 1 { 1 } else { 2 + n % 2 };
+    (0..count).map(move |k| (2 * i + k, weights[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Levels of floats without any encoding.
+    fn floats(samples: &[f32], size: (usize, usize), channels: usize) -> (Vec<f32>, Vec<Level>) {
+        let mut samples = samples.to_vec();
+        let levels = append(&mut samples, size, channels, |_, v| v, |_, v| v);
+        (samples, levels)
+    }
+
+    fn noise(n: usize) -> Vec<f32> {
+        let step = |i: usize| (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+        (0..n).map(|i| step(i) as f32 / (1 << 24) as f32).collect()
+    }
+
+    const SIZES: [(usize, usize); 10] = [
+        (1, 1),
+        (2, 2),
+        (3, 2),
+        (5, 7),
+        (1, 9),
+        (16, 1),
+        (31, 33),
+        (64, 64),
+        (100, 3),
+        (127, 255),
+    ];
+
+    #[test]
+    fn levels_halve_down_to_one_texel_and_keep_the_mean() {
+        for size in SIZES {
+            let picture = noise(size.0 * size.1 * 3);
+            let (samples, levels) = floats(&picture, size, 3);
+            let last = levels[levels.len() - 1];
+            assert_eq!((last.width, last.height, last.start), (1, 1, samples.len() - 3));
+            for (k, level) in levels.iter().enumerate() {
+                assert_eq!(level.width as usize, (size.0 >> k).max(1));
+                assert_eq!(level.height as usize, (size.1 >> k).max(1));
+                let texels = (level.width * level.height) as usize;
+                for c in 0..3 {
+                    let mean = |samples: &[f32]| {
+                        let values = samples.iter().skip(c).step_by(3);
+                        values.map(|&v| v as f64).sum::<f64>() / (samples.len() / 3) as f64
+                    };
+                    let (whole, here) = (mean(&picture), mean(&samples[level.start..][..texels * 3]));
+                    assert!((whole - here).abs() < 1e-6, "{size:?} level {k}: {here}, not {whole}");
+                }
+            }
+        }
+    }
+
+    /// Against the area that coarse and fine texels have in common.
+    #[test]
+    fn texels_count_by_the_area_they_share() {
+        for n in [2, 3, 5, 8, 9, 41] {
+            let coarse = n / 2;
+            for i in 0..coarse {
+                let mut sum = 0.0;
+                for (from, weight) in taps(n, i) {
+                    let edge = |j: usize, of: usize| j as f64 / of as f64;
+                    let common = edge(i + 1, coarse).min(edge(from + 1, n)) - edge(i, coarse).max(edge(from, n));
+                    assert!(
+                        (weight as f64 - common * coarse as f64).abs() < 1e-6,
+                        "{n}: {i} from {from}"
+                    );
+                    sum += weight;
+                }
+                assert!((sum - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn levels_take_a_third_of_the_picture() {
+        for size in SIZES {
+            let (samples, _) = floats(&vec![0.0; size.0 * size.1], size, 1);
+            // Once one side is a single texel the other goes on alone.
+            let (long, short) = (size.0.max(size.1), size.0.min(size.1));
+            let most = size.0 * size.1 * 4 / 3 + 2 * long / short;
+            assert!(samples.len() <= most, "{size:?}: {} of {most}", samples.len());
+            assert_eq!(samples.capacity(), samples.len());
+        }
+    }
+
+    #[test]
+    fn colors_count_by_their_alpha() {
+        // A green leaf on black that covers nothing
+        let (samples, levels) = floats(&[0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], (2, 1), 4);
+        let texel = &samples[levels[1].start..];
+        assert!(
+            (texel[1] - 0.8).abs() < 1e-3 && (texel[3] - 0.5).abs() < 1e-6,
+            "{texel:?}"
+        );
+        // Where nothing is covered all colours count alike.
+        let (samples, levels) = floats(&[0.2, 0.0, 0.4, 0.0], (1, 2), 2);
+        let texel = &samples[levels[1].start..];
+        assert!((texel[0] - 0.3).abs() < 1e-6 && texel[1].abs() < 1e-6, "{texel:?}");
+    }
+}

@@ -1,0 +1,682 @@
+use super::Wrap;
+use super::half;
+use super::levels::{self, Level};
+use crate::color::{Spectrum, srgb};
+use crate::math::{Vec2, Vec3};
+use std::array;
+use std::sync::LazyLock;
+
+/// What the codes 0 to 255 stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curve {
+    /// Data: equal steps from 0 to 1.
+    Linear,
+    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even so.
+    Srgb,
+}
+
+/// Samples of a picture row by row from the top, those of a texel one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    /// 8 bits each.
+    Bytes(Vec<u8>, Curve),
+    /// 16 bits each: equal steps from 0 to 1.
+    Shorts(Vec<u16>),
+    /// The values themselves.
+    Floats(Vec<f32>),
+}
+
+/// Samples of all levels.
+#[derive(Clone, Debug)]
+enum Samples {
+    Bytes(Vec<u8>, &'static Codes),
+    Shorts(Vec<u16>),
+    /// Floats that lose nothing by it.
+    Halves(Vec<u16>),
+    Floats(Vec<f32>),
+}
+
+/// Values of the codes 0 to 255.
+type Codes = [f32; 256];
+
+static LINEAR: Codes = {
+    let mut codes = [0.0; 256];
+    let mut i = 0;
+    while i < 256 {
+        codes[i] = i as f32 / 255.0;
+        i += 1;
+    }
+    codes
+};
+static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
+
+/// Step of 16-bit samples; 65535 of them round to exactly 1.
+const SHORT: f32 = 1.0 / 65535.0;
+/// Floats above this count as infinite, so that no mean of others is.
+const LARGEST: f32 = f32::MAX / 4.0;
+/// Texels along a side.
+const LONGEST: usize = 1 << 28;
+
+/// A picture that never changes, with levels of half the size and so on (Williams 1983, "Pyramidal Parametrics").
+///
+/// u points to the right and v upwards, the picture fills the unit square, and the first row of a file is its top, at v = 1. Texel
+/// centres lie at (i + ½) / n; between them values are interpolated linearly in u, v and, between levels, in the footprint:
+/// the width of a ray's cone at the surface, in units of uv. Of a texel that is not square the longer side counts: what is too
+/// sharp is noise, which more samples remove, and what is too blurred is not. Footprints of one texel at most, and those that
+/// are NaN, see the picture itself.
+///
+/// All lookups give finite numbers for any uv and footprint; those that are not finite see some place or other.
+#[derive(Clone, Debug)]
+pub struct Texture {
+    samples: Samples,
+    /// Grey, grey and alpha, red green blue, or red green blue and alpha.
+    channels: usize,
+    levels: Vec<Level>,
+    wrap: Wrap,
+    /// Columns and rows of the picture.
+    size: Vec2,
+    /// The fewer of them.
+    short_side: f32,
+    max_value: f32,
+    replaced: usize,
+}
+
+/// The level in use, and how far it is from there to the next coarser one, in [0, 1).
+type Blend = (usize, f32);
+
+impl Texture {
+    /// A picture of `width` × `height` texels of `channels` samples: grey, grey and alpha, colours, or colours and alpha.
+    ///
+    /// Floats that are NaN, infinite (or nearly so) or negative become 0 and are counted. `None` where the samples are not as
+    /// many as that, or none, or a side is longer than 2²⁸.
+    pub fn new(width: usize, height: usize, channels: usize, texels: Texels, wrap: Wrap) -> Option<Self> {
+        let length = match &texels {
+            Texels::Bytes(samples, _) => samples.len(),
+            Texels::Shorts(samples) => samples.len(),
+            Texels::Floats(samples) => samples.len(),
+        };
+        let expected = width.checked_mul(height)?.checked_mul(channels)?;
+        if !(1..=4).contains(&channels) || length == 0 || length != expected || width.max(height) > LONGEST {
+            return None;
+        }
+
+        let size = (width, height);
+        let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
+        let mut replaced = 0;
+        let (samples, levels, max_value);
+        match texels {
+            Texels::Bytes(mut codes, curve) => {
+                let table = match curve {
+                    Curve::Linear => &LINEAR,
+                    Curve::Srgb => &*SRGB,
+                };
+                let of = |c| if is_alpha(c) { &LINEAR } else { table };
+                let decode = |c, code: u8| of(c)[code as usize];
+                max_value = largest(&codes, channels, decode);
+                levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
+                samples = Samples::Bytes(codes, table);
+            }
+            Texels::Shorts(mut codes) => {
+                let decode = |_, code: u16| code as f32 * SHORT;
+                let encode = |_, value: f32| (value * 65535.0).round() as u16;
+                max_value = largest(&codes, channels, decode);
+                levels = levels::append(&mut codes, size, channels, decode, encode);
+                samples = Samples::Shorts(codes);
+            }
+            Texels::Floats(mut values) => {
+                replaced = repair(&mut values, channels);
+                max_value = largest(&values, channels, |_, value| value);
+                if values.iter().all(|&value| half::decode(half::encode(value)) == value) {
+                    let mut halves: Vec<u16> = values.into_iter().map(half::encode).collect();
+                    let decode = |_, bits| half::decode(bits);
+                    levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
+                    samples = Samples::Halves(halves);
+                } else {
+                    // Roundings of a mean must not lift it above all that it is the mean of.
+                    let most = |c| if is_alpha(c) { 1.0 } else { max_value };
+                    levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(most(c)));
+                    samples = Samples::Floats(values);
+                }
+            }
+        }
+        Some(Self {
+            samples,
+            channels,
+            levels,
+            wrap,
+            size: Vec2::new(width as f32, height as f32),
+            short_side: width.min(height) as f32,
+            max_value,
+            replaced,
+        })
+    }
+
+    /// Linear colour at `uv`; greys have three equal channels.
+    pub fn color(&self, uv: Vec2, footprint: f32) -> Spectrum {
+        if self.channels < 3 {
+            let [grey] = self.filtered(0, uv, self.blend(footprint));
+            Spectrum::splat(grey)
+        } else {
+            let rgb: [f32; 3] = self.filtered(0, uv, self.blend(footprint));
+            rgb.into()
+        }
+    }
+
+    /// The one value of a grey texture, the luminance of a coloured one.
+    pub fn value(&self, uv: Vec2, footprint: f32) -> f32 {
+        self.value_between(uv, self.blend(footprint))
+    }
+
+    /// Coverage, in [0, 1]; 1 where the texture has no alpha.
+    pub fn alpha(&self, uv: Vec2, footprint: f32) -> f32 {
+        if !self.has_alpha() {
+            return 1.0;
+        }
+        let [alpha] = self.filtered(self.channels - 1, uv, self.blend(footprint));
+        alpha
+    }
+
+    /// The vector `2c − 1` of a normal map's red, green and blue, not normalised; +z of a texture without colours.
+    pub fn normal(&self, uv: Vec2, footprint: f32) -> Vec3 {
+        if self.channels < 3 {
+            return Vec3::Z;
+        }
+        let rgb: [f32; 3] = self.filtered(0, uv, self.blend(footprint));
+        2.0 * Vec3::from_array(rgb) - 1.0
+    }
+
+    /// ∂/∂u and ∂/∂v of [`Texture::value`], as differences across one texel of the level in use.
+    pub fn gradient(&self, uv: Vec2, footprint: f32) -> Vec2 {
+        let blend = self.blend(footprint);
+        // Texels in a unit of u and v, between the two levels
+        let (level, part) = blend;
+        let texels = self.size / ((1.0 + part) * f32::from_bits((127 + level as u32) << 23));
+        let step = 0.5 / texels;
+        let difference = |d: Vec2| self.value_between(uv + d, blend) - self.value_between(uv - d, blend);
+        Vec2::new(difference(step.with_y(0.0)), difference(step.with_x(0.0))) * texels
+    }
+
+    /// Whether there is an alpha channel.
+    pub fn has_alpha(&self) -> bool {
+        self.channels % 2 == 0
+    }
+
+    /// The largest sample but alpha; no lookup gives more, but for roundings. Where it is 1 none gives more at all.
+    pub fn max_value(&self) -> f32 {
+        self.max_value
+    }
+
+    /// Whether all values are 1 at most, as reflectances and other shares are. Floats may be unbounded.
+    pub fn is_reflectance(&self) -> bool {
+        self.max_value <= 1.0
+    }
+
+    /// How many texels had a sample that was NaN, infinite or negative and is now 0.
+    pub fn replaced_texels(&self) -> usize {
+        self.replaced
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.levels[0].width as usize, self.levels[0].height as usize)
+    }
+
+    /// What lies beside the unit square.
+    pub fn wrap(&self) -> Wrap {
+        self.wrap
+    }
+
+    /// Bytes of all levels.
+    pub fn bytes(&self) -> usize {
+        match &self.samples {
+            Samples::Bytes(samples, _) => size_of_val(samples.as_slice()),
+            Samples::Shorts(samples) | Samples::Halves(samples) => size_of_val(samples.as_slice()),
+            Samples::Floats(samples) => size_of_val(samples.as_slice()),
+        }
+    }
+
+    fn value_between(&self, uv: Vec2, blend: Blend) -> f32 {
+        if self.channels < 3 {
+            let [grey] = self.filtered(0, uv, blend);
+            grey
+        } else {
+            let rgb: [f32; 3] = self.filtered(0, uv, blend);
+            Spectrum::from(rgb).luminance()
+        }
+    }
+
+    /// The levels for a cone: exponent and fraction of its width in texels, as a float has them.
+    fn blend(&self, footprint: f32) -> Blend {
+        let texels = footprint * self.short_side;
+        let last = self.levels.len() - 1;
+        if texels > 1.0 {
+            let bits = texels.to_bits();
+            let (level, fraction) = ((bits >> 23) as usize - 127, bits & 0x7f_ffff);
+            if level < last {
+                return (level, fraction as f32 * (1.0 / 8_388_608.0));
+            }
+            return (last, 0.0);
+        }
+        (0, 0.0)
+    }
+
+    /// `N` channels from `first` on at `uv`.
+    fn filtered<const N: usize>(&self, first: usize, uv: Vec2, blend: Blend) -> [f32; N] {
+        // Rows count from the top.
+        let st = Vec2::new(self.wrap.fold(uv.x), 1.0 - self.wrap.fold(uv.y));
+        match &self.samples {
+            Samples::Bytes(codes, colors) => {
+                let is_alpha = self.has_alpha() && first + 1 == self.channels;
+                let table = if is_alpha { &LINEAR } else { *colors };
+                self.trilinear(codes, |code| table[code as usize], first, st, blend)
+            }
+            Samples::Shorts(codes) => self.trilinear(codes, |code| code as f32 * SHORT, first, st, blend),
+            Samples::Halves(halves) => self.trilinear(halves, half::decode, first, st, blend),
+            Samples::Floats(values) => self.trilinear(values, |value| value, first, st, blend),
+        }
+    }
+
+    fn trilinear<T: Copy, const N: usize>(
+        &self,
+        samples: &[T],
+        decode: impl Fn(T) -> f32,
+        first: usize,
+        st: Vec2,
+        (level, part): Blend,
+    ) -> [f32; N] {
+        let fine = self.bilinear(samples, &decode, first, st, self.levels[level]);
+        if part == 0.0 {
+            return fine;
+        }
+        let coarse = self.bilinear(samples, &decode, first, st, self.levels[level + 1]);
+        between(fine, coarse, part)
+    }
+
+    fn bilinear<T: Copy, const N: usize>(
+        &self,
+        samples: &[T],
+        decode: &impl Fn(T) -> f32,
+        first: usize,
+        st: Vec2,
+        level: Level,
+    ) -> [f32; N] {
+        let (left, right, fx) = self.wrap.neighbors(st.x, level.width);
+        let (top, bottom, fy) = self.wrap.neighbors(st.y, level.height);
+        let texel = |x: usize, row: usize| -> [f32; N] {
+            let at = (row + x) * self.channels + level.start + first;
+            let texel = &samples[at..at + N];
+            array::from_fn(|c| decode(texel[c]))
+        };
+        let (top, bottom) = (top * level.width as usize, bottom * level.width as usize);
+        let above = between(texel(left, top), texel(right, top), fx);
+        let below = between(texel(left, bottom), texel(right, bottom), fx);
+        between(above, below, fy)
+    }
+}
+
+/// From `a` to `b`; exactly both where they are one.
+fn between<const N: usize>(a: [f32; N], b: [f32; N], part: f32) -> [f32; N] {
+    array::from_fn(|c| a[c] + (b[c] - a[c]) * part)
+}
+
+/// The code whose value is nearest.
+fn nearest(codes: &Codes, value: f32) -> u8 {
+    let above = codes.partition_point(|&v| v < value).clamp(1, 255);
+    let below = above - 1;
+    let is_below = value - codes[below] < codes[above] - value;
+    if is_below { below as u8 } else { above as u8 }
+}
+
+/// The largest value but alpha's.
+fn largest<T: Copy>(samples: &[T], channels: usize, decode: impl Fn(usize, T) -> f32) -> f32 {
+    let colors = if channels < 3 { 1 } else { 3 };
+    let texels = samples.chunks_exact(channels);
+    texels.fold(0.0, |most, texel| {
+        texel[..colors].iter().fold(most, |most, &s| most.max(decode(0, s)))
+    })
+}
+
+/// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
+fn repair(values: &mut [f32], channels: usize) -> usize {
+    let mut replaced = 0;
+    for texel in values.chunks_exact_mut(channels) {
+        let mut is_sound = true;
+        for (c, value) in texel.iter_mut().enumerate() {
+            let most = if channels % 2 == 0 && c + 1 == channels {
+                1.0
+            } else {
+                LARGEST
+            };
+            // −0 is sound; its sign goes.
+            if (0.0..=LARGEST).contains(value) {
+                *value = value.abs().min(most);
+            } else {
+                (*value, is_sound) = (0.0, false);
+            }
+        }
+        replaced += usize::from(!is_sound);
+    }
+    replaced
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
+
+    /// Numbers in [0, 1) without a pattern.
+    fn noise(n: usize) -> impl Iterator<Item = f32> {
+        let step = |i: usize| (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+        (0..n).map(move |i| step(i) as f32 / (1 << 24) as f32)
+    }
+
+    fn bytes(width: usize, height: usize, channels: usize, curve: Curve, wrap: Wrap) -> Texture {
+        let codes = noise(width * height * channels).map(|v| (v * 256.0) as u8).collect();
+        Texture::new(width, height, channels, Texels::Bytes(codes, curve), wrap).unwrap()
+    }
+
+    fn floats(width: usize, height: usize, wrap: Wrap, texel: impl Fn(usize, usize) -> f32) -> Texture {
+        let texels = (0..width * height).map(|i| texel(i % width, i / width)).collect();
+        Texture::new(width, height, 1, Texels::Floats(texels), wrap).unwrap()
+    }
+
+    /// Of every kind of samples, with each number of channels.
+    fn assortment(wrap: Wrap) -> Vec<Texture> {
+        let (width, height) = (13, 6);
+        let mut all = Vec::new();
+        for channels in 1..=4 {
+            let n = width * height * channels;
+            for texels in [
+                Texels::Bytes(noise(n).map(|v| (v * 256.0) as u8).collect(), Curve::Srgb),
+                Texels::Bytes(noise(n).map(|v| (v * 256.0) as u8).collect(), Curve::Linear),
+                Texels::Shorts(noise(n).map(|v| (v * 65536.0) as u16).collect()),
+                Texels::Floats(noise(n).map(|v| (v * 256.0).floor() / 256.0).collect()),
+                Texels::Floats(noise(n).collect()),
+            ] {
+                all.push(Texture::new(width, height, channels, texels, wrap).unwrap());
+            }
+        }
+        assert!(matches!(all[3].samples, Samples::Halves(_)) && matches!(all[4].samples, Samples::Floats(_)));
+        all
+    }
+
+    #[test]
+    fn ramps_stay_ramps() {
+        // Texel centres lie at (i + ½) / n, so this is u + 2 (1 − v) sampled there.
+        let (w, h) = (16, 8);
+        let place = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
+        let texture = floats(w, h, Wrap::Clamp, |x, y| place(x, w) + 2.0 * place(y, h));
+        for k in 0..400 {
+            let uv = Vec2::new(0.07 + 0.002 * k as f32, 0.1 + 0.002 * ((k * 7) % 400) as f32);
+            let expected = uv.x + 2.0 * (1.0 - uv.y);
+            assert!((texture.value(uv, 0.0) - expected).abs() < 1e-5, "{uv}");
+            let gradient = texture.gradient(uv, 0.0);
+            if uv.min_element() > 0.13 && uv.max_element() < 0.87 {
+                assert!(gradient.distance(Vec2::new(1.0, -2.0)) < 1e-4, "{uv}: {gradient}");
+            }
+        }
+        // Coarser levels have the same ramp further from the border; the cone is between 1 and 2 texels wide.
+        let uv = Vec2::new(0.4, 0.55);
+        for footprint in [0.13, 0.2, 0.249] {
+            assert!((texture.value(uv, footprint) - 1.3).abs() < 1e-5, "{footprint}");
+            assert!(texture.gradient(uv, footprint).distance(Vec2::new(1.0, -2.0)) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn constants_stay_constant() {
+        for code in [0, 1, 77, 128, 254, 255] {
+            for curve in [Curve::Linear, Curve::Srgb] {
+                for channels in 1..=4 {
+                    let texels = Texels::Bytes(vec![code; 7 * 5 * channels], curve);
+                    let texture = Texture::new(7, 5, channels, texels, Wrap::Mirror).unwrap();
+                    let encoded = code as f32 / 255.0;
+                    let value = if curve == Curve::Srgb {
+                        srgb::decode(encoded)
+                    } else {
+                        encoded
+                    };
+                    for (u, footprint) in noise(50).zip(noise(90).skip(40)) {
+                        let uv = Vec2::new(5.0 * u, 0.3 - u);
+                        let footprint = 4.0 * footprint;
+                        assert_eq!(texture.color(uv, footprint), Spectrum::splat(value));
+                        assert!((texture.value(uv, footprint) - value).abs() < 1e-6);
+                        let alpha = if channels % 2 == 0 { encoded } else { 1.0 };
+                        assert_eq!(texture.alpha(uv, footprint), alpha);
+                        assert!(texture.gradient(uv, footprint).length() < 1e-4);
+                    }
+                }
+            }
+        }
+        for value in [0.3, 1.0, 5e4, 1e30, LARGEST] {
+            let texture = floats(7, 5, Wrap::Repeat, |_, _| value);
+            for (u, footprint) in noise(50).zip(noise(90).skip(40)) {
+                let got = texture.value(Vec2::new(u, 2.0 * u), 4.0 * footprint);
+                assert!((got / value - 1.0).abs() < 1e-6 && got <= value, "{got}, not {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn checkerboards_turn_grey_in_linear_light() {
+        for (curve, step) in [(Curve::Srgb, 0.003), (Curve::Linear, 0.002)] {
+            let codes = (0..64 * 64)
+                .map(|i| if (i + i / 64) % 2 == 0 { 255 } else { 0 })
+                .collect();
+            let texture = Texture::new(64, 64, 1, Texels::Bytes(codes, curve), Wrap::Repeat).unwrap();
+            for level in 1..=6 {
+                let grey = texture.value(Vec2::new(0.37, 0.91), (1 << level) as f32 / 64.0);
+                // Half a step of the code
+                assert!((grey - 0.5).abs() <= step, "{curve:?} level {level}: {grey}");
+            }
+        }
+    }
+
+    /// Against texels of the endless plane, by their definition.
+    #[test]
+    fn wraps_are_what_they_are_defined_as() {
+        for wrap in WRAPS {
+            let (w, h) = (5i64, 3i64);
+            let texels: Vec<f32> = noise(15).collect();
+            let texture = floats(5, 3, wrap, |x, y| texels[y * 5 + x]);
+            let index = |i: i64, n: i64| match wrap {
+                Wrap::Repeat => i.rem_euclid(n),
+                Wrap::Clamp => i.clamp(0, n - 1),
+                Wrap::Mirror => i.rem_euclid(2 * n).min(2 * n - 1 - i.rem_euclid(2 * n)),
+            };
+            let texel = |x: i64, y: i64| texels[(index(y, h) * w + index(x, w)) as usize] as f64;
+            for (a, b) in noise(2000).zip(noise(3000).skip(1000)) {
+                let uv = Vec2::new(8.0 * a - 4.0, 8.0 * b - 4.0);
+                let (px, py) = (uv.x as f64 * w as f64 - 0.5, (1.0 - uv.y as f64) * h as f64 - 0.5);
+                let (x, y) = (px.floor(), py.floor());
+                let (fx, fy) = (px - x, py - y);
+                let row = |y| texel(x as i64, y) * (1.0 - fx) + texel(x as i64 + 1, y) * fx;
+                let expected = row(y as i64) * (1.0 - fy) + row(y as i64 + 1) * fy;
+                let got = texture.value(uv, 0.0) as f64;
+                assert!((got - expected).abs() < 1e-5, "{wrap:?} {uv}: {got}, not {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_jumps_between_levels() {
+        for wrap in WRAPS {
+            for texture in assortment(wrap) {
+                for (a, b) in noise(40).zip(noise(80).skip(40)) {
+                    let uv = Vec2::new(a, b);
+                    for level in 0..4 {
+                        // Where the cone is 2ᵏ texels wide, of the shorter side
+                        let footprint = (1 << level) as f32 / 6.0;
+                        let at = |scale: f32| texture.color(uv, footprint * scale);
+                        let jump = (at(1.0 + 1e-5) - at(1.0 - 1e-5)).to_array();
+                        assert!(jump.iter().all(|j| j.abs() < 1e-4), "{wrap:?} {uv} {level}: {jump:?}");
+                        let gradient = |scale: f32| texture.gradient(uv, footprint * scale);
+                        let jump = gradient(1.0 + 1e-5) - gradient(1.0 - 1e-5);
+                        assert!(jump.length() < 1e-2, "{wrap:?} {uv} {level}: {jump}");
+                    }
+                    // Half way between two levels it is the mean of both.
+                    let at = |texels: f32| texture.alpha(uv, texels / 6.0) as f64;
+                    assert!((at(3.0) - 0.5 * (at(2.0) + at(4.0))).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_top_row_of_a_picture_is_at_v_1() {
+        let texels = Texels::Bytes(vec![10, 20, 30, 40, 50, 60], Curve::Linear);
+        let texture = Texture::new(3, 2, 1, texels, Wrap::Repeat).unwrap();
+        for (i, code) in [10.0, 20.0, 30.0, 40.0, 50.0, 60.0f32].into_iter().enumerate() {
+            let uv = Vec2::new(((i % 3) as f32 + 0.5) / 3.0, if i < 3 { 0.75 } else { 0.25 });
+            let got = texture.value(uv, 0.0) * 255.0;
+            assert!((got - code).abs() < 1e-3, "{uv}: {got}, not {code}");
+        }
+        // Up the picture the codes fall by 30, to the right they rise by 10; differences across a texel see both neighbours.
+        let gradient = texture.gradient(Vec2::new(0.5, 0.5), 0.0) * 255.0;
+        assert!(gradient.distance(Vec2::new(30.0, -60.0)) < 1e-2, "{gradient}");
+    }
+
+    #[test]
+    fn odd_places_are_somewhere_in_the_picture() {
+        let odd = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            f32::MAX,
+            f32::MIN,
+            1e9,
+            -1e9,
+            16_777_217.3,
+            -1e-40,
+            -7.3,
+            0.0,
+            1.0,
+        ];
+        for wrap in WRAPS {
+            for texture in assortment(wrap) {
+                for u in odd {
+                    for v in odd {
+                        for footprint in odd {
+                            let uv = Vec2::new(u, v);
+                            let color = texture.color(uv, footprint);
+                            assert!(
+                                color.is_valid() && color.max_component() <= 1.0,
+                                "{uv} {footprint}: {color:?}"
+                            );
+                            assert!((0.0..=1.0).contains(&texture.value(uv, footprint)));
+                            assert!((0.0..=1.0).contains(&texture.alpha(uv, footprint)));
+                            assert!(texture.normal(uv, footprint).is_finite());
+                            assert!(texture.gradient(uv, footprint).is_finite());
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_coarsest_level_is_the_mean() {
+        // Of alpha, as colours count by it
+        for texture in assortment(Wrap::Repeat) {
+            let (w, h) = texture.size();
+            let (mut sum, mut alphas) = ([0.0f64; 3], 0.0);
+            for i in 0..w * h {
+                let uv = Vec2::new((i % w) as f32 + 0.5, (i / w) as f32 + 0.5) / Vec2::new(w as f32, h as f32);
+                let alpha = texture.alpha(uv, 0.0) as f64;
+                let weight = if texture.has_alpha() { alpha + 1.0 / 1024.0 } else { 1.0 };
+                alphas += weight;
+                for (s, v) in sum.iter_mut().zip(texture.color(uv, 0.0).to_array()) {
+                    *s += weight * v as f64;
+                }
+            }
+            let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
+            // Half a step of 8 bits
+            let most = if matches!(texture.samples, Samples::Bytes(..)) {
+                0.004
+            } else {
+                3e-4
+            };
+            for (m, s) in mean.iter().zip(sum) {
+                assert!((*m as f64 - s / alphas).abs() < most, "{m}, not {}", s / alphas);
+            }
+        }
+    }
+
+    #[test]
+    fn storage_is_compact() {
+        let third = |texture: &Texture, bytes: usize| {
+            let n = bytes * 256 * 128;
+            let got = texture.bytes();
+            assert!(got >= n && got <= n * 4 / 3 + 4 * bytes, "{got} of {n}");
+        };
+        for channels in 1..=4 {
+            third(&bytes(256, 128, channels, Curve::Srgb, Wrap::Repeat), channels);
+        }
+        third(&floats(256, 128, Wrap::Repeat, |x, _| x as f32), 2);
+        third(&floats(256, 128, Wrap::Repeat, |x, _| 0.1 * x as f32), 4);
+    }
+
+    #[test]
+    fn what_is_no_value_becomes_0_and_is_counted() {
+        let texels = vec![
+            0.5,
+            f32::NAN,
+            2.0,
+            -1.0,
+            f32::INFINITY,
+            -0.0,
+            1.0,
+            1.0,
+            7.0,
+            0.0,
+            0.0,
+            3.0,
+        ];
+        let texture = Texture::new(3, 1, 4, Texels::Floats(texels), Wrap::Clamp).unwrap();
+        assert_eq!(texture.replaced_texels(), 2);
+        assert_eq!(texture.max_value(), 7.0);
+        assert!(!texture.is_reflectance());
+        let at = |x: f32| texture.color(Vec2::new((x + 0.5) / 3.0, 0.5), 0.0).to_array();
+        assert_eq!((at(0.0), at(1.0)), ([0.5, 0.0, 2.0], [0.0, 0.0, 1.0]));
+        assert_eq!(texture.alpha(Vec2::new(0.99, 0.5), 0.0), 1.0);
+        assert!(bytes(3, 3, 3, Curve::Srgb, Wrap::Clamp).is_reflectance());
+        let veiled = Texture::new(1, 1, 2, Texels::Floats(vec![0.5, 1.0]), Wrap::Clamp).unwrap();
+        assert_eq!(veiled.max_value(), 0.5);
+    }
+
+    #[test]
+    fn pictures_are_whole() {
+        let picture = |w, h, c, n| Texture::new(w, h, c, Texels::Shorts(vec![0; n]), Wrap::Repeat).is_some();
+        assert!(picture(3, 2, 2, 12));
+        assert!(!picture(3, 2, 2, 11) && !picture(0, 2, 2, 0) && !picture(3, 2, 0, 0) && !picture(1, 1, 5, 5));
+        assert!(!picture(usize::MAX, 2, 2, 12));
+    }
+
+    #[test]
+    fn codes_are_the_nearest() {
+        for table in [&LINEAR, &*SRGB] {
+            for (code, &value) in table.iter().enumerate() {
+                assert_eq!(nearest(table, value) as usize, code);
+            }
+            for value in noise(1000).chain([-1.0, 2.0]) {
+                let error = |code: u8| (table[code as usize] - value).abs();
+                let code = nearest(table, value);
+                assert!((0..=255).all(|other| error(code) <= error(other)));
+            }
+        }
+        assert_eq!(65535.0 * SHORT, 1.0);
+    }
+
+    #[test]
+    fn normals_point_up_in_the_middle_of_the_codes() {
+        let texels = Texels::Bytes(vec![255, 0, 51], Curve::Linear);
+        let texture = Texture::new(1, 1, 3, texels, Wrap::Repeat).unwrap();
+        let expected = Vec3::new(1.0, -1.0, -0.6);
+        assert!(texture.normal(Vec2::ZERO, 0.0).distance(expected) < 1e-6);
+        assert_eq!(
+            bytes(2, 2, 1, Curve::Linear, Wrap::Repeat).normal(Vec2::ZERO, 0.0),
+            Vec3::Z
+        );
+    }
+}

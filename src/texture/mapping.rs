@@ -1,0 +1,183 @@
+use super::{Texture, Wrap};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+
+/// Which number of a picture a map of single values takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Channel {
+    /// Red, or the grey of a picture without colours.
+    Red,
+    /// Green, or grey.
+    Green,
+    /// Blue, or grey.
+    Blue,
+    /// Alpha; 1 where the picture has none.
+    Matte,
+    /// Luminance of Rec.709 primaries.
+    Luminance,
+    /// The depth that OpenEXR pictures may have beside their colours.
+    Depth,
+    /// Alpha where the picture has it and is not opaque throughout, else luminance: what maps of opacity mean.
+    Opacity,
+}
+
+impl Channel {
+    /// Those that users type after `-imfchan`.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("r", Self::Red),
+        ("g", Self::Green),
+        ("b", Self::Blue),
+        ("m", Self::Matte),
+        ("l", Self::Luminance),
+        ("z", Self::Depth),
+    ];
+}
+
+/// How a texture lies on a surface and what is made of its values: the options of a `map_…` statement ("MTL material format",
+/// Alias|Wavefront, Advanced Visualizer 3.0, appendix B1).
+///
+/// All numbers are finite. `wrap` and `channel` say which texture is to be read; lookups see to the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mapping {
+    /// `-s u v`: the picture repeats that often in a unit of u and v.
+    pub scale: Vec2,
+    /// `-o u v`: where in the picture the surface's (0, 0) lies.
+    pub offset: Vec2,
+    /// `-clamp on` is [`Wrap::Clamp`].
+    pub wrap: Wrap,
+    /// `-imfchan`, where it is said.
+    pub channel: Option<Channel>,
+    /// First number of `-mm`: added to all values.
+    pub base: f32,
+    /// Second number of `-mm`: factor of all values.
+    pub gain: f32,
+    /// `-bm`: factor of heights.
+    pub bump: f32,
+}
+
+impl Default for Mapping {
+    fn default() -> Self {
+        Self {
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            wrap: Wrap::Repeat,
+            channel: None,
+            base: 0.0,
+            gain: 1.0,
+            bump: 1.0,
+        }
+    }
+}
+
+impl Mapping {
+    /// Where in the picture the surface's coordinates `uv` lie.
+    pub fn st(&self, uv: Vec2) -> Vec2 {
+        uv * self.scale + self.offset
+    }
+
+    /// What is `footprint` wide on the surface, in the picture: along the axis where that is less, as [`Texture`] has it of texels.
+    pub fn footprint(&self, footprint: f32) -> f32 {
+        footprint * self.scale.abs().min_element()
+    }
+
+    /// [`Texture::color`] with base and gain; 0 where that is negative.
+    pub fn color(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Spectrum {
+        let color = texture.color(self.st(uv), self.footprint(footprint));
+        color.to_array().map(|value| self.ranged(value).max(0.0)).into()
+    }
+
+    /// [`Texture::value`] with base and gain, which may make it negative.
+    pub fn value(&self, texture: &Texture, uv: Vec2, footprint: f32) -> f32 {
+        self.ranged(texture.value(self.st(uv), self.footprint(footprint)))
+    }
+
+    /// [`Texture::alpha`], which has neither base nor gain.
+    pub fn alpha(&self, texture: &Texture, uv: Vec2, footprint: f32) -> f32 {
+        texture.alpha(self.st(uv), self.footprint(footprint))
+    }
+
+    /// [`Texture::normal`], which has neither base nor gain; in the frame of the picture's own axes.
+    pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
+        texture.normal(self.st(uv), self.footprint(footprint))
+    }
+
+    /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on [`Texture::gradient`].
+    pub fn gradient(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec2 {
+        let gradient = texture.gradient(self.st(uv), self.footprint(footprint));
+        gradient * self.scale * (self.gain * self.bump)
+    }
+
+    fn ranged(&self, value: f32) -> f32 {
+        self.base + self.gain * value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Curve, Texels};
+    use super::*;
+
+    /// Values of a ramp from left to right and half as steep upwards.
+    fn ramp() -> Texture {
+        let texel = |i: usize| (i % 64) as f32 / 64.0 + (63 - i / 64) as f32 / 128.0;
+        let texels = Texels::Floats((0..64 * 64).map(texel).collect());
+        Texture::new(64, 64, 1, texels, Wrap::Clamp).unwrap()
+    }
+
+    #[test]
+    fn options_place_and_scale() {
+        let texture = ramp();
+        let mapping = Mapping {
+            scale: Vec2::new(0.5, -0.25),
+            offset: Vec2::new(0.25, 0.5),
+            base: 0.125,
+            gain: 2.0,
+            bump: 3.0,
+            ..Mapping::default()
+        };
+        let uv = Vec2::new(0.7, 0.3);
+        let st = Vec2::new(0.6, 0.425);
+        assert!(mapping.st(uv).distance(st) < 1e-6);
+        let value = texture.value(st, 0.0);
+        assert!((mapping.value(&texture, uv, 0.0) - (0.125 + 2.0 * value)).abs() < 1e-6);
+        let grey = mapping.color(&texture, uv, 0.0);
+        assert!((grey.max_component() - (0.125 + 2.0 * value)).abs() < 1e-6);
+        // Heights rise by 1 and ½ a unit of the picture.
+        let gradient = mapping.gradient(&texture, uv, 0.0);
+        let expected = 6.0 * Vec2::new(0.5 * 1.0, -0.25 * 0.5);
+        assert!(gradient.distance(expected) < 1e-3, "{gradient}");
+        // And as differences of the mapped values have it
+        let d = 1.0 / 32.0;
+        let height = |du, dv| mapping.bump * mapping.value(&texture, uv + Vec2::new(du, dv), 0.0);
+        let differences = Vec2::new(height(d, 0.0) - height(-d, 0.0), height(0.0, d) - height(0.0, -d)) / (2.0 * d);
+        assert!(gradient.distance(differences) < 1e-3, "{gradient} {differences}");
+    }
+
+    #[test]
+    fn colors_are_never_negative_and_alpha_stays() {
+        let texels = Texels::Bytes(vec![255, 0, 51, 51], Curve::Linear);
+        let texture = Texture::new(1, 1, 4, texels, Wrap::Repeat).unwrap();
+        let mapping = Mapping {
+            base: -0.5,
+            gain: -1.0,
+            ..Mapping::default()
+        };
+        assert_eq!(mapping.color(&texture, Vec2::ZERO, 0.0), Spectrum::ZERO);
+        assert!(mapping.value(&texture, Vec2::ZERO, 0.0) < -0.5);
+        assert_eq!(mapping.alpha(&texture, Vec2::ZERO, 0.0), 0.2);
+    }
+
+    #[test]
+    fn the_plain_mapping_changes_nothing() {
+        let (texture, plain, uv) = (ramp(), Mapping::default(), Vec2::new(0.3, 0.8));
+        assert_eq!(plain.st(uv), uv);
+        assert_eq!(plain.value(&texture, uv, 0.1), texture.value(uv, 0.1));
+        assert_eq!(plain.gradient(&texture, uv, 0.1), texture.gradient(uv, 0.1));
+        // Tiled ten times in u alone, a cone is as wide as before along v.
+        let tiled = Mapping {
+            scale: Vec2::new(-10.0, 1.0),
+            ..plain
+        };
+        assert_eq!(tiled.footprint(0.25), 0.25);
+    }
+}

@@ -1,0 +1,113 @@
+/// What lies beside the unit square that a picture fills.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// The picture again, and again.
+    #[default]
+    Repeat,
+    /// Its border.
+    Clamp,
+    /// The picture mirrored at each edge, as `GL_MIRRORED_REPEAT`.
+    Mirror,
+}
+
+/// From here on no `f32` has a fraction.
+const WHOLE: f32 = 8_388_608.0;
+
+impl Wrap {
+    /// Where in [0, 1] the coordinate `x` lies; somewhere in it where `x` is not finite.
+    pub(super) fn fold(self, x: f32) -> f32 {
+        match self {
+            Self::Repeat => fraction(x),
+            // `max` takes the 0 where x is NaN, which `clamp` would let through.
+            Self::Clamp => f32::max(x, 0.0).min(1.0),
+            Self::Mirror => 1.0 - (1.0 - 2.0 * fraction(0.5 * x)).abs(),
+        }
+    }
+
+    /// The two of `n` texels whose centres, at (i + ½) / n, lie around the folded coordinate `s`, and how far it is from the
+    /// first to the second, in [0, 1).
+    pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
+        // Counted from the centre of the texel before the first, all places are positive, where truncation is the floor.
+        let p = s * n as f32 + 0.5;
+        let (high, last) = (p as i32, n as i32 - 1);
+        let f = p - high as f32;
+        // Beyond an edge lies the texel of the other edge, or the same again.
+        let (left, right) = if self == Self::Repeat { (last, 0) } else { (0, last) };
+        let low = if high == 0 { left } else { last.min(high - 1) };
+        let high = if high > last { right } else { high };
+        (low as usize, high as usize, f)
+    }
+}
+
+/// `x` less the whole number below it, in [0, 1]; 0 where there is no fraction to be had.
+fn fraction(x: f32) -> f32 {
+    if x.abs() < WHOLE {
+        // The standard library's floor is a call where the processor is not known to have SSE4.1.
+        let rest = x - x as i32 as f32;
+        if rest < 0.0 { rest + 1.0 } else { rest }
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folding_is_what_it_is_defined_as() {
+        for i in -4000..4000 {
+            let x = i as f32 * 0.003_91;
+            let wide = x as f64;
+            let near = |wrap: Wrap, expected: f64| {
+                let got = wrap.fold(x) as f64;
+                assert!(
+                    (got - expected).abs() < 1e-6,
+                    "{wrap:?} of {x} is {got}, not {expected}"
+                );
+            };
+            near(Wrap::Repeat, wide - wide.floor());
+            near(Wrap::Clamp, wide.clamp(0.0, 1.0));
+            near(Wrap::Mirror, (wide - 2.0 * (wide / 2.0).round()).abs());
+        }
+        let odd = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            3e38,
+            -3e38,
+            3e9,
+            -3e9,
+            -1e-30,
+            8_388_607.5,
+        ];
+        for x in odd {
+            for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+                let s = wrap.fold(x);
+                assert!((0.0..=1.0).contains(&s), "{wrap:?} of {x} is {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbors_are_within_any_width() {
+        let wraps = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
+        for n in [1, 2, 3, 1000, 1 << 24, (1 << 28) - 1, 1 << 28] {
+            for s in [0.0, 1e-9, 0.25, 0.5, 0.999_999_94, 1.0] {
+                for wrap in wraps {
+                    let (low, high, f) = wrap.neighbors(s, n);
+                    assert!(
+                        low < n as usize && high < n as usize,
+                        "{wrap:?} {s} of {n}: {low} {high}"
+                    );
+                    assert!((0.0..1.0).contains(&f), "{wrap:?} {s} of {n}: {f}");
+                }
+            }
+        }
+        assert_eq!(Wrap::Repeat.neighbors(0.0, 4), (3, 0, 0.5));
+        assert_eq!(Wrap::Repeat.neighbors(1.0, 4), (3, 0, 0.5));
+        assert_eq!(Wrap::Clamp.neighbors(0.0, 4), (0, 0, 0.5));
+        assert_eq!(Wrap::Mirror.neighbors(1.0, 4), (3, 3, 0.5));
+        assert_eq!(Wrap::Clamp.neighbors(0.5, 4), (1, 2, 0.5));
+    }
+}

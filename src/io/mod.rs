@@ -1,4 +1,4 @@
-//! Files in and out: scene files, OBJ and MTL, EXR and PNG.
+//! Files in and out: scene files, OBJ and MTL, textures, EXR and PNG.
 
 mod contact_sheet;
 mod environment;
@@ -13,8 +13,10 @@ mod obj_blame;
 mod output;
 mod png;
 mod read_image;
+mod read_picture;
 mod scene_file;
 mod statements;
+mod texture;
 
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use error::{FileError, Position};
@@ -25,3 +27,4 @@ pub use material_section::MaterialSection;
 pub use output::{Format, Output};
 pub use read_image::read_exr;
 pub use scene_file::{CameraSection, ImageSection, MaxDepth, ObjectSection, RenderSection, SceneFile};
+pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};

@@ -1,0 +1,235 @@
+use super::FileError;
+use super::read_image::{check_exr, check_size};
+use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// A picture as its file has it, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Picture {
+    pub width: usize,
+    pub height: usize,
+    /// Samples of a texel: grey, grey and alpha, colours, or colours and alpha, which is not multiplied into them.
+    pub channels: usize,
+    pub samples: Samples,
+}
+
+/// Samples by their type: shares of the largest number, or linear values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Samples {
+    Bytes(Vec<u8>),
+    Shorts(Vec<u16>),
+    Floats(Vec<f32>),
+}
+
+/// What an EXR file is read for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// Colours or greys, with alpha.
+    Colors,
+    /// The channel `Z`.
+    Depth,
+}
+
+/// What a decoder may take for itself and the samples: those of the largest picture, with 16 bits and alpha.
+const MAX_BYTES: u64 = 1 << 31;
+
+/// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture. What it is, its first bytes tell, and where they do not, its name.
+pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
+    if !path.is_file() {
+        return Err(FileError::new(path, "no such image file").help("check the path"));
+    }
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    let mut reader = reader.map_err(|e| FileError::system(path, "cannot read it", &e))?;
+    let picture = match (reader.format(), wanted) {
+        (Some(ImageFormat::OpenExr), _) => read_exr(path, wanted)?,
+        (_, Wanted::Depth) => {
+            let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
+            return Err(FileError::new(path, "this picture has no depth").help(help));
+        }
+        (Some(format), Wanted::Colors) if format.reading_enabled() => {
+            if format == ImageFormat::Tga {
+                check_tga(path)?;
+            }
+            let mut limits = Limits::no_limits();
+            limits.max_alloc = Some(MAX_BYTES);
+            reader.limits(limits);
+            let decoder = reader.into_decoder().map_err(|e| damaged(path, &e))?;
+            let (width, height) = decoder.dimensions();
+            check_size(path, width as usize, height as usize)?;
+            unpack(DynamicImage::from_decoder(decoder).map_err(|e| damaged(path, &e))?)
+                .ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
+        }
+        _ => {
+            let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
+            return Err(FileError::new(path, "files of this format are not read as pictures").help(help));
+        }
+    };
+    if picture.width == 0 || picture.height == 0 {
+        return Err(FileError::new(path, "the picture has no pixels").help("it may be damaged; save it again"));
+    }
+    Ok(picture)
+}
+
+fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
+    FileError::new(path, format!("cannot decode the picture: {error}")).help("it may be damaged; save it again")
+}
+
+fn unpack(image: DynamicImage) -> Option<Picture> {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let channels = image.color().channel_count() as usize;
+    let samples = match image {
+        DynamicImage::ImageLuma8(image) => Samples::Bytes(image.into_raw()),
+        DynamicImage::ImageLumaA8(image) => Samples::Bytes(image.into_raw()),
+        DynamicImage::ImageRgb8(image) => Samples::Bytes(image.into_raw()),
+        DynamicImage::ImageRgba8(image) => Samples::Bytes(image.into_raw()),
+        DynamicImage::ImageLuma16(image) => Samples::Shorts(image.into_raw()),
+        DynamicImage::ImageLumaA16(image) => Samples::Shorts(image.into_raw()),
+        DynamicImage::ImageRgb16(image) => Samples::Shorts(image.into_raw()),
+        DynamicImage::ImageRgba16(image) => Samples::Shorts(image.into_raw()),
+        DynamicImage::ImageRgb32F(image) => Samples::Floats(image.into_raw()),
+        DynamicImage::ImageRgba32F(image) => Samples::Floats(image.into_raw()),
+        _ => return None,
+    };
+    Some(Picture {
+        width,
+        height,
+        channels,
+        samples,
+    })
+}
+
+/// An error where the header has a palette that its pixels do not use and whose colours have another size than these: the image
+/// crate (0.25.9) takes the one for the other, and panics.
+fn check_tga(path: &Path) -> Result<(), FileError> {
+    let mut header = [0; 18];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
+    read.map_err(|e| damaged(path, &e))?;
+    let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
+    if has_palette == 1 && !matches!(kind, 1 | 9) && palette_bits != pixel_bits {
+        let palette = format!("a palette of {palette_bits} bits that pixels of {pixel_bits} bits do not use");
+        return Err(damaged(path, &palette));
+    }
+    Ok(())
+}
+
+/// Which of its channels a picture is made of, and their samples.
+struct Channels {
+    width: usize,
+    height: usize,
+    sources: Vec<Source>,
+    samples: Vec<f32>,
+}
+
+/// Channels of EXR files that mean something here, in the order in which they are asked for.
+#[derive(Clone, Copy)]
+enum Source {
+    Red,
+    Green,
+    Blue,
+    Grey,
+    Alpha,
+    Depth,
+}
+
+/// Reads the first layer of an EXR file: `R G B` or, where these are not there, `Y`, and `A` where it is there; or `Z`.
+fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
+    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| damaged(path, &e))?;
+    check_exr(path, &meta)?;
+    let choose = |size: exr::Vec2<usize>, found: &Found| {
+        let sources = sources(found, wanted);
+        Channels {
+            width: size.width(),
+            height: size.height(),
+            samples: vec![0.0; size.area() * sources.len()],
+            sources,
+        }
+    };
+    let set = |picture: &mut Channels, at: exr::Vec2<usize>, texel: (f32, f32, f32, f32, f32, f32)| {
+        let texel = <[f32; 6]>::from(texel);
+        let start = (at.y() * picture.width + at.x()) * picture.sources.len();
+        let samples = picture.samples.iter_mut().skip(start);
+        for (sample, &source) in samples.zip(&picture.sources) {
+            *sample = texel[source as usize];
+        }
+    };
+    let image = exr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .optional("R", 0.0)
+        .optional("G", 0.0)
+        .optional("B", 0.0)
+        .optional("Y", 0.0)
+        .optional("A", 1.0)
+        .optional("Z", 0.0)
+        .collect_pixels(choose, set)
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_file(path)
+        .map_err(|e| damaged(path, &e))?;
+    let Channels {
+        width,
+        height,
+        sources,
+        mut samples,
+    } = image.layer_data.channel_data.pixels;
+
+    let channels = sources.len();
+    if channels == 0 {
+        let list = meta.headers.iter().flat_map(|header| &header.channels.list);
+        let names: Vec<String> = list.map(|channel| channel.name.to_string()).collect();
+        let (message, help) = match wanted {
+            Wanted::Colors => (
+                "has neither R, G and B nor Y",
+                "a texture needs R, G and B, or Y, in the first layer",
+            ),
+            Wanted::Depth => ("has no depth", "-imfchan z needs a channel Z in the first layer"),
+        };
+        let message = format!("this picture {message}; its channels are {}", names.join(", "));
+        return Err(FileError::new(path, message).help(help));
+    }
+    // Colours of EXR files are multiplied by alpha ("Technical Introduction to OpenEXR").
+    if channels % 2 == 0 {
+        for texel in samples.chunks_exact_mut(channels) {
+            if let Some((&mut alpha, colors)) = texel.split_last_mut() {
+                if alpha > 0.0 && alpha < 1.0 {
+                    colors.iter_mut().for_each(|color| *color /= alpha);
+                }
+            }
+        }
+    }
+    Ok(Picture {
+        width,
+        height,
+        channels,
+        samples: Samples::Floats(samples),
+    })
+}
+
+/// What is known of each channel that was asked for, if it is there.
+type Found = (
+    Option<exr::ChannelDescription>,
+    Option<exr::ChannelDescription>,
+    Option<exr::ChannelDescription>,
+    Option<exr::ChannelDescription>,
+    Option<exr::ChannelDescription>,
+    Option<exr::ChannelDescription>,
+);
+
+/// The channels that a picture is made of; none where they are not there.
+fn sources((r, g, b, y, a, z): &Found, wanted: Wanted) -> Vec<Source> {
+    let mut sources = match wanted {
+        Wanted::Depth if z.is_some() => return vec![Source::Depth],
+        Wanted::Colors if r.is_some() && g.is_some() && b.is_some() => vec![Source::Red, Source::Green, Source::Blue],
+        Wanted::Colors if y.is_some() => vec![Source::Grey],
+        _ => return Vec::new(),
+    };
+    if a.is_some() {
+        sources.push(Source::Alpha);
+    }
+    sources
+}

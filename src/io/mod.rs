@@ -1,4 +1,4 @@
-//! Files in and out: scene files, OBJ and MTL, EXR and PNG.
+//! Files in and out: scene files, OBJ and MTL, textures, EXR and PNG.
 
 mod contact_sheet;
 mod environment;

@@ -16,9 +16,7 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
         FileError::new(path, message).help("give an .exr file that a renderer wrote")
     };
     let meta = exr::MetaData::read_from_file(path, false).map_err(|e| failed(&e))?;
-    for header in &meta.headers {
-        check_size(path, header.layer_size.width(), header.layer_size.height())?;
-    }
+    check_exr(path, &meta)?;
     let image = exr::read_first_rgba_layer_from_file(
         path,
         |size: exr::Vec2<usize>, _| RgbImage {
@@ -32,6 +30,17 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
     );
     let image = image.map_err(|e| failed(&e))?;
     Ok(image.layer_data.channel_data.pixels)
+}
+
+/// An error where a layer, or a block of it, is larger than the EXR file at `path` can have: the exr crate (1.74) takes as much memory
+/// as a block's length says, before it reads the block, if its pixels could be as many.
+pub(super) fn check_exr(path: &Path, meta: &exr::MetaData) -> Result<(), FileError> {
+    for header in &meta.headers {
+        check_size(path, header.layer_size.width(), header.layer_size.height())?;
+        let block = header.max_block_pixel_size();
+        check_size(path, block.width(), block.height())?;
+    }
+    Ok(())
 }
 
 /// An error where the header of `path` names more pixels than an image, or a file of that length, can have.
@@ -51,6 +60,7 @@ pub(super) fn check_size(path: &Path, width: usize, height: usize) -> Result<(),
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ::exr::prelude::WritableImage;
 
     /// Numbers in the file are overwritten one by one: none may end in a panic or in memory that is not there.
     #[test]
@@ -77,5 +87,28 @@ mod tests {
         std::fs::write(&path, bytes).unwrap();
         let message = read_exr(&path).unwrap_err().message;
         assert!(message.contains("the header says 536870913x536870913"), "{message}");
+    }
+
+    /// Tiles of 2²⁴ × 2²⁴ let a damaged length of 800 MB pass.
+    #[test]
+    fn tiles_larger_than_the_file_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let pixels = exr::SpecificChannels::rgb(|_| (0.1f32, 0.2f32, 0.3f32));
+        let tiles = exr::Encoding {
+            blocks: exr::Blocks::Tiles(exr::Vec2(64, 64)),
+            ..exr::Encoding::UNCOMPRESSED
+        };
+        let layer = exr::Layer::new((4, 2), exr::LayerAttributes::default(), tiles, pixels);
+        exr::Image::from_layer(layer).write().to_file(&path).unwrap();
+        assert!(read_exr(&path).is_ok());
+
+        let mut bytes = std::fs::read(&path).unwrap();
+        let name = b"tiledesc\0";
+        let sizes = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+        bytes[sizes..sizes + 8].copy_from_slice(&[0, 0, 0, 1, 0, 0, 0, 1]);
+        std::fs::write(&path, bytes).unwrap();
+        let message = read_exr(&path).unwrap_err().message;
+        assert!(message.contains("the header says 16777216x16777216"), "{message}");
     }
 }

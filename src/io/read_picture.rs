@@ -1,5 +1,5 @@
 use super::FileError;
-use super::read_image::check_size;
+use super::read_image::{check_exr, check_size};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::fs::File;
@@ -39,7 +39,7 @@ const MAX_BYTES: u64 = 1 << 31;
 /// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture. What it is, its first bytes tell, and where they do not, its name.
 pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
     if !path.is_file() {
-        return Err(FileError::new(path, "no such image file"));
+        return Err(FileError::new(path, "no such image file").help("check the path"));
     }
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
     let mut reader = reader.map_err(|e| FileError::system(path, "cannot read it", &e))?;
@@ -64,7 +64,7 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
         }
         _ => {
             let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
-            return Err(FileError::new(path, "pictures of this format are not read").help(help));
+            return Err(FileError::new(path, "files of this format are not read as pictures").help(help));
         }
     };
     if picture.width == 0 || picture.height == 0 {
@@ -78,11 +78,8 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
 }
 
 fn unpack(image: DynamicImage) -> Option<Picture> {
-    let (width, height, channels) = (
-        image.width() as usize,
-        image.height() as usize,
-        image.color().channel_count(),
-    );
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let channels = image.color().channel_count() as usize;
     let samples = match image {
         DynamicImage::ImageLuma8(image) => Samples::Bytes(image.into_raw()),
         DynamicImage::ImageLumaA8(image) => Samples::Bytes(image.into_raw()),
@@ -99,7 +96,7 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
     Some(Picture {
         width,
         height,
-        channels: channels as usize,
+        channels,
         samples,
     })
 }
@@ -140,9 +137,7 @@ enum Source {
 /// Reads the first layer of an EXR file: `R G B` or, where these are not there, `Y`, and `A` where it is there; or `Z`.
 fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
     let meta = exr::MetaData::read_from_file(path, false).map_err(|e| damaged(path, &e))?;
-    for header in &meta.headers {
-        check_size(path, header.layer_size.width(), header.layer_size.height())?;
-    }
+    check_exr(path, &meta)?;
     let choose = |size: exr::Vec2<usize>, found: &Found| {
         let sources = sources(found, wanted);
         Channels {

@@ -128,12 +128,13 @@ pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Textur
             (channels, Texels::Floats(samples))
         }
     };
-    Texture::new(width, height, channels, texels, wrap).ok_or_else(|| {
+    let refused = || {
         FileError::new(
             path,
             format!("a picture of {width}x{height} texels cannot be a texture"),
         )
-    })
+    };
+    Texture::new(width, height, channels, texels, wrap).ok_or_else(refused)
 }
 
 /// A number of a picture.

@@ -514,15 +514,17 @@ mod tests {
 
     /// A corner: position, texture coordinates, normal.
     type Corner = (Vec3, Option<Vec2>, Option<Vec3>);
+    /// Those of a material.
+    type Triangles = (Option<String>, Vec<[Corner; 3]>);
 
     /// A random file, plain and as someone might write it, and its triangles by material.
-    fn random_file(seed: u64) -> (String, String, Vec<(Option<String>, Vec<[Corner; 3]>)>) {
+    fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
         let mut dice = Dice(seed << 32);
         let (mut plain, mut wild) = (
             String::new(),
             String::from(dice.pick(&["", "\u{feff}", "# made by hand\n"])),
         );
-        let mut groups: Vec<(Option<String>, Vec<[Corner; 3]>)> = Vec::new();
+        let mut groups: Vec<Triangles> = Vec::new();
         let mut material = None;
         let (mut v, mut vt, mut vn) = (Vec::new(), Vec::new(), Vec::new());
         let end = dice.pick(&["\n", "\r\n"]);
@@ -625,19 +627,21 @@ mod tests {
         (plain, wild, groups)
     }
 
-    /// The meshes of a text that is read in pieces of so many bytes.
-    fn meshes(text: &str, piece_bytes: usize) -> String {
-        let groups =
-            into_groups(parse::parse(Path::new("t.obj"), text, piece_bytes).unwrap_or_else(|e| panic!("{e}\n{text}")));
-        format!("{groups:?}")
+    /// What comes of a text that is read in pieces of so many bytes.
+    fn read(text: &str, piece_bytes: usize) -> Result<Vec<Group>, FileError> {
+        parse::parse(Path::new("t.obj"), text, piece_bytes).map(into_groups)
+    }
+
+    /// The same in words.
+    fn described(text: &str, piece_bytes: usize) -> String {
+        read(text, piece_bytes).map_or_else(|error| error.to_string(), |groups| format!("{groups:?}"))
     }
 
     #[test]
     fn random_files_have_the_triangles_they_were_made_of() {
         for seed in 0..500 {
             let (plain, wild, expected) = random_file(seed);
-            let groups =
-                into_groups(parse::parse(Path::new("t.obj"), &wild, 100).unwrap_or_else(|e| panic!("{e}\n{wild}")));
+            let groups = read(&wild, 100).unwrap_or_else(|e| panic!("{e}\n{wild}"));
             assert_eq!(groups.len(), expected.len(), "{wild}");
             for (group, (material, triangles)) in groups.iter().zip(&expected) {
                 assert_eq!(
@@ -664,7 +668,7 @@ mod tests {
                     }
                 }
             }
-            assert_eq!(meshes(&plain, 1 << 20), meshes(&wild, 1), "{wild}");
+            assert_eq!(described(&plain, 1 << 20), described(&wild, 1), "{wild}");
         }
     }
 
@@ -673,20 +677,46 @@ mod tests {
         let text: String = (0..50)
             .map(|i| random_file(i).1.replace('\u{feff}', "") + "s 1\n")
             .collect();
-        let whole = meshes(&text, text.len());
+        let whole = described(&text, text.len());
+        assert!(whole.len() > text.len(), "{whole}");
         for size in [0, 1, 17, 100, 1001, 4096] {
-            assert_eq!(meshes(&text, size), whole, "pieces of {size} bytes");
+            assert_eq!(described(&text, size), whole, "pieces of {size} bytes");
         }
         for threads in [1, 2, 5] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            assert_eq!(pool.install(|| meshes(&text, 500)), whole, "{threads} threads");
+            assert_eq!(pool.install(|| described(&text, 500)), whole, "{threads} threads");
         }
         // The first wrong line is the error, whichever piece is read first.
         let broken = format!("{text}f 1 2 x\n{text}f 1 2 y\n");
         let line = text.lines().count() + 1;
         for size in [1, 64, 5000, 1 << 20] {
-            let error = parse::parse(Path::new("t.obj"), &broken, size).map(|_| ()).unwrap_err();
+            let error = read(&broken, size).unwrap_err();
             assert_eq!(error.position.unwrap().line, line);
         }
+    }
+
+    #[test]
+    fn damaged_files_do_no_harm() {
+        let any = |dice: &mut Dice, of: &[u8]| of[dice.roll(of.len())];
+        let mut refused = 0;
+        for seed in 0..1000 {
+            let mut dice = Dice(seed << 40);
+            let mut text = random_file(seed % 100).1.into_bytes();
+            for _ in 0..1 + dice.roll(6) {
+                let at = dice.roll(text.len());
+                match dice.roll(3) {
+                    0 => text[at] = any(&mut dice, b"0123456789/.-+e \t\\\n\r#fvtnsu\xff"),
+                    1 => drop(text.remove(at)),
+                    _ => text.insert(at, any(&mut dice, b"\\\n/- 9#f")),
+                }
+            }
+            let text = String::from_utf8_lossy(&text);
+            assert_eq!(described(&text, 1 << 20), described(&text, dice.roll(50)), "{text}");
+            if let Err(error) = read(&text, 200) {
+                assert!(error.position.is_some() && error.help.is_some(), "{error}");
+                refused += 1;
+            }
+        }
+        assert!((100..900).contains(&refused), "{refused} of 1000 are refused");
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::Path;
+use std::str;
 
 /// The index of what a corner does not have.
 pub(super) const NONE: u32 = u32::MAX;
@@ -358,7 +359,8 @@ impl<'a> Piece<'a> {
     /// Indices, counted from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`.
     fn corner(&self, word: &str) -> Result<[u32; 3], Fault> {
         let mut corner = [NONE; 3];
-        for (kind, part) in word.split('/').enumerate() {
+        // As bytes: words are too short for what searches a string.
+        for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
                 let message = format!("`{}` has too many parts", shown(word));
                 return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
@@ -371,8 +373,8 @@ impl<'a> Piece<'a> {
     }
 
     /// The index, counted from 0, of a part of the corner `word`.
-    fn index(&self, kind: usize, part: &str, word: &str) -> Result<u32, Fault> {
-        let Ok(index) = part.parse::<i64>() else {
+    fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
+        let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = format!("`{}` is no face corner", shown(word));
             return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
         };

@@ -105,13 +105,15 @@ impl Ring {
         let mut other = self.next[triangle[2]];
         for _ in 3..self.len {
             let p = self.points[other];
-            // Polygons with holes pass the same points twice; they may not go on into the triangle.
-            let is_free = match [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|t| t[0] == p) {
-                Some([at, left, right]) => [self.previous[other], self.next[other]].iter().all(|&i| {
+            // A polygon may touch itself. Through the other two corners it cannot enter without crossing an edge.
+            let is_free = if p == b {
+                [self.previous[other], self.next[other]].iter().all(|&i| {
                     let q = self.points[i];
-                    signed_area(at, left, q) <= 0.0 || signed_area(at, q, right) <= 0.0
-                }),
-                None => signed_area(a, b, p) < 0.0 || signed_area(b, c, p) < 0.0 || signed_area(c, a, p) < 0.0,
+                    signed_area(b, c, q) <= 0.0 || signed_area(b, q, a) <= 0.0
+                })
+            } else {
+                let is_outside = signed_area(a, b, p) < 0.0 || signed_area(b, c, p) < 0.0 || signed_area(c, a, p) < 0.0;
+                is_outside || p == a || p == c
             };
             if !is_free {
                 return false;
@@ -294,23 +296,45 @@ mod tests {
         ];
         assert_eq!(shoelace(&plane(&hole)), 32.0);
         assert_tiles("hole", &plane(&hole), 0);
+        // The same with a hole that touches a corner of the square from afar
+        let touching = [
+            [0, 0],
+            [4, 0],
+            [4, 4],
+            [3, 3],
+            [3, 2],
+            [0, 0],
+            [2, 3],
+            [3, 3],
+            [4, 4],
+            [0, 4],
+        ];
+        assert_tiles("touching", &plane(&touching), 2);
     }
 
     #[test]
     fn random_stars_keep_their_area() {
-        for seed in 0..300 {
+        for seed in 0..1000 {
             let n = 4 + seed % 20;
-            let corner = |i: u64| {
-                let radius = 1 + mix(seed * 100 + i) % 9;
-                let (sin, cos) = (i as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
-                Vec3::new(radius as f32 * cos, radius as f32 * sin, 0.0)
+            let star = |size: u64, key: u64| -> Vec<Vec3> {
+                let corner = |i: u64| {
+                    let radius = (size + mix(seed * 100 + key + i) % (4 * size)) as f32;
+                    let (sin, cos) = (i as f32 / n as f32 * std::f32::consts::TAU).sin_cos();
+                    Vec3::new(radius * cos, radius * sin, 0.0)
+                };
+                (0..n).map(corner).collect()
             };
-            let star: Vec<Vec3> = (0..n).map(corner).collect();
-            let areas = cut(&star)
-                .into_iter()
-                .map(|[a, b, c]| triangle_area(star[a], star[b], star[c]));
-            let (sum, area) = (areas.sum::<f64>(), shoelace(&star));
-            assert!((sum - area).abs() < 1e-5 * area, "seed {seed}: {sum} of {area}");
+            // Alone, and with a smaller one as a hole that a slit leads to
+            let (outer, hole) = (star(5, 0), star(1, 50));
+            let inner = hole.iter().rev().cycle().skip(n as usize - 1).take(n as usize + 1);
+            let holed: Vec<Vec3> = outer.iter().chain(&outer[..1]).chain(inner).copied().collect();
+            for polygon in [outer, holed] {
+                let areas = cut(&polygon)
+                    .into_iter()
+                    .map(|[a, b, c]| triangle_area(polygon[a], polygon[b], polygon[c]));
+                let (sum, area) = (areas.sum::<f64>(), shoelace(&polygon));
+                assert!((sum - area).abs() < 1e-5 * area, "seed {seed}: {sum} of {area}");
+            }
         }
     }
 

@@ -143,11 +143,7 @@ fn rough_lobes() -> impl Iterator<Item = (String, Lobe)> {
         let lobe = RoughMirror::new(grey(1.0), alpha.into(), fresnel);
         (format!("rough mirror {alpha:?} {fresnel:?}"), Lobe::RoughMirror(lobe))
     });
-    let glasses = [
-        ([0.04, 0.04], 0.7),
-        ([1.0, 1.0], 2.0),
-        ([0.5, 0.2], 1.5),
-    ];
+    let glasses = [([0.04, 0.04], 0.7), ([1.0, 1.0], 2.0), ([0.5, 0.2], 1.5)];
     let glasses = glasses.map(|(alpha, ior)| {
         let lobe = RoughDielectric::new(grey(1.0), grey(1.0), alpha.into(), ior);
         (format!("rough glass {alpha:?} {ior}"), Lobe::RoughDielectric(lobe))
@@ -423,7 +419,7 @@ fn rough_mirrors_reflect_all_light() {
 #[test]
 fn rough_dielectrics_share_out_all_the_light() {
     let mut worst = 0f64;
-    for ior in [1.3, 1.5, 1.77, 2.0] {
+    for ior in [0.6, 1.3, 1.5, 1.77, 2.0] {
         for roughness in ROUGHNESSES {
             for degrees in ANGLES {
                 for side in [1.0, -1.0] {
@@ -614,7 +610,7 @@ fn rough_lobes_bear_any_direction() {
                     grey(1.0),
                     grey(1.0),
                     Vec2::splat(0.3),
-                    1.0 + x.abs().min(99.0),
+                    1.0 / (1.0 + x.abs().min(99.0)),
                 )),
                 Lobe::CoatedLambert(CoatedLambert::new(grey(1.0), x, 0.04)),
             ]
@@ -669,6 +665,27 @@ fn rough_objects_vanish_in_a_furnace() {
         eprintln!("{name}: {mean:.5} ± {error:.5}");
         assert!((mean - 1.0).abs() < 5e-3 + 4.0 * error, "{name}: {mean} ± {error}");
     }
+}
+
+/// The path tracer draws the number that chooses a part for mixtures only.
+#[test]
+fn lobes_with_parts_are_mixtures() {
+    let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();
+    assert!(matches!(metal(0.5), Bsdf::Mix(_)) && metal(0.5).lobes().all(Lobe::has_parts));
+    // Below a roughness of 1/64 it is a mirror.
+    assert!(matches!(metal(0.015), Bsdf::Single(Lobe::Mirror(_))));
+    let glass = |roughness, ior| {
+        let material = Material {
+            transmission: grey(1.0),
+            roughness,
+            ior,
+            ..Material::default()
+        };
+        material.bsdf()
+    };
+    assert!(matches!(glass(0.5, 1.5), Bsdf::Mix(_)));
+    assert!(matches!(glass(0.015, 1.5), Bsdf::Single(Lobe::Dielectric(_))));
+    assert!(matches!(glass(1.0, 1.0), Bsdf::Single(Lobe::Dielectric(_))));
 }
 
 #[test]

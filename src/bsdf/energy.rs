@@ -44,8 +44,9 @@ impl Missing {
     pub fn of_mirrors(roughness: f32) -> Self {
         let (node, t) = place(roughness, NODES);
         let [[lower, _], [upper, _]] = [mirror_rows(node), mirror_rows(node + 1)];
+        // The index has no part in it.
         Self {
-            rows: [(lower, 1.0 - t), (upper, t), (lower, 0.0), (lower, 0.0)],
+            rows: [(lower, 1.0 - t), (upper, t), (lower, 0.0), (upper, 0.0)],
         }
     }
 
@@ -76,7 +77,7 @@ impl Missing {
 
     /// Draws a direction on the upper hemisphere nearly as the missing light comes, with density [`Missing::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
-        // The row of cells that holds u, and the square of a cosine in it
+        // The cell that holds u, and the square of a cosine in it
         let mut rest = u.x * self.mean();
         let mut cos2 = 1.0;
         for cell in 0..NODES - 1 {
@@ -192,7 +193,7 @@ fn coordinate(i: usize, n: usize) -> f32 {
 /// The node before `x` in [0, 1], never the last of `n`, and how far `x` is on its way to the next.
 fn place(x: f32, n: usize) -> (usize, f32) {
     // Unlike `clamp`, this makes a number of NaN.
-    let x = x.max(0.0).min(1.0) * (n - 1) as f32;
+    let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (n - 1) as f32;
     let node = (x as usize).min(n - 2);
     (node, x - node as f32)
 }

@@ -42,6 +42,14 @@ impl Fresnel {
         }
     }
 
+    /// What tells the colour of a surface: the mean of Schlick's formula, 1 for other terms.
+    pub(super) fn tint(&self) -> Spectrum {
+        match self {
+            Self::Schlick { .. } => self.mean(),
+            _ => Spectrum::ONE,
+        }
+    }
+
     /// Mean share of light that comes evenly from a hemisphere, `2 ∫ F cos d cos`.
     pub(super) fn mean(&self) -> Spectrum {
         match *self {

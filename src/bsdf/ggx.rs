@@ -23,7 +23,7 @@ impl Ggx {
     /// Facets of slopes `αx` and `αy`, each moved into [[`LEAST_ALPHA`], 1].
     pub fn new(alpha: Vec2) -> Self {
         // Unlike `clamp`, this makes a number of NaN.
-        let bounded = |a: f32| a.max(LEAST_ALPHA).min(1.0);
+        let bounded = |a: f32| if a > LEAST_ALPHA { a.min(1.0) } else { LEAST_ALPHA };
         Self {
             alpha: Vec2::new(bounded(alpha.x), bounded(alpha.y)),
         }

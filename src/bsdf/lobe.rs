@@ -102,7 +102,7 @@ impl Lobe {
             Self::Blinn(lobe) => lobe.reflectance,
             Self::RoughMirror(lobe) => lobe.albedo(),
             Self::RoughDielectric(lobe) => lobe.albedo(),
-            Self::Mirror(lobe) => lobe.reflectance,
+            Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.tint(),
             Self::Dielectric(lobe) => lobe.transmittance,
             Self::ThinSheet(lobe) => lobe.transmittance,
         }

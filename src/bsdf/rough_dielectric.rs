@@ -39,11 +39,13 @@ impl RoughDielectric {
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
         let missing = [ior, 1.0 / ior].map(|eta| Missing::of_dielectrics(facets.roughness(), eta).mean());
-        // Single scatterings let pass 1 − F from outside, and (1 − F) / η² from inside: that is reciprocal. So is what
-        // is missing, times the share that passes, if both shares are in proportion to that and to what is missing on
-        // the other side.
-        let passed = 1.0 - Fresnel::Dielectric { eta: ior }.mean().max_component();
-        let passed = [passed, passed / (ior * ior)];
+        // Smooth boundaries let pass 1 − F into the denser medium, and (1 − F) / η² out of it: that is reciprocal. So is
+        // what passes of the missing light, if its share is in proportion to that and to what is missing on the other
+        // side.
+        let denser = ior.max(1.0 / ior);
+        let entered = 1.0 - Fresnel::Dielectric { eta: denser }.mean().max_component();
+        let left = entered / (denser * denser);
+        let passed = if ior >= 1.0 { [entered, left] } else { [left, entered] };
         let largest = missing[0].max(missing[1]);
         let side = |here: usize, beyond: usize| Side {
             missing: missing[here],

@@ -88,12 +88,9 @@ impl RoughMirror {
         (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
     }
 
-    /// Share that is reflected of uniform light, for Schlick's term; the factor of it for others.
+    /// Share that may be reflected, by channel.
     pub(super) fn albedo(&self) -> Spectrum {
-        match self.fresnel {
-            Fresnel::Schlick { .. } => self.reflectance() * self.fresnel.mean(),
-            _ => self.reflectance(),
-        }
+        self.reflectance() * self.fresnel.tint()
     }
 
     /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.

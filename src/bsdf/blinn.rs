@@ -1,4 +1,4 @@
-use super::{BsdfSample, Fresnel, Scattering, same_hemisphere};
+use super::{BsdfSample, Fresnel, Scattering, half_vector};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_power_hemisphere, cosine_power_hemisphere_pdf};
@@ -49,14 +49,4 @@ impl Blinn {
         let pdf = self.pdf(wo, wi);
         (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
     }
-}
-
-/// The facet normal that reflects `wi` to `wo`, and its cosine with both; `None` where no facet does.
-fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
-    if !same_hemisphere(wo, wi) {
-        return None;
-    }
-    let wh = (wo + wi).try_normalize()?;
-    let cos_oh = wo.dot(wh);
-    (cos_oh > 0.0).then_some((wh, cos_oh))
 }

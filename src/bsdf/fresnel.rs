@@ -1,4 +1,5 @@
 use crate::color::Spectrum;
+use crate::math::Vec3;
 
 /// Share of unpolarised light that a smooth boundary reflects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,6 +19,11 @@ pub enum Fresnel {
         /// Extinction coefficient, for each channel.
         k: [f32; 3],
     },
+    /// By Schlick's formula, which has its colour along the normal and is white where light grazes (Schlick 1994).
+    Schlick {
+        /// Share along the normal, for each channel.
+        f0: [f32; 3],
+    },
 }
 
 impl Fresnel {
@@ -28,6 +34,34 @@ impl Fresnel {
             Self::Dielectric { eta } => Spectrum::splat(dielectric(cos_i, eta).0),
             Self::Conductor { eta, k } => {
                 Spectrum::from([0, 1, 2].map(|channel| conductor(cos_i, eta[channel], k[channel])))
+            }
+            Self::Schlick { f0 } => {
+                let f0 = Spectrum::from(f0);
+                f0 + (Spectrum::ONE - f0) * (1.0 - cos_i).max(0.0).powi(5)
+            }
+        }
+    }
+
+    /// What tells the colour of a surface: the mean of Schlick's formula, 1 for other terms.
+    pub(super) fn tint(&self) -> Spectrum {
+        match self {
+            Self::Schlick { .. } => self.mean(),
+            _ => Spectrum::ONE,
+        }
+    }
+
+    /// Mean share of light that comes evenly from a hemisphere, `2 ∫ F cos d cos`.
+    pub(super) fn mean(&self) -> Spectrum {
+        match *self {
+            Self::Full => Spectrum::ONE,
+            // ∫ of the formula: a part 2 ∫ (1 − x)⁵ x dx = 1/21 of what is not f0
+            Self::Schlick { f0 } => Spectrum::from(f0.map(|f0| (20.0 * f0 + 1.0) / 21.0)),
+            // Midpoints in cos²
+            Self::Dielectric { .. } | Self::Conductor { .. } => {
+                const POINTS: u32 = 64;
+                let cosines = (0..POINTS).map(|i| ((i as f32 + 0.5) / POINTS as f32).sqrt());
+                let sum = cosines.fold(Spectrum::ZERO, |sum, cos| sum + self.reflectance(cos));
+                sum / POINTS as f32
             }
         }
     }
@@ -50,6 +84,12 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
+}
+
+/// The direction that the facet `h` refracts `w` to: `cos_i` and `cos_t` are the cosines with the normal on either
+/// side, and `eta` is the index on the far side over that on the side of `w`, as in [`dielectric`] (PBR4 eq. 9.5).
+pub fn refract(w: Vec3, h: Vec3, cos_i: f32, cos_t: f32, eta: f32) -> Vec3 {
+    (cos_i / eta - cos_t) * h - w / eta
 }
 
 /// Reflected share at a conductor of complex index `eta + i k`, relative to the medium before it.
@@ -101,6 +141,51 @@ mod tests {
             let (r, cos_t) = dielectric(cos_i, 1.7);
             let (back, cos_back) = dielectric(cos_t, 1.0 / 1.7);
             assert!((r - back).abs() < 1e-5 && (cos_back - cos_i).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn refraction_keeps_to_the_plane_and_to_snell() {
+        let h = Vec3::new(0.3, -0.2, 0.9).normalize();
+        let w = Vec3::new(-0.2, 0.1, 0.7).normalize();
+        for eta in [1.5, 1.0 / 1.5, 1.0] {
+            let cos_i = w.dot(h);
+            let (_, cos_t) = dielectric(cos_i, eta);
+            let t = refract(w, h, cos_i, cos_t, eta);
+            assert!((t.length() - 1.0).abs() < 1e-6 && (t.dot(h) + cos_t).abs() < 1e-6);
+            assert!((t.cross(h) * eta + w.cross(h)).length() < 1e-6, "{eta}");
+        }
+    }
+
+    #[test]
+    fn means_over_the_cosine() {
+        assert_eq!(Fresnel::Full.mean(), Spectrum::ONE);
+        // Against sums over the angle
+        let terms = [
+            Fresnel::Dielectric { eta: 1.5 },
+            Fresnel::Dielectric { eta: 1.0 / 1.5 },
+            Fresnel::Conductor {
+                eta: [0.14, 0.37, 1.44],
+                k: [3.98, 2.39, 1.60],
+            },
+            Fresnel::Schlick { f0: [0.04, 0.5, 0.9] },
+        ];
+        for fresnel in terms {
+            let n = 10_000;
+            let angles = (0..n).map(|i| (i as f32 + 0.5) / n as f32 * std::f32::consts::FRAC_PI_2);
+            let sum = angles.fold([0.0f64; 3], |sum, angle| {
+                let (sin, cos) = angle.sin_cos();
+                let f = fresnel.reflectance(cos).to_array();
+                [0, 1, 2].map(|c| sum[c] + (f[c] * 2.0 * sin * cos) as f64)
+            });
+            let mean = fresnel.mean().to_array();
+            for c in 0..3 {
+                let expected = sum[c] * std::f64::consts::FRAC_PI_2 / n as f64;
+                assert!(
+                    (mean[c] as f64 - expected).abs() < 3e-3,
+                    "{fresnel:?}: {mean:?} {expected}"
+                );
+            }
         }
     }
 

@@ -1,4 +1,7 @@
-use super::{Blinn, BsdfSample, Dielectric, Lambert, Mirror, Phong, ThinSheet, TransportMode};
+use super::{
+    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, ThinSheet,
+    TransportMode,
+};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 
@@ -7,10 +10,16 @@ use crate::math::{Vec2, Vec3};
 pub enum Lobe {
     /// Ideal diffuse reflection.
     Lambert(Lambert),
+    /// Ideal diffuse reflection below a coat.
+    CoatedLambert(CoatedLambert),
     /// Glossy reflection about the mirror direction.
     Phong(Phong),
     /// Glossy reflection by microfacets.
     Blinn(Blinn),
+    /// Reflection by GGX microfacets.
+    RoughMirror(RoughMirror),
+    /// Boundary of a refracting medium, of GGX microfacets.
+    RoughDielectric(RoughDielectric),
     /// Perfect mirror.
     Mirror(Mirror),
     /// Boundary of a refracting medium.
@@ -25,12 +34,20 @@ impl Lobe {
         matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_))
     }
 
-    /// Value for the pair of directions, cosine excluded, sr⁻¹; 0 for delta lobes.
+    /// Whether it is drawn from in parts, between which a number of its own chooses.
+    pub fn has_parts(&self) -> bool {
+        matches!(self, Self::RoughMirror(_) | Self::RoughDielectric(_))
+    }
+
+    /// Value for the pair of directions, for radiance and cosine excluded, sr⁻¹; 0 for delta lobes.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.eval(wo, wi),
+            Self::CoatedLambert(lobe) => lobe.eval(wo, wi),
             Self::Phong(lobe) => lobe.eval(wo, wi),
             Self::Blinn(lobe) => lobe.eval(wo, wi),
+            Self::RoughMirror(lobe) => lobe.eval(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval(wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => Spectrum::ZERO,
         }
     }
@@ -39,18 +56,25 @@ impl Lobe {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Lambert(lobe) => lobe.pdf(wo, wi),
+            Self::CoatedLambert(lobe) => lobe.pdf(wo, wi),
             Self::Phong(lobe) => lobe.pdf(wo, wi),
             Self::Blinn(lobe) => lobe.pdf(wo, wi),
+            Self::RoughMirror(lobe) => lobe.pdf(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => 0.0,
         }
     }
 
-    /// Draws `wi` for `wo`; `None` where nothing is scattered.
-    pub fn sample(&self, wo: Vec3, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+    /// Draws `wi` for `wo`: `u_lobe` chooses a part, where there are several, `u` a direction. `None` where nothing is
+    /// scattered.
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
             Self::Lambert(lobe) => lobe.sample(wo, u),
+            Self::CoatedLambert(lobe) => lobe.sample(wo, u),
             Self::Phong(lobe) => lobe.sample(wo, u),
             Self::Blinn(lobe) => lobe.sample(wo, u),
+            Self::RoughMirror(lobe) => lobe.sample(wo, u_lobe, u),
+            Self::RoughDielectric(lobe) => lobe.sample(wo, u_lobe, u, mode),
             // Of two single directions, the first by its share
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => {
                 let [first, second] = self.directions(wo, mode);
@@ -65,7 +89,7 @@ impl Lobe {
             Self::Mirror(lobe) => lobe.directions(wo),
             Self::Dielectric(lobe) => lobe.directions(wo, mode),
             Self::ThinSheet(lobe) => lobe.directions(wo),
-            Self::Lambert(_) | Self::Phong(_) | Self::Blinn(_) => [None, None],
+            _ => [None, None],
         }
     }
 
@@ -73,9 +97,12 @@ impl Lobe {
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,
+            Self::CoatedLambert(lobe) => lobe.albedo(),
             Self::Phong(lobe) => lobe.reflectance,
             Self::Blinn(lobe) => lobe.reflectance,
-            Self::Mirror(lobe) => lobe.reflectance,
+            Self::RoughMirror(lobe) => lobe.albedo(),
+            Self::RoughDielectric(lobe) => lobe.albedo(),
+            Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.tint(),
             Self::Dielectric(lobe) => lobe.transmittance,
             Self::ThinSheet(lobe) => lobe.transmittance,
         }
@@ -84,6 +111,8 @@ impl Lobe {
     /// Estimate of the share that is scattered for `wo`, by channel.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
         match self {
+            Self::CoatedLambert(lobe) => lobe.albedo_towards(wo),
+            Self::RoughMirror(lobe) => lobe.albedo_towards(wo),
             Self::Blinn(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             _ => self.albedo(),

@@ -1,6 +1,6 @@
 use super::{BsdfSample, Lobe, TransportMode};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 
 /// The sum of up to three lobes: diffuse, glossy or mirror-like, and transmitting.
 ///
@@ -61,12 +61,16 @@ impl Mix {
 
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let choice = self.choice(wo);
-        let (lobe, p) = chosen(&self.lobes, &choice, u_lobe)?;
-        let sample = lobe.sample(wo, u, mode)?;
+        let (lobe, p, u_part) = chosen(&self.lobes, &choice, u_lobe)?;
+        let sample = lobe.sample(wo, u_part, u, mode)?;
         let (f, pdf) = if lobe.is_delta() {
             (sample.f, sample.pdf * p)
         } else {
-            (self.eval(wo, sample.wi), self.pdf_for(&choice, wo, sample.wi))
+            let f = match mode {
+                TransportMode::Radiance => self.eval(wo, sample.wi),
+                TransportMode::Importance => self.eval(sample.wi, wo),
+            };
+            (f, self.pdf_for(&choice, wo, sample.wi))
         };
         Some(BsdfSample {
             eta: sample.eta,
@@ -75,14 +79,14 @@ impl Mix {
     }
 }
 
-/// The lobe whose share of [0, 1) holds `u`, and its probability.
-fn chosen<'a>(lobes: &'a [Option<Lobe>; 3], choice: &[f32; 3], u: f32) -> Option<(&'a Lobe, f32)> {
+/// The lobe whose share of [0, 1) holds `u`, its probability, and where in its share `u` lies: a number for its own choices.
+fn chosen<'a>(lobes: &'a [Option<Lobe>; 3], choice: &[f32; 3], u: f32) -> Option<(&'a Lobe, f32, f32)> {
     let mut below = 0.0;
     let mut last = None;
     for (lobe, &p) in lobes.iter().zip(choice) {
         if let (Some(lobe), true) = (lobe, p > 0.0) {
+            last = Some((lobe, p, ((u - below) / p).min(ALMOST_ONE)));
             below += p;
-            last = Some((lobe, p));
             if u < below {
                 break;
             }

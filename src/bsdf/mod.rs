@@ -5,23 +5,32 @@
 //! what makes `f |cos θi| / pdf` the weight of the direction, with the probability of choosing it as `pdf`.
 
 mod blinn;
+mod coated_lambert;
 mod dielectric;
+mod energy;
 mod fresnel;
+mod ggx;
 mod lambert;
 mod lobe;
 mod mirror;
 mod mix;
 mod phong;
+mod rough_dielectric;
+mod rough_mirror;
 mod thin_sheet;
 
 pub use blinn::Blinn;
+pub use coated_lambert::CoatedLambert;
 pub use dielectric::Dielectric;
 pub use fresnel::Fresnel;
+pub use ggx::LEAST_ALPHA;
 pub use lambert::Lambert;
 pub use lobe::Lobe;
 pub use mirror::Mirror;
 pub use mix::Mix;
 pub use phong::Phong;
+pub use rough_dielectric::RoughDielectric;
+pub use rough_mirror::RoughMirror;
 pub use thin_sheet::ThinSheet;
 
 use crate::color::Spectrum;
@@ -86,7 +95,7 @@ impl BsdfSample {
 /// The scattering function at one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// One lobe.
+    /// One lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs its number `u_lobe` for them.
     Single(Lobe),
     /// A sum of lobes.
     Mix(Mix),
@@ -115,7 +124,8 @@ impl Bsdf {
         matches!(self, Self::Single(Lobe::Lambert(_)))
     }
 
-    /// Value of the BSDF, cosine excluded, sr⁻¹; delta lobes count nothing.
+    /// Value of the BSDF for radiance, cosine excluded, sr⁻¹; delta lobes count nothing. For importance the directions
+    /// are exchanged.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {
@@ -164,7 +174,7 @@ impl Bsdf {
     #[inline(never)]
     fn sample_any(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
-            Self::Single(lobe) => lobe.sample(wo, u, mode),
+            Self::Single(lobe) => lobe.sample(wo, u_lobe, u, mode),
             Self::Mix(mix) => mix.sample(wo, u_lobe, u, mode),
         }
     }
@@ -191,6 +201,16 @@ impl Bsdf {
 /// Whether both directions lie on the same side of the surface.
 fn same_hemisphere(wo: Vec3, wi: Vec3) -> bool {
     wo.z * wi.z > 0.0
+}
+
+/// The facet normal that reflects `wi` to `wo`, and its cosine with both; `None` where no facet does.
+fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
+    if !same_hemisphere(wo, wi) {
+        return None;
+    }
+    let wh = (wo + wi).try_normalize()?;
+    let cos_oh = wo.dot(wh);
+    (cos_oh > 0.0).then_some((wh, cos_oh))
 }
 
 /// `wo` mirrored by the normal.

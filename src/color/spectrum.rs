@@ -26,6 +26,11 @@ impl Spectrum {
         self.0.to_array()
     }
 
+    /// The larger of both, channel by channel.
+    pub fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+
     /// The largest channel.
     pub fn max_component(self) -> f32 {
         self.0.max_element()

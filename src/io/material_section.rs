@@ -14,17 +14,21 @@ pub struct MaterialSection {
     pub diffuse: Option<Spanned<[f32; 3]>>,
     /// Factor of the glossy or mirror reflection.
     pub specular: Option<Spanned<[f32; 3]>>,
-    /// How `specular` reflects: `phong`, `blinn` or `mirror`.
+    /// How `specular` reflects: `phong`, `blinn`, `ggx` or `mirror`.
     pub model: Option<Spanned<String>>,
     /// Exponent of a glossy reflection.
     pub exponent: Option<Spanned<f32>>,
+    /// Roughness of `ggx` and of `transmission`.
+    pub roughness: Option<Spanned<f32>>,
+    /// Share of metal: `diffuse` is the base colour.
+    pub metallic: Option<Spanned<f32>>,
     /// Index of refraction of a metal, by channel; with `k`.
     pub eta: Option<Spanned<[f32; 3]>>,
     /// Extinction coefficient of a metal, by channel; with `eta`.
     pub k: Option<Spanned<[f32; 3]>>,
     /// Factor of what passes the surface.
     pub transmission: Option<Spanned<[f32; 3]>>,
-    /// Index of refraction, of `transmission` and of a `blinn` reflection.
+    /// Index of refraction, of `transmission` and of a `blinn` or `ggx` reflection.
     pub ior: Option<Spanned<f32>>,
     /// Whether the surface is a sheet that light leaves straight on.
     pub thin: Option<bool>,
@@ -64,18 +68,22 @@ impl MaterialSection {
         };
         let exponent = section.number("exponent", &self.exponent, |n| n >= 0.0, "a finite number, 0 or more")?;
         let ior = section.number("ior", &self.ior, |n| n > 0.0, "a finite number above 0")?;
+        let share = |n: f32| (0.0..=1.0).contains(&n);
+        let roughness = section.number("roughness", &self.roughness, share, "a number from 0 to 1")?;
+        section.number("metallic", &self.metallic, share, "a number from 0 to 1")?;
         // A metal reflects by its own colour.
         let specular = section.color("specular", &self.specular)?;
-        let full = if conductor.is_some() {
+        let full = if conductor.is_some() || self.metallic.is_some() {
             Spectrum::ONE
         } else {
             Spectrum::ZERO
         };
-        Ok(Material {
+        let material = Material {
             name: name.into(),
             diffuse: section.color("diffuse", &self.diffuse)?.unwrap_or(Spectrum::ZERO),
             specular: specular.unwrap_or(full),
             gloss: self.gloss(&section, conductor, exponent, ior)?,
+            roughness: roughness.unwrap_or(0.0),
             transmission: section
                 .color("transmission", &self.transmission)?
                 .unwrap_or(Spectrum::ZERO),
@@ -83,7 +91,17 @@ impl MaterialSection {
             thin: self.thin.unwrap_or(false),
             emission: section.color("emission", &self.emission)?.unwrap_or(Spectrum::ZERO),
             ..Material::default()
-        })
+        };
+        // What roughens nothing was meant otherwise.
+        let has_facets = matches!(material.gloss, Gloss::Ggx(_) | Gloss::Metallic(_));
+        let refracts = !material.transmission.is_black() && !material.thin;
+        match &self.roughness {
+            Some(roughness) if !has_facets && !refracts => {
+                let help = "use model = \"ggx\", or a transmission that is not thin";
+                Err(section.error(roughness.span(), "nothing here has a roughness", help))
+            }
+            _ => Ok(material),
+        }
     }
 
     fn gloss(
@@ -93,27 +111,35 @@ impl MaterialSection {
         exponent: Option<f32>,
         ior: Option<f32>,
     ) -> Result<Gloss, FileError> {
-        let model = self.model.as_ref().map_or("phong", |m| m.get_ref());
+        let has_facets = self.roughness.is_some() || self.metallic.is_some();
+        let default = if has_facets { "ggx" } else { "phong" };
+        let model = self.model.as_ref().map_or(default, |m| m.get_ref());
+        if let (Some(metallic), true) = (&self.metallic, model != "ggx" || conductor.is_some()) {
+            let help = "leave out eta and k, and any model but \"ggx\"";
+            return Err(section.error(metallic.span(), "metallic stands by itself", help));
+        }
+        let dielectric = ior.map(|eta| Fresnel::Dielectric { eta });
+        let fresnel = conductor.or(dielectric).unwrap_or(Fresnel::Full);
         match (model, &self.eta, &self.exponent) {
             ("phong", Some(eta), _) => {
-                let help = "use model = \"blinn\", or model = \"mirror\" for a smooth metal";
+                let help = "use model = \"ggx\" or \"blinn\", or model = \"mirror\" for a smooth metal";
                 Err(section.error(eta.span(), "a Phong lobe has no Fresnel term", help))
             }
             ("phong", None, _) => Ok(Gloss::Phong(exponent.unwrap_or(DEFAULT_EXPONENT))),
-            ("blinn", ..) => {
-                let dielectric = ior.map(|eta| Fresnel::Dielectric { eta });
-                let fresnel = conductor.or(dielectric).unwrap_or(Fresnel::Full);
-                Ok(Gloss::Blinn(exponent.unwrap_or(DEFAULT_EXPONENT), fresnel))
-            }
-            ("mirror", _, Some(exponent)) => {
+            ("blinn", ..) => Ok(Gloss::Blinn(exponent.unwrap_or(DEFAULT_EXPONENT), fresnel)),
+            ("ggx" | "mirror", _, Some(exponent)) => {
                 let help = "leave it out, or use model = \"phong\" or \"blinn\"";
-                Err(section.error(exponent.span(), "a mirror has no exponent", help))
+                Err(section.error(exponent.span(), &format!("model \"{model}\" has no exponent"), help))
             }
+            ("ggx", ..) => match &self.metallic {
+                Some(metallic) => Ok(Gloss::Metallic(*metallic.get_ref())),
+                None => Ok(Gloss::Ggx(fresnel)),
+            },
             ("mirror", _, None) => Ok(Gloss::Mirror(conductor.unwrap_or(Fresnel::Full))),
             (other, ..) => {
                 let span = self.model.as_ref().map_or(0..0, Spanned::span);
                 let message = format!("unknown model `{other}`");
-                Err(section.error(span, &message, "there is phong, blinn, mirror"))
+                Err(section.error(span, &message, "there is phong, blinn, ggx, mirror"))
             }
         }
     }
@@ -162,5 +188,66 @@ impl Named<'_> {
         let rule = "three finite numbers, 0 or more";
         self.check(key, value, |&c| Spectrum::from(c).is_valid(), rule)?;
         Ok(Some((*value.get_ref()).into()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The material of a scene file whose section has these `keys`.
+    fn material(keys: &str) -> Result<Material, FileError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let text = format!("version = 1\n[[object]]\nobj = \"a.obj\"\n[material.m]\n{keys}\n");
+        std::fs::write(&path, text).unwrap();
+        let file = SceneFile::load(&path).unwrap();
+        file.material.values().next().unwrap().material("m", &file)
+    }
+
+    #[test]
+    fn keys_make_rough_materials() {
+        let gold = "eta = [0.1, 0.4, 1.4]\nk = [4, 2.4, 1.6]";
+        let rough = material(&format!("roughness = 0.5\n{gold}")).unwrap();
+        assert!(matches!(rough.gloss, Gloss::Ggx(Fresnel::Conductor { .. })));
+        assert_eq!((rough.roughness, rough.specular), (0.5, Spectrum::ONE));
+        let smooth = material("model = \"ggx\"\nspecular = [1, 1, 1]\nior = 1.8").unwrap();
+        assert_eq!(smooth.gloss, Gloss::Ggx(Fresnel::Dielectric { eta: 1.8 }));
+        assert_eq!(smooth.roughness, 0.0);
+        let plastic = material("diffuse = [0.5, 0.2, 0.1]\nmetallic = 0.25\nroughness = 0.3").unwrap();
+        let same = Material::metallic_roughness(Spectrum::rgb(0.5, 0.2, 0.1), 0.25, 0.3);
+        assert_eq!(
+            plastic,
+            Material {
+                name: "m".into(),
+                ..same
+            }
+        );
+        let glass = material("transmission = [1, 1, 1]\nroughness = 0.2").unwrap();
+        assert_eq!((glass.roughness, glass.specular), (0.2, Spectrum::ZERO));
+    }
+
+    #[test]
+    fn keys_that_do_not_go_together_are_errors() {
+        for (keys, word) in [
+            ("roughness = 1.5", "roughness is 1.5"),
+            ("roughness = nan", "roughness is"),
+            ("metallic = -0.1", "metallic is -0.1"),
+            ("model = \"blinn\"\nroughness = 0.5", "nothing here has a roughness"),
+            (
+                "model = \"phong\"\ntransmission = [1, 1, 1]\nthin = true\nroughness = 0.5",
+                "nothing here",
+            ),
+            ("model = \"mirror\"\nmetallic = 1.0", "metallic stands by itself"),
+            (
+                "metallic = 1.0\neta = [1, 1, 1]\nk = [1, 1, 1]",
+                "metallic stands by itself",
+            ),
+            ("roughness = 0.5\nexponent = 10.0", "\"ggx\" has no exponent"),
+        ] {
+            let error = material(keys).unwrap_err();
+            assert!(error.message.contains(word), "{keys}: {error}");
+            assert!(error.position.is_some_and(|p| p.line > 4), "{keys}: {error}");
+        }
     }
 }

@@ -22,6 +22,10 @@ pub struct Maps {
     pub specular: Option<Map>,
     /// Of the exponent of a glossy lobe.
     pub exponent: Option<Map>,
+    /// Of the roughness.
+    pub roughness: Option<Map>,
+    /// Of the share of metal.
+    pub metallic: Option<Map>,
     /// Of the share of the surface that is there.
     pub opacity: Option<Map>,
     /// Heights, in widths of a texel of the finest level.
@@ -62,16 +66,26 @@ impl Maps {
             diffuse,
             specular,
             exponent,
+            roughness,
+            metallic,
             opacity,
             bump,
             normal,
         } = self;
-        [diffuse, specular, exponent, opacity, bump, normal].into_iter()
+        [diffuse, specular, exponent, roughness, metallic, opacity, bump, normal].into_iter()
     }
 
     /// Whether the BSDF varies over the surface.
     pub fn varies_bsdf(&self) -> bool {
-        self.diffuse.is_some() || self.specular.is_some() || self.exponent.is_some()
+        [
+            self.diffuse,
+            self.specular,
+            self.exponent,
+            self.roughness,
+            self.metallic,
+        ]
+        .iter()
+        .any(Option::is_some)
     }
 
     /// Whether the shading normal does.
@@ -102,23 +116,26 @@ impl Maps {
 impl Material {
     /// The BSDF at a spot of a surface that varies.
     pub fn bsdf_at(&self, spot: &Spot) -> Bsdf {
+        let maps = &self.maps;
         let color = |factor: Spectrum, map: &Option<Map>| map.map_or(factor, |map| factor * map.color(spot));
-        let mut diffuse = color(self.diffuse, &self.maps.diffuse);
-        let mut specular = color(self.specular, &self.maps.specular);
-        let mut transmission = self.transmission;
-        // Textures may hold more than what a surface can scatter.
-        let scattered = (diffuse + specular + transmission).max_component();
-        if scattered > 1.0 {
-            diffuse = diffuse / scattered;
-            specular = specular / scattered;
-            transmission = transmission / scattered;
-        }
-        let gloss = match (self.gloss, &self.maps.exponent) {
-            (Gloss::Phong(n), Some(map)) => Gloss::Phong((n * map.value(spot)).max(0.0)),
-            (Gloss::Blinn(n, fresnel), Some(map)) => Gloss::Blinn((n * map.value(spot)).max(0.0), fresnel),
-            (gloss, _) => gloss,
+        let value = |factor: f32, map: &Option<Map>| map.map_or(factor, |map| factor * map.value(spot));
+        let mut here = Self {
+            name: String::new(),
+            maps: Maps::default(),
+            diffuse: color(self.diffuse, &maps.diffuse),
+            specular: color(self.specular, &maps.specular),
+            roughness: value(self.roughness, &maps.roughness).clamp(0.0, 1.0),
+            gloss: match self.gloss {
+                Gloss::Phong(n) => Gloss::Phong(value(n, &maps.exponent).max(0.0)),
+                Gloss::Blinn(n, fresnel) => Gloss::Blinn(value(n, &maps.exponent).max(0.0), fresnel),
+                Gloss::Metallic(share) => Gloss::Metallic(value(share, &maps.metallic).clamp(0.0, 1.0)),
+                gloss => gloss,
+            },
+            ..*self
         };
-        self.bsdf_of(diffuse, specular, gloss, transmission)
+        // Textures may hold more than what a surface can scatter.
+        here.scale_to_one();
+        here.bsdf()
     }
 
     /// The share of the surface that is there at a spot.

@@ -4,8 +4,12 @@ mod maps;
 
 pub use maps::{Map, Maps, Spot};
 
-use crate::bsdf::{Blinn, Bsdf, Dielectric, Fresnel, Lambert, Lobe, Mirror, Mix, Phong, ThinSheet};
+use crate::bsdf::{
+    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, LEAST_ALPHA, Lambert, Lobe, Mirror, Mix, Phong, RoughDielectric,
+    RoughMirror, ThinSheet,
+};
 use crate::color::Spectrum;
+use crate::math::Vec2;
 use std::cell::OnceCell;
 
 /// A material of the scene.
@@ -18,12 +22,15 @@ pub struct MaterialId(pub u32);
 pub struct Material {
     /// Name, from MTL or the scene file.
     pub name: String,
-    /// `kd`: diffuse reflectance, each channel in [0, 1].
+    /// `kd`: diffuse reflectance, each channel in [0, 1]; with [`Gloss::Metallic`] the base colour.
     pub diffuse: Spectrum,
     /// `ks`: factor of the glossy or mirror reflection.
     pub specular: Spectrum,
     /// How `specular` reflects.
     pub gloss: Gloss,
+    /// Of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
+    /// is smooth.
+    pub roughness: f32,
     /// `kt`: factor of what passes the surface.
     pub transmission: Spectrum,
     /// Index of refraction behind the surface, over that before it.
@@ -48,6 +55,12 @@ pub enum Gloss {
     Phong(f32),
     /// Blinn's microfacets of this exponent, which reflect by a Fresnel term.
     Blinn(f32, Fresnel),
+    /// GGX microfacets of the material's roughness, which reflect by a Fresnel term.
+    Ggx(Fresnel),
+    /// The share of metal in a surface of the metallic-roughness model (glTF 2.0, appendix B): GGX microfacets of the
+    /// material's roughness, which metal gives the base colour and the rest the reflection of its index, over a diffuse
+    /// base where it is no metal.
+    Metallic(f32),
     /// A perfect mirror that reflects by a Fresnel term.
     Mirror(Fresnel),
 }
@@ -60,6 +73,7 @@ impl Default for Material {
             diffuse: Spectrum::ZERO,
             specular: Spectrum::ZERO,
             gloss: Gloss::Phong(1.0),
+            roughness: 0.0,
             transmission: Spectrum::ZERO,
             ior: 1.5,
             thin: false,
@@ -71,35 +85,122 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The BSDF of a surface that is the same all over.
-    pub fn bsdf(&self) -> Bsdf {
-        self.bsdf_of(self.diffuse, self.specular, self.gloss, self.transmission)
+    /// A surface of the metallic-roughness model, whose index of refraction is 1.5 where it is no metal. `metallic` and
+    /// `roughness` lie in [0, 1].
+    pub fn metallic_roughness(base: Spectrum, metallic: f32, roughness: f32) -> Self {
+        Self {
+            diffuse: base,
+            specular: Spectrum::ONE,
+            gloss: Gloss::Metallic(metallic),
+            roughness,
+            ..Self::default()
+        }
     }
 
-    fn bsdf_of(&self, diffuse: Spectrum, specular: Spectrum, gloss: Gloss, transmission: Spectrum) -> Bsdf {
+    /// The most that is scattered of any channel's light. A coat and the base below it share what there is.
+    pub fn scattered(&self) -> f32 {
+        let reflected = match self.gloss {
+            Gloss::Metallic(_) => self.diffuse.max(self.specular),
+            _ => self.diffuse + self.specular,
+        };
+        (reflected + self.transmission).max_component()
+    }
+
+    /// Divides all lobes by what they scatter, where that is more than there is.
+    pub(crate) fn scale_to_one(&mut self) {
+        let scattered = self.scattered();
+        if scattered > 1.0 {
+            self.diffuse = self.diffuse / scattered;
+            self.specular = self.specular / scattered;
+            self.transmission = self.transmission / scattered;
+        }
+    }
+
+    /// The BSDF of a surface that is the same all over.
+    pub fn bsdf(&self) -> Bsdf {
         let present = |weight: Spectrum| (!weight.is_black()).then_some(weight);
         let lobes = [
-            present(diffuse).map(diffuse_lobe),
-            present(specular).map(|reflectance| specular_lobe(reflectance, gloss)),
-            present(transmission).map(|transmittance| self.transmission_lobe(transmittance)),
+            present(self.diffuse_reflectance()).map(|_| self.diffuse_lobe()),
+            present(self.specular).map(|_| self.specular_lobe()),
+            present(self.transmission).map(|_| self.transmission_lobe()),
         ];
         match lobes {
-            [None, None, None] => Bsdf::Single(diffuse_lobe(Spectrum::ZERO)),
-            [Some(lobe), None, None] | [None, Some(lobe), None] | [None, None, Some(lobe)] => Bsdf::Single(lobe),
+            [None, None, None] => Bsdf::Single(self.diffuse_lobe()),
+            [Some(lobe), None, None] | [None, Some(lobe), None] | [None, None, Some(lobe)] if !lobe.has_parts() => {
+                Bsdf::Single(lobe)
+            }
             _ => Bsdf::Mix(Mix::new(lobes)),
         }
     }
 
+    /// What is no metal reflects diffusely.
+    fn diffuse_reflectance(&self) -> Spectrum {
+        match self.gloss {
+            Gloss::Metallic(metallic) => self.diffuse * (1.0 - metallic),
+            _ => self.diffuse,
+        }
+    }
+
+    fn diffuse_lobe(&self) -> Lobe {
+        let albedo = self.diffuse_reflectance();
+        match self.gloss {
+            Gloss::Metallic(_) if !self.specular.is_black() => {
+                Lobe::CoatedLambert(CoatedLambert::new(albedo, self.alpha(), self.f0()))
+            }
+            _ => Lobe::Lambert(Lambert { albedo }),
+        }
+    }
+
+    fn specular_lobe(&self) -> Lobe {
+        let (reflectance, alpha) = (self.specular, Vec2::splat(self.alpha()));
+        match self.gloss {
+            Gloss::Phong(exponent) => Lobe::Phong(Phong { reflectance, exponent }),
+            Gloss::Blinn(exponent, fresnel) => Lobe::Blinn(Blinn {
+                reflectance,
+                exponent,
+                fresnel,
+            }),
+            Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
+            // Facets too smooth for their formulas are a mirror.
+            Gloss::Ggx(fresnel) if self.alpha() < LEAST_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
+            Gloss::Ggx(fresnel) => Lobe::RoughMirror(RoughMirror::new(reflectance, alpha, fresnel)),
+            Gloss::Metallic(metallic) if self.alpha() < LEAST_ALPHA => {
+                let f0 = self.diffuse * metallic + Spectrum::splat(self.f0() * (1.0 - metallic));
+                let fresnel = Fresnel::Schlick { f0: f0.to_array() };
+                Lobe::Mirror(Mirror { reflectance, fresnel })
+            }
+            Gloss::Metallic(metallic) => {
+                let lobe = RoughMirror::metallic(reflectance, alpha, self.diffuse, self.f0(), metallic);
+                Lobe::RoughMirror(lobe)
+            }
+        }
+    }
+
+    /// `α` of the facets (Burley 2012, "Physically Based Shading at Disney").
+    fn alpha(&self) -> f32 {
+        self.roughness * self.roughness
+    }
+
+    /// What a dielectric of this index reflects along the normal.
+    fn f0(&self) -> f32 {
+        ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
+    }
+
     /// Reflects without colour, as dielectrics do, within the energy that the mixture gives to transmission.
-    fn transmission_lobe(&self, transmittance: Spectrum) -> Lobe {
-        let reflectance = Spectrum::splat(transmittance.max_component());
+    fn transmission_lobe(&self) -> Lobe {
+        let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
         let ior = self.ior;
+        // Refraction spreads less than the facets where the index hardly changes.
+        let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
             Lobe::ThinSheet(ThinSheet {
                 reflectance,
                 transmittance,
                 ior,
             })
+        } else if spread >= LEAST_ALPHA {
+            let alpha = Vec2::splat(self.alpha());
+            Lobe::RoughDielectric(RoughDielectric::new(reflectance, transmittance, alpha, ior))
         } else {
             Lobe::Dielectric(Dielectric {
                 reflectance,
@@ -107,21 +208,5 @@ impl Material {
                 ior,
             })
         }
-    }
-}
-
-fn diffuse_lobe(albedo: Spectrum) -> Lobe {
-    Lobe::Lambert(Lambert { albedo })
-}
-
-fn specular_lobe(reflectance: Spectrum, gloss: Gloss) -> Lobe {
-    match gloss {
-        Gloss::Phong(exponent) => Lobe::Phong(Phong { reflectance, exponent }),
-        Gloss::Blinn(exponent, fresnel) => Lobe::Blinn(Blinn {
-            reflectance,
-            exponent,
-            fresnel,
-        }),
-        Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
     }
 }

@@ -105,12 +105,10 @@ impl SceneBuilder {
     /// where they are looked up.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
-        let scattered = (material.diffuse + material.specular + material.transmission).max_component();
+        let scattered = material.scattered();
         let varies = material.maps.varies_bsdf();
-        if scattered > 1.0 && !varies {
-            material.diffuse = material.diffuse / scattered;
-            material.specular = material.specular / scattered;
-            material.transmission = material.transmission / scattered;
+        if !varies {
+            material.scale_to_one();
         }
         // Parts that sum to 1 up to rounding are what was meant.
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
@@ -393,13 +391,28 @@ fn check_material(material: &Material) -> Result<(), BuildError> {
     let (exponent, fresnel) = match material.gloss {
         Gloss::Phong(n) => (n, Fresnel::Full),
         Gloss::Blinn(n, fresnel) => (n, fresnel),
-        Gloss::Mirror(fresnel) => (0.0, fresnel),
+        Gloss::Ggx(fresnel) | Gloss::Mirror(fresnel) => (0.0, fresnel),
+        Gloss::Metallic(_) => (0.0, Fresnel::Full),
     };
+    let metallic = match material.gloss {
+        Gloss::Metallic(metallic) => metallic,
+        _ => 0.0,
+    };
+    for (key, share) in [("roughness", material.roughness), ("metallic", metallic)] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad(key, share.to_string(), "a number from 0 to 1"));
+        }
+    }
     if !(exponent.is_finite() && exponent >= 0.0) {
         return Err(bad("exponent", exponent.to_string(), "finite and 0 or more"));
     }
+    if let Fresnel::Schlick { f0 } = fresnel {
+        if !f0.iter().all(|f0| (0.0..=1.0).contains(f0)) {
+            return Err(bad("f0", format!("{f0:?}"), "numbers from 0 to 1"));
+        }
+    }
     let (eta, k) = match fresnel {
-        Fresnel::Full => ([1.0; 3], [0.0; 3]),
+        Fresnel::Full | Fresnel::Schlick { .. } => ([1.0; 3], [0.0; 3]),
         Fresnel::Dielectric { eta } => ([eta; 3], [0.0; 3]),
         Fresnel::Conductor { eta, k } => (eta, k),
     };
@@ -567,6 +580,27 @@ mod tests {
                 },
                 "k",
             ),
+            (
+                Material {
+                    gloss: Gloss::Metallic(1.5),
+                    ..base()
+                },
+                "metallic",
+            ),
+            (
+                Material {
+                    roughness: f32::NAN,
+                    ..base()
+                },
+                "roughness",
+            ),
+            (
+                Material {
+                    gloss: Gloss::Ggx(Fresnel::Schlick { f0: [0.5, -0.1, 0.5] }),
+                    ..base()
+                },
+                "f0",
+            ),
         ] {
             let error = b.add_material(bad).unwrap_err();
             assert!(error.to_string().contains(&format!("{key} is")), "{error}");
@@ -587,6 +621,22 @@ mod tests {
         let m = &scene.materials()[0];
         assert_eq!((m.diffuse, m.specular.to_array()[1]), (Spectrum::splat(0.4), 0.3));
         assert_eq!(scene.bsdfs[0].lobes().count(), 3);
+    }
+
+    #[test]
+    fn a_coat_and_its_base_share_the_light() {
+        let mut b = SceneBuilder::new();
+        let white = Material::metallic_roughness(Spectrum::ONE, 0.5, 0.3);
+        b.add_material(white.clone()).unwrap();
+        b.add_material(Material {
+            transmission: Spectrum::ONE,
+            ..white
+        })
+        .unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.scaled_materials, [(String::new(), 2.0)]);
+        assert_eq!(scene.materials()[0].diffuse, Spectrum::ONE);
+        assert_eq!(scene.materials()[1].specular, Spectrum::splat(0.5));
     }
 
     #[test]

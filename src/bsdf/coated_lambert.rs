@@ -1,0 +1,89 @@
+use super::energy::{self, Missing};
+use super::{BsdfSample, Fresnel, Scattering, same_hemisphere};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use std::f32::consts::PI;
+
+/// Ideal diffuse reflection below a coat: it gets what the coat, a [`super::RoughMirror`] without colour, does not
+/// reflect, on the way in and on the way out. Alike on both sides of the surface.
+///
+/// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a direction and its mean `Ē`
+/// (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling"):
+/// reciprocal, and of albedo 1 it reflects with the coat all light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatedLambert {
+    albedo: Spectrum,
+    /// What the coat reflects along the normal.
+    f0: f32,
+    roughness: f32,
+    /// What several reflections in the coat give of what a single one leaves behind.
+    several: f32,
+    /// Share that passes the coat, on average.
+    passed: f32,
+}
+
+impl CoatedLambert {
+    /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
+    pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
+        let roughness = alpha.max(0.0).sqrt();
+        let missing = Missing::of_mirrors(roughness).mean();
+        let f = Fresnel::Schlick { f0: [f0; 3] }.mean().max_component();
+        let several = energy::several_reflections(f, missing);
+        Self {
+            albedo,
+            f0,
+            roughness,
+            several,
+            passed: passed(f0, several, missing, energy::mean_grazing(roughness)),
+        }
+    }
+
+    /// Value of the lobe, sr⁻¹.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        if !same_hemisphere(wo, wi) {
+            return Spectrum::ZERO;
+        }
+        self.albedo * (self.passed(wo) * self.passed(wi) / (PI * self.passed))
+    }
+
+    /// Density of [`CoatedLambert::sample`], cosine-weighted about the normal on the side of `wo`.
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if same_hemisphere(wo, wi) && !self.albedo.is_black() {
+            cosine_hemisphere_pdf(wi.z.abs())
+        } else {
+            0.0
+        }
+    }
+
+    /// Draws `wi` on the side of `wo`.
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+        let mut wi = cosine_hemisphere(u);
+        wi.z = wi.z.copysign(wo.z);
+        let pdf = self.pdf(wo, wi);
+        (pdf > 0.0).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Diffuse))
+    }
+
+    /// Share that is scattered of uniform light.
+    pub(super) fn albedo(&self) -> Spectrum {
+        self.albedo * self.passed
+    }
+
+    /// Share that is scattered for `wo`.
+    pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
+        self.albedo * self.passed(wo)
+    }
+
+    /// Share that passes the coat between `w` and the base.
+    fn passed(&self, w: Vec3) -> f32 {
+        let (cos, roughness) = (w.z.abs(), self.roughness);
+        let missing = Missing::of_mirrors(roughness).towards(cos);
+        passed(self.f0, self.several, missing, energy::grazing(cos, roughness))
+    }
+}
+
+/// What a coat lets pass of which single reflections leave `missing` behind, and reflect `grazing` where each is
+/// weighed by `(1 − cos)⁵`.
+fn passed(f0: f32, several: f32, missing: f32, grazing: f32) -> f32 {
+    1.0 - (f0 * (1.0 - missing - grazing) + grazing + several * missing)
+}

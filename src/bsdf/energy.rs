@@ -1,0 +1,339 @@
+//! What rough surfaces lose where a model knows single scattering only: light that facets block would leave after
+//! several scatterings. Lobes give it back in the reciprocal form of Kulla and Conty (2017, "Revisiting Physically
+//! Based Shading at Imageworks"), which needs the share that is missing towards each direction, and its mean over the
+//! cosine.
+//!
+//! Both are tabulated, by quadrature over the visible facets of the lobes themselves. Axes are `√cos θ`, the roughness
+//! `√α` and, for dielectrics, `(η − 1) / (η + 1)`: along them the shares are nearly straight. A row of one roughness
+//! and index is made when it is first asked for.
+
+use super::fresnel;
+use super::ggx::Ggx;
+use crate::math::{Vec2, Vec3};
+use std::array::from_fn;
+use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::OnceLock;
+
+/// Nodes along roughness and along the cosine.
+const NODES: usize = 32;
+
+/// Nodes along the index of refraction.
+const INDEX_NODES: usize = 65;
+
+/// Indices beyond this, and below its inverse, count as this.
+const LARGEST_ETA: f32 = 3.0;
+
+/// Points of the quadrature: facets' azimuths, and steps from those that reflect light back to those that graze it.
+const POINTS: [usize; 2] = [32, 48];
+
+/// Mirror facets, by roughness: the share that is missing, and the one that leaves weighed by `(1 − cos)⁵` of the angle
+/// with the facet.
+static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
+
+/// Facets that refract, by index and roughness: the share that is missing.
+static DIELECTRICS: [[OnceLock<Row>; NODES]; INDEX_NODES] = [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
+
+/// What is missing of light that one scattering by rough facets lets out: a blend of neighbouring rows.
+#[derive(Clone, Copy)]
+pub(super) struct Missing {
+    rows: [(&'static Row, f32); 4],
+}
+
+impl Missing {
+    /// Of light that mirror facets reflect.
+    pub fn of_mirrors(roughness: f32) -> Self {
+        let (node, t) = place(roughness, NODES);
+        let [[lower, _], [upper, _]] = [mirror_rows(node), mirror_rows(node + 1)];
+        // The index has no part in it.
+        Self {
+            rows: [(lower, 1.0 - t), (upper, t), (lower, 0.0), (upper, 0.0)],
+        }
+    }
+
+    /// Of light that facets reflect or let pass; the index beyond is `eta` times the one on the side it comes from.
+    pub fn of_dielectrics(roughness: f32, eta: f32) -> Self {
+        let (node, t) = place(roughness, NODES);
+        let x = 0.5 + 0.5 * index_coordinate(eta) / index_coordinate(LARGEST_ETA);
+        let (index, s) = place(x, INDEX_NODES);
+        Self {
+            rows: [
+                (dielectric_row(index, node), (1.0 - s) * (1.0 - t)),
+                (dielectric_row(index, node + 1), (1.0 - s) * t),
+                (dielectric_row(index + 1, node), s * (1.0 - t)),
+                (dielectric_row(index + 1, node + 1), s * t),
+            ],
+        }
+    }
+
+    /// The share towards a cosine.
+    pub fn towards(&self, cos: f32) -> f32 {
+        self.blend(|row| row.at(cos))
+    }
+
+    /// Its mean over the cosine, `2 ∫ x cos d cos`.
+    pub fn mean(&self) -> f32 {
+        self.blend(|row| row.mean)
+    }
+
+    /// Draws a direction on the upper hemisphere nearly as the missing light comes, with density [`Missing::pdf`].
+    pub fn sample(&self, u: Vec2) -> Vec3 {
+        // The cell that holds u, and the square of a cosine in it
+        let mut rest = u.x * self.mean();
+        let mut cos2 = 1.0;
+        for cell in 0..NODES - 1 {
+            let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES).powi(4));
+            let mean = self.blend(|row| row.cells[cell]);
+            let share = mean * (upper - lower);
+            if rest < share {
+                cos2 = lower + rest / mean;
+                break;
+            }
+            rest -= share;
+        }
+        let r = (1.0 - cos2).max(0.0).sqrt();
+        let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+        Vec3::new(r * cos, r * sin, cos2.sqrt())
+    }
+
+    /// Density of [`Missing::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
+    pub fn pdf(&self, cos: f32) -> f32 {
+        let (cell, _) = place(cos.sqrt(), NODES);
+        cos * FRAC_1_PI * self.blend(|row| row.cells[cell]) / self.mean()
+    }
+
+    fn blend(&self, value: impl Fn(&Row) -> f32) -> f32 {
+        self.rows.iter().map(|&(row, weight)| weight * value(row)).sum()
+    }
+}
+
+/// Share that single reflections by mirror facets let out towards a cosine, weighed by Schlick's `(1 − cos)⁵`.
+pub(super) fn grazing(cos: f32, roughness: f32) -> f32 {
+    grazing_blend(roughness, |row| row.at(cos))
+}
+
+/// Mean of [`grazing`] over the cosine.
+pub(super) fn mean_grazing(roughness: f32) -> f32 {
+    grazing_blend(roughness, |row| row.mean)
+}
+
+/// What comes out of several reflections in all, over what one has left behind: facets that reflect `f` on average
+/// leave `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is missing.
+pub(super) fn several_reflections(f: f32, mean_missing: f32) -> f32 {
+    f * f * (1.0 - mean_missing) / (1.0 - f * mean_missing)
+}
+
+fn grazing_blend(roughness: f32, value: impl Fn(&Row) -> f32) -> f32 {
+    let (node, t) = place(roughness, NODES);
+    (1.0 - t) * value(&mirror_rows(node)[1]) + t * value(&mirror_rows(node + 1)[1])
+}
+
+fn mirror_rows(node: usize) -> &'static [Row; 2] {
+    MIRRORS[node].get_or_init(|| {
+        let rows = along_cosines(coordinate(node, NODES), |wo, facets, h, cos| {
+            let weight = reflected(wo, facets, h, cos);
+            [weight, weight * (1.0 - cos).powi(5)]
+        });
+        let [all, grazing] = [0, 1].map(|k| rows.map(|shares| shares[k]));
+        [Row::new(all.map(missing)), Row::new(grazing.map(|x| x as f32))]
+    })
+}
+
+fn dielectric_row(index: usize, node: usize) -> &'static Row {
+    DIELECTRICS[index][node].get_or_init(|| {
+        let x = (2.0 * coordinate(index, INDEX_NODES) - 1.0) * index_coordinate(LARGEST_ETA);
+        let eta = (1.0 + x) / (1.0 - x);
+        let rows = along_cosines(coordinate(node, NODES), |wo, facets, h, cos| {
+            let (r, cos_t) = fresnel::dielectric(cos, eta);
+            let wi = fresnel::refract(wo, h, cos, cos_t, eta);
+            let passed = if wi.z < 0.0 { facets.visible(wi) } else { 0.0 };
+            [r * reflected(wo, facets, h, cos) + (1.0 - r) * passed]
+        });
+        Row::new(rows.map(|[share]| missing(share)))
+    })
+}
+
+/// A quantity by cosine, of one roughness.
+struct Row {
+    nodes: [f32; NODES],
+    /// Means over the cosine between nodes.
+    cells: [f32; NODES - 1],
+    /// Mean over the cosine of all.
+    mean: f32,
+}
+
+impl Row {
+    fn new(nodes: [f32; NODES]) -> Self {
+        let mut mean = 0.0;
+        let cells = from_fn(|cell| {
+            // 4 ∫ x s³ ds of values that are linear in s = √cos, exactly: Gauss-Legendre with three points
+            let half = 0.5 * 0.6f32.sqrt();
+            let points = [(0.5 - half, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + half, 5.0 / 18.0)];
+            let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES));
+            let sum = points.iter().fold(0.0, |sum, (t, weight)| {
+                let s = lower + t * (upper - lower);
+                sum + weight * (nodes[cell] + t * (nodes[cell + 1] - nodes[cell])) * 4.0 * s.powi(3)
+            });
+            mean += sum * (upper - lower);
+            sum * (upper - lower) / (upper.powi(4) - lower.powi(4))
+        });
+        Self { nodes, cells, mean }
+    }
+
+    fn at(&self, cos: f32) -> f32 {
+        let (node, t) = place(cos.sqrt(), NODES);
+        (1.0 - t) * self.nodes[node] + t * self.nodes[node + 1]
+    }
+}
+
+/// Where the `i`-th of `n` nodes lies in [0, 1].
+fn coordinate(i: usize, n: usize) -> f32 {
+    i as f32 / (n - 1) as f32
+}
+
+/// The node before `x` in [0, 1], never the last of `n`, and how far `x` is on its way to the next.
+fn place(x: f32, n: usize) -> (usize, f32) {
+    // Unlike `clamp`, this makes a number of NaN.
+    let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (n - 1) as f32;
+    let node = (x as usize).min(n - 2);
+    (node, x - node as f32)
+}
+
+fn index_coordinate(eta: f32) -> f32 {
+    (eta - 1.0) / (eta + 1.0)
+}
+
+/// What a share leaves of 1. Lobes divide by it, so it is not less than the rounding of 1.
+fn missing(share: f64) -> f32 {
+    ((1.0 - share) as f32).max(f32::EPSILON)
+}
+
+/// Share of what the facet `h` reflects that is not shadowed.
+fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
+    let wi = 2.0 * cos * h - wo;
+    if wi.z > 0.0 {
+        facets.reflection_weight(wo, wi)
+    } else {
+        0.0
+    }
+}
+
+/// Means of `value`, of a direction, the facets, the normal of one and its cosine, over the facets that the direction
+/// sees; for each node of the cosine.
+///
+/// Half of the azimuths mirror the other half. Steps are short where facets graze: smooth surfaces have few of these,
+/// and they alone lose light.
+fn along_cosines<const K: usize>(
+    roughness: f32,
+    value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],
+) -> [[f64; K]; NODES] {
+    let facets = Ggx::new(Vec2::splat(roughness * roughness));
+    let middle = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
+    from_fn(|node| {
+        let cos = coordinate(node, NODES).powi(2);
+        let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let (mut sums, mut total) = ([0.0; K], 0.0);
+        for j in 0..POINTS[1] {
+            let step = middle(j, POINTS[1]);
+            for i in 0..POINTS[0] {
+                let u = Vec2::new(0.5 * middle(i, POINTS[0]), 1.0 - step * step);
+                let h = facets.sample_visible(wo, u);
+                let values = value(wo, facets, h, wo.dot(h).max(0.0));
+                for (sum, value) in sums.iter_mut().zip(values) {
+                    *sum += (step * value) as f64;
+                }
+                total += step as f64;
+            }
+        }
+        sums.map(|sum| sum / total)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    /// Shares that single reflections let out, all and weighed by `(1 − cos)⁵`: ∫ D G₂ / (4 cos θo) dωi in f64, over
+    /// another grid than the table's and from other forms of `D` and `Λ`.
+    fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
+        const STEPS: usize = 1000;
+        let lambda = |cos: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
+        let sin_o = (1.0 - cos_o * cos_o).sqrt();
+        let mut sums = [0.0; 2];
+        for i in 0..STEPS {
+            let z = (i as f64 + 0.5) / STEPS as f64;
+            let r = (1.0 - z * z).sqrt();
+            for j in 0..STEPS {
+                let phi = PI * (j as f64 + 0.5) / STEPS as f64;
+                // |wo + wi|² = 2 (1 + wo·wi), and the half angle's cosine follows from it
+                let length = (2.0 * (1.0 + sin_o * r * phi.cos() + cos_o * z)).sqrt();
+                let (cos_h, cos_d) = ((cos_o + z) / length, 0.5 * length);
+                let d = alpha * alpha / (PI * (cos_h * cos_h * (alpha * alpha - 1.0) + 1.0).powi(2));
+                let value = d / (1.0 + lambda(cos_o) + lambda(z)) / (4.0 * cos_o);
+                sums[0] += value;
+                sums[1] += value * (1.0 - cos_d).powi(5);
+            }
+        }
+        sums.map(|sum| 2.0 * PI * sum / (STEPS * STEPS) as f64)
+    }
+
+    #[test]
+    fn tables_hold_what_quadrature_says() {
+        for roughness in [0.33f32, 0.5, 0.77, 0.98] {
+            let missing = Missing::of_mirrors(roughness);
+            for cos in [0.09f32, 0.22, 0.5, 0.81, 0.99] {
+                let [all, grazed] = shares(cos as f64, (roughness * roughness) as f64);
+                let table = [1.0 - missing.towards(cos), grazing(cos, roughness)].map(f64::from);
+                let error = (table[0] - all).abs().max((table[1] - grazed).abs());
+                assert!(error < 2e-3, "{cos} {roughness}: {table:?} {all} {grazed}");
+            }
+        }
+        // Facets of α = 1 seen along the normal: ∫ (1 − 2v) / (1 − v) dv from 0 to 1/2
+        let along_normal = Missing::of_mirrors(1.0).towards(1.0);
+        assert!((along_normal - std::f32::consts::LN_2).abs() < 5e-4, "{along_normal}");
+    }
+
+    /// Mean over the cosine, by midpoints.
+    fn mean(value: impl Fn(f32) -> f32) -> f64 {
+        const N: u32 = 20_000;
+        let cosines = (0..N).map(|i| (i as f32 + 0.5) / N as f32);
+        cosines.map(|cos| (2.0 * value(cos) * cos) as f64).sum::<f64>() / N as f64
+    }
+
+    #[test]
+    fn means_are_those_of_the_interpolated_values() {
+        for roughness in [0.2, 0.71, 1.0] {
+            assert!((mean(|cos| grazing(cos, roughness)) - mean_grazing(roughness) as f64).abs() < 1e-5);
+            let of_dielectrics = Missing::of_dielectrics(roughness, 1.4);
+            for missing in [Missing::of_mirrors(roughness), of_dielectrics] {
+                assert!((mean(|cos| missing.towards(cos)) - missing.mean() as f64).abs() < 1e-5);
+                // And its density is one.
+                let total = std::f64::consts::PI * mean(|cos| missing.pdf(cos) / cos);
+                assert!((total - 1.0).abs() < 1e-3, "{roughness}: {total}");
+            }
+        }
+    }
+
+    #[test]
+    fn smooth_surfaces_lose_nothing() {
+        for cos in [0.01, 0.3, 1.0] {
+            assert!((grazing(cos, 0.0) - (1.0 - cos).powi(5)).abs() < 0.01);
+            let of_dielectrics = [1.5, 1.0 / 1.5].map(|eta| Missing::of_dielectrics(0.0, eta));
+            for missing in [Missing::of_mirrors(0.0)].into_iter().chain(of_dielectrics) {
+                assert!(missing.towards(cos) < 0.01, "{cos}: {}", missing.towards(cos));
+            }
+        }
+    }
+
+    #[test]
+    fn any_number_has_a_share() {
+        for x in [f32::NAN, f32::INFINITY, -1.0, 0.0, 2.0] {
+            for missing in [Missing::of_mirrors(x), Missing::of_dielectrics(x, x)] {
+                for share in [missing.towards(x), missing.towards(0.5), missing.mean()] {
+                    assert!((0.0..=1.0).contains(&share), "{x}: {share}");
+                }
+                assert!(missing.sample(Vec2::ONE).is_finite() && missing.sample(Vec2::ZERO).is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,207 @@
+use super::energy::Missing;
+use super::ggx::Ggx;
+use super::{BsdfSample, Fresnel, Scattering, TransportMode, fresnel, half_vector, same_hemisphere};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use std::f32::consts::PI;
+
+/// A boundary of a dielectric whose GGX microfacets reflect by Fresnel's equations and refract the rest by Snell's law
+/// (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
+///
+/// +z is the outside. Radiance that crosses the boundary changes with the square of the index. Light that one
+/// scattering leaves between facets is shared out to both sides (Kulla and Conty 2017): without absorption all of it
+/// goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughDielectric {
+    facets: Ggx,
+    /// Factor of what is reflected.
+    reflectance: [f32; 3],
+    /// Factor of what is refracted.
+    transmittance: [f32; 3],
+    /// Index of refraction inside over the one outside.
+    ior: f32,
+    /// For light that comes from outside, and from inside.
+    sides: [Side; 2],
+}
+
+/// What one scattering leaves behind of the light from one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Side {
+    /// Its share, on average.
+    missing: f32,
+    /// How much of it goes back to this side.
+    reflected: f32,
+}
+
+impl RoughDielectric {
+    /// Facets of slopes `αx` and `αy`, between [`super::LEAST_ALPHA`] and 1; the index of refraction inside is `ior`
+    /// times that outside, and not 1: there is no half vector where nothing is bent.
+    pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
+        let facets = Ggx::new(alpha);
+        let missing = [ior, 1.0 / ior].map(|eta| Missing::of_dielectrics(facets.roughness(), eta).mean());
+        // Smooth boundaries let pass 1 − F into the denser medium, and (1 − F) / η² out of it: that is reciprocal. So is
+        // what passes of the missing light, if its share is in proportion to that and to what is missing on the other
+        // side.
+        let denser = ior.max(1.0 / ior);
+        let entered = 1.0 - Fresnel::Dielectric { eta: denser }.mean().max_component();
+        let left = entered / (denser * denser);
+        let passed = if ior >= 1.0 { [entered, left] } else { [left, entered] };
+        let largest = missing[0].max(missing[1]);
+        let side = |here: usize, beyond: usize| Side {
+            missing: missing[here],
+            reflected: 1.0 - passed[here] * missing[beyond] / largest,
+        };
+        Self {
+            facets,
+            reflectance: reflectance.to_array(),
+            transmittance: transmittance.to_array(),
+            ior,
+            sides: [side(0, 1), side(1, 0)],
+        }
+    }
+
+    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), and what several scatterings add. For
+    /// importance the directions are exchanged.
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return Spectrum::ZERO;
+        }
+        let eta = self.eta(wo);
+        let [here, beyond] = self.sides(wo);
+        let missing = self.missing(wo).towards(wo.z.abs()) * self.missing(wi).towards(wi.z.abs());
+        if same_hemisphere(wo, wi) {
+            let single = half_vector(wo, wi).map_or(0.0, |(h, cos)| {
+                fresnel::dielectric(cos, eta).0 * self.facets.reflection(wo, wi, h)
+            });
+            let several = here.reflected * missing / (PI * here.missing);
+            Spectrum::from(self.reflectance) * (single + several)
+        } else {
+            let single = Refraction::new(wo, wi, eta).map_or(0.0, |r| {
+                r.share * self.facets.visible_density(wo, r.h) * r.cos_o * r.cos_i / r.squared
+                    * (self.facets.visible(wi) / wi.z.abs())
+            });
+            let several = (1.0 - here.reflected) * missing / (PI * beyond.missing * eta * eta);
+            Spectrum::from(self.transmittance) * (single + several)
+        }
+    }
+
+    /// Density of [`RoughDielectric::sample`]: that of visible facets by the Jacobian of the half vector (Walter et al.
+    /// 2007, eq. 14 and 17), and of what several scatterings add on both sides.
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return 0.0;
+        }
+        let eta = self.eta(wo);
+        let [here, _] = self.sides(wo);
+        let (single, share) = if same_hemisphere(wo, wi) {
+            let single = half_vector(wo, wi).map_or(0.0, |(h, cos)| {
+                0.25 * fresnel::dielectric(cos, eta).0 * self.facets.visible_density(wo, h)
+            });
+            (single, here.reflected)
+        } else {
+            let single = Refraction::new(wo, wi, eta).map_or(0.0, |r| {
+                r.share * self.facets.visible_density(wo, r.h) * r.cos_o * r.cos_i * eta * eta / r.squared
+            });
+            (single, 1.0 - here.reflected)
+        };
+        let several = self.missing(wo).towards(wo.z.abs());
+        (1.0 - several) * single + several * share * self.missing(wi).pdf(wi.z.abs())
+    }
+
+    /// Draws a visible facet, which reflects or refracts, or takes a direction of several scatterings; `u_lobe`
+    /// chooses.
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let eta = self.eta(wo);
+        let several = self.missing(wo).towards(wo.z.abs());
+        let wi = if u_lobe < several {
+            let [here, _] = self.sides(wo);
+            let side = if u_lobe < several * here.reflected { wo } else { -wo };
+            let wi = self.missing(side).sample(u);
+            Vec3::new(wi.x, wi.y, wi.z.copysign(side.z))
+        } else {
+            let u_lobe = (u_lobe - several) / (1.0 - several);
+            let h = self.facets.sample_visible(wo, u);
+            let cos_o = wo.dot(h).max(0.0);
+            let (r, cos_t) = fresnel::dielectric(cos_o, eta);
+            let reflects = u_lobe < r;
+            let wi = if reflects {
+                2.0 * cos_o * h - wo
+            } else {
+                fresnel::refract(wo, h, cos_o, cos_t, eta)
+            };
+            // What a facet sends through the surface, or back, by the wrong side carries nothing.
+            if reflects != same_hemisphere(wo, wi) {
+                return None;
+            }
+            wi.normalize()
+        };
+        let pdf = self.pdf(wo, wi);
+        let f = match mode {
+            TransportMode::Radiance => self.eval(wo, wi),
+            TransportMode::Importance => self.eval(wi, wo),
+        };
+        let sample = BsdfSample::new(f, wi, pdf, Scattering::Glossy);
+        (pdf > 0.0 && pdf.is_finite()).then_some(BsdfSample {
+            eta: if same_hemisphere(wo, wi) { 1.0 } else { eta },
+            ..sample
+        })
+    }
+
+    /// Factor of what passes, as of a smooth boundary.
+    pub(super) fn albedo(&self) -> Spectrum {
+        self.transmittance.into()
+    }
+
+    /// Index of refraction beyond the surface over the one on the side of `w`.
+    fn eta(&self, w: Vec3) -> f32 {
+        if w.z > 0.0 { self.ior } else { 1.0 / self.ior }
+    }
+
+    /// The side of `w`, and the other.
+    fn sides(&self, w: Vec3) -> [Side; 2] {
+        let [outside, inside] = self.sides;
+        if w.z > 0.0 {
+            [outside, inside]
+        } else {
+            [inside, outside]
+        }
+    }
+
+    /// What one scattering leaves behind of the light from the side of `w`.
+    fn missing(&self, w: Vec3) -> Missing {
+        Missing::of_dielectrics(self.facets.roughness(), self.eta(w))
+    }
+}
+
+/// A facet that refracts one direction to another.
+struct Refraction {
+    /// Its normal, on the side of `wo`.
+    h: Vec3,
+    /// Cosines, ≥ 0, of `wo` and `wi` with the normal on their side.
+    cos_o: f32,
+    cos_i: f32,
+    /// Share that it refracts.
+    share: f32,
+    /// `(wo·h + η wi·h)²`, the squared length of the half vector.
+    squared: f32,
+}
+
+impl Refraction {
+    /// Where the index on the side of `wi` is `eta` times that on the side of `wo`; `None` where no facet does.
+    fn new(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
+        let sum = wo + eta * wi;
+        let h = sum.try_normalize()?;
+        let h = h * 1f32.copysign(h.z * wo.z);
+        let (cos_o, cos_i) = (wo.dot(h), -wi.dot(h));
+        (cos_o > 0.0 && cos_i > 0.0).then(|| Self {
+            h,
+            cos_o,
+            cos_i,
+            share: 1.0 - fresnel::dielectric(cos_o, eta).0,
+            squared: sum.length_squared(),
+        })
+    }
+}

@@ -119,6 +119,11 @@ impl Bsdf {
         }
     }
 
+    /// Whether some of its lobes that are no delta lobes scatter through the surface.
+    pub fn transmits_smoothly(&self) -> bool {
+        self.lobes().any(|lobe| matches!(lobe, Lobe::RoughDielectric(_)))
+    }
+
     /// Whether it scatters to all directions of a side alike.
     pub fn is_lambert(&self) -> bool {
         matches!(self, Self::Single(Lobe::Lambert(_)))

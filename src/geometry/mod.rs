@@ -9,4 +9,4 @@ mod spawn;
 
 pub use hit::{GeomId, Hit, InstanceId, PrimId};
 pub use mesh::{Facet, Mesh, SurfacePoint, triangle_area, triangle_normal};
-pub use spawn::{offset_origin, ray_between, ray_towards};
+pub use spawn::{Side, offset_origin, offset_to, ray_between, ray_towards, segment};

@@ -1,14 +1,38 @@
 use super::SurfacePoint;
 use crate::math::{Ray, Vec3, float::gamma};
 
-/// Moves a point off its surface along the normal, to the side that `w` points to, just beyond its rounding error.
+/// A side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// That of the geometric normal.
+    Front,
+    /// The other one.
+    Back,
+}
+
+impl Side {
+    /// The side on which a direction of this `z` in a frame about a normal is.
+    #[inline(always)]
+    pub fn of(z: f32) -> Self {
+        if z < 0.0 { Self::Back } else { Self::Front }
+    }
+}
+
+/// Moves a point off its surface along the normal, to one side, just beyond its rounding error; where the triangle stands for a curved surface, off that.
 ///
-/// A ray that starts there cannot meet the surface it left, and skips nothing wider than the rounding error
+/// A ray that starts there, to that side, cannot meet the surface it left, and skips nothing wider than the rounding error
 /// (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
+#[inline(always)]
+pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
+    match side {
+        Side::Front => s.p + s.ng * (s.clearance + s.lift[0]),
+        Side::Back => s.p - s.ng * (s.clearance + s.lift[1]),
+    }
+}
+
+/// The same to the side that `w` points to.
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
-    let side = w.dot(s.ng);
-    let lift = if side < 0.0 { s.lift[1] } else { s.lift[0] };
-    s.p + s.ng * (s.clearance + lift).copysign(side)
+    offset_to(s, Side::of(w.dot(s.ng)))
 }
 
 /// The ray that leaves the surface at `s` in direction `w`.
@@ -20,7 +44,12 @@ pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
 ///
 /// `target` lies off its own surface already where it has one ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
-    let origin = offset_origin(s, target - s.p);
+    segment(offset_origin(s, target - s.p), target)
+}
+
+/// The segment from `origin` to the point `target`, which it does not reach.
+#[inline(always)]
+pub fn segment(origin: Vec3, target: Vec3) -> Ray {
     Ray {
         // An intersector's t is off by a few roundings of the whole length: that much is left out.
         t_max: 1.0 - gamma(16),

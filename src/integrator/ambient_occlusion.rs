@@ -25,10 +25,9 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
         // A cosine-weighted direction on the viewer's side
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
-        let Some(ray) = vertex.ray_along(wi) else { return };
         let probe = Ray {
             t_max: self.distance,
-            ..ray
+            ..vertex.ray_along(wi)
         };
         let open = self.world.transmittance(&probe, out);
         out.radiance(Spectrum::splat(open));

@@ -2,7 +2,7 @@ use super::{Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{SurfacePoint, ray_towards};
+use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::LightId;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -22,18 +22,17 @@ pub(super) struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
-    /// The ray that goes on in direction `wi` (local frame), unless it leaves on the wrong side ([`Vertex::admits`]).
+    /// The ray that goes on in direction `wi` (local frame).
     #[inline(always)]
-    pub fn ray_along(&self, wi: Vec3) -> Option<Ray> {
-        let direction = self.frame.to_world(wi);
-        self.admits(direction, wi).then(|| ray_towards(&self.point, direction))
+    pub fn ray_along(&self, wi: Vec3) -> Ray {
+        Ray::new(self.origin(wi), self.frame.to_world(wi))
     }
 
-    /// Whether a direction, in the world and in the local frame, is on one side of the surface by its geometric and by its shading normal.
-    /// Where it is not, light would leak through the surface: there it counts as scattering nothing (Veach 1997, §5.3).
+    /// Where rays in direction `wi` (local frame) start: on the side that it has by the shading normal. By the geometric one it may be another;
+    /// then the ray meets the surface, or what is behind a curved one's rim, but never starts behind a wall.
     #[inline(always)]
-    pub fn admits(&self, world: Vec3, local: Vec3) -> bool {
-        !self.is_curved || world.dot(self.point.ng) * local.z > 0.0
+    pub fn origin(&self, wi: Vec3) -> Vec3 {
+        offset_to(&self.point, Side::of(wi.z))
     }
 }
 
@@ -128,9 +127,6 @@ impl Direct {
 
         // What would be scattered; a shadow ray is worth while only where that is anything.
         let wi = vertex.frame.to_local(light.wi);
-        if !vertex.admits(light.wi, wi) {
-            return Self::NONE;
-        }
         let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
         if f.is_black() {
             return Self::NONE;
@@ -138,7 +134,7 @@ impl Direct {
         let pdf = expected * light.pdf;
         let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
-        Self::Unless(light.shadow_ray(&vertex.point), f * light.radiance * (weight / pdf))
+        Self::Unless(light.shadow_ray(vertex.origin(wi)), f * light.radiance * (weight / pdf))
     }
 
     /// What arrives: the shadow ray is traced.

@@ -86,11 +86,8 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
                 continue;
             };
-            let Some(ray) = vertex.ray_along(sample.wi) else {
-                continue;
-            };
             let child = Branch {
-                ray,
+                ray: vertex.ray_along(sample.wi),
                 depth: branch.depth + 1,
                 node,
                 beta: branch.beta * sample.weight / self.branching as f32,

@@ -65,10 +65,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 return;
             };
             beta *= factor;
-            let Some(onwards) = vertex.ray_along(sample.wi) else {
-                return;
-            };
-            ray = onwards;
+            ray = vertex.ray_along(sample.wi);
         }
     }
 }

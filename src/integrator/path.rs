@@ -345,7 +345,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
         let factor = self.roulette().play(depth, beta * roulette_scale, u.roulette)?;
         Some(Segment {
-            ray: vertex.ray_along(sample.wi)?,
+            ray: vertex.ray_along(sample.wi),
             beta: beta * factor,
             roulette_scale,
             scattered: Some(Scattered {

@@ -3,7 +3,7 @@ use super::strategy::Directions;
 use super::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::geometry::{SurfacePoint, offset_origin, ray_between};
+use crate::geometry::{SurfacePoint, offset_origin, segment};
 use crate::math::{Ray, Vec3};
 
 /// Where a path has been led by its first scattering, if that is a matte surface: it sends the same light to the first vertices
@@ -37,6 +37,8 @@ struct Candidate {
     f: Spectrum,
     /// Density per area with which it finds the end, if it sees it.
     pdf: f32,
+    /// Where its ray to the end starts.
+    origin: Vec3,
 }
 
 impl End {
@@ -84,7 +86,7 @@ impl End {
             let Some(first) = first else { continue };
             if let Some(candidate) = self.candidate(first, i, directions) {
                 others[count] = candidate;
-                rays[count] = ray_between(&first.point, self.p);
+                rays[count] = segment(candidate.origin, self.p);
                 count += 1;
             }
         }
@@ -97,8 +99,7 @@ impl End {
             for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
                 *seen = world.transmittance(ray, &mut out[other.index]);
             }
-            let way = firsts[owner].as_ref().map(|first| ray_between(&first.point, self.p));
-            own_seen = way.map_or(0.0, |ray| world.transmittance(&ray, &mut out[owner]));
+            own_seen = world.transmittance(&segment(own.origin, self.p), &mut out[owner]);
         } else {
             let mut occluded = [false; SAMPLES_AT_ONCE];
             world.accel.occluded_coherent(rays, &mut occluded[..count]);
@@ -131,17 +132,14 @@ impl End {
         if self.curved.is_some_and(|point| point.bends_for(-wi)) {
             return None;
         }
-        let direction = wi;
         let wi = vertex.frame.to_local(wi);
-        if !vertex.admits(direction, wi) {
-            return None;
-        }
         let pdf = directions.pdf(vertex.bsdf, vertex.wo, wi) * g;
         // Also false where the two points are one
         (pdf > 0.0 && pdf.is_finite()).then(|| Candidate {
             index,
             f: vertex.bsdf.eval(vertex.wo, wi) * (wi.z.abs() * g),
             pdf,
+            origin: vertex.origin(wi),
         })
     }
 }

@@ -74,12 +74,17 @@ impl Directions {
         if self == Self::Bsdf || u_lobe >= bsdf.smooth_probability(wo) {
             return bsdf.sample(wo, u_lobe, u, mode);
         }
+        let (flips, u) = match bsdf.transmits_smoothly() {
+            true if u.x < 0.5 => (false, Vec2::new(2.0 * u.x, u.y)),
+            true => (true, Vec2::new(2.0 * u.x - 1.0, u.y)),
+            false => (false, u),
+        };
         let mut wi = match self {
             Self::Uniform => uniform_hemisphere(u),
             Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
-        wi.z = wi.z.copysign(wo.z);
+        wi.z = wi.z.copysign(if flips { -wo.z } else { wo.z });
         let pdf = self.pdf(bsdf, wo, wi);
         (pdf > 0.0).then(|| BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse))
     }
@@ -90,15 +95,17 @@ impl Directions {
         if self == Self::Bsdf {
             return bsdf.pdf(wo, wi);
         }
-        // Smooth lobes reflect, so the hemisphere of wo is all there is.
-        if wo.z * wi.z <= 0.0 {
-            return 0.0;
-        }
+        // The hemisphere of wo is all there is, unless light passes: then one of the two is drawn.
+        let share = match bsdf.transmits_smoothly() {
+            true => 0.5,
+            false if wo.z * wi.z <= 0.0 => return 0.0,
+            false => 1.0,
+        };
         let hemisphere = match self {
             Self::Uniform => UNIFORM_HEMISPHERE_PDF,
             _ => cosine_hemisphere_pdf(wi.z.abs()),
         };
-        bsdf.smooth_probability(wo) * hemisphere
+        share * bsdf.smooth_probability(wo) * hemisphere
     }
 }
 

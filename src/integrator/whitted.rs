@@ -89,11 +89,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             if beta.max_component() * eta_squared < LEAST_SHARE {
                 continue;
             }
-            let Some(ray) = vertex.ray_along(sample.wi) else {
-                continue;
-            };
             let child = Branch {
-                ray,
+                ray: vertex.ray_along(sample.wi),
                 depth: branch.depth + 1,
                 node: branch.node.wrapping_mul(4).wrapping_add(i as u32 + 1),
                 beta,

@@ -144,7 +144,9 @@ impl Loader<'_> {
                 MapSlot::Opacity => (TextureKind::Value(Channel::Opacity), &mut material.maps.opacity),
                 MapSlot::Bump => (TextureKind::Value(Channel::Luminance), &mut material.maps.bump),
                 MapSlot::Normal => (TextureKind::Normal, &mut material.maps.normal),
-                MapSlot::Emission | MapSlot::Roughness | MapSlot::Metallic => {
+                MapSlot::Roughness => (TextureKind::Value(Channel::Luminance), &mut material.maps.roughness),
+                MapSlot::Metallic => (TextureKind::Value(Channel::Luminance), &mut material.maps.metallic),
+                MapSlot::Emission => {
                     self.warnings.push(request.remark("has no effect yet").to_string());
                     continue;
                 }

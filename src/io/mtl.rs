@@ -178,6 +178,8 @@ struct Section {
     ior: Option<f32>,
     dissolve: Option<f32>,
     transparency: Option<f32>,
+    roughness: Option<f32>,
+    metallic: Option<f32>,
     illum: Option<u32>,
     maps: Vec<MapRequest>,
 }
@@ -204,6 +206,8 @@ impl Section {
             "ni" => self.ior = Some(number(key, rest, |n| n > 0.0, "write a finite number above 0")?),
             "d" => self.dissolve = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "tr" => self.transparency = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "illum" => {
                 let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
                 let complaint = || {
@@ -244,6 +248,11 @@ impl Section {
             (None, true) => Spectrum::ONE,
             (given, _) => given.unwrap_or(Spectrum::splat(default)),
         }
+    }
+
+    /// The factor of a number: 1 where a texture gives it alone.
+    fn factor(&self, given: Option<f32>, slot: MapSlot, default: f32) -> f32 {
+        given.unwrap_or(if self.has_map(slot) { 1.0 } else { default })
     }
 
     /// The share of the surface that is there, as `dialect` has it.
@@ -288,6 +297,19 @@ impl Section {
             Some(0 | 1) => material.specular = Spectrum::ZERO,
             Some(3 | 5) => material.gloss = Gloss::Mirror(Fresnel::Full),
             _ => {}
+        }
+
+        // The extension for metal and roughness has a model of its own; glass is only roughened.
+        material.roughness = self.factor(self.roughness, MapSlot::Roughness, 0.0);
+        let is_physical = self.roughness.is_some()
+            || self.metallic.is_some()
+            || self.has_map(MapSlot::Roughness)
+            || self.has_map(MapSlot::Metallic);
+        if is_physical && !matches!(self.illum, Some(4 | 6 | 7)) {
+            let metallic = self.factor(self.metallic, MapSlot::Metallic, 0.0);
+            material.gloss = Gloss::Metallic(metallic);
+            material.specular = Spectrum::ONE;
+            material.ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
         }
 
         let opacity = self.opacity(dialect, &mut remarks);
@@ -410,6 +432,29 @@ mod tests {
     }
 
     #[test]
+    fn metal_and_roughness_have_a_model_of_their_own() {
+        let metal = one("Kd 0.9 0.6 0.3\nKs 0.5\nNs 250\nNi 1.45\nPr 0.25\nPm 1\nillum 2");
+        assert_eq!(
+            (metal.gloss, metal.roughness, metal.ior),
+            (Gloss::Metallic(1.0), 0.25, 1.45)
+        );
+        assert_eq!(
+            (metal.diffuse, metal.specular),
+            (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::ONE)
+        );
+        let plastic = one("Kd 0.5\nPr 0.5\nNi 1");
+        assert_eq!(
+            (plastic.gloss, plastic.roughness, plastic.ior),
+            (Gloss::Metallic(0.0), 0.5, DEFAULT_IOR)
+        );
+        let mapped = one("Kd 0.5\nmap_Pr r.png\nmap_Pm m.png");
+        assert_eq!((mapped.gloss, mapped.roughness), (Gloss::Metallic(1.0), 1.0));
+        let glass = one("Tf 1\nNi 1.5\nPr 0.3\nillum 7");
+        assert_eq!((glass.roughness, glass.transmission), (0.3, Spectrum::ONE));
+        assert_eq!(glass.gloss, Gloss::Mirror(Fresnel::Full));
+    }
+
+    #[test]
     fn plain_materials_are_grey_and_lamps_black() {
         assert_eq!(one("").diffuse, Spectrum::splat(DEFAULT_DIFFUSE));
         assert_eq!(one("Ke 1").diffuse, Spectrum::ZERO);
@@ -505,6 +550,8 @@ mod tests {
             "Ni",
             "d 1.5",
             "Tr -0.1",
+            "Pr 2",
+            "Pm x",
             "illum x",
             "Kd spectral a.rfl",
             "map_Kd",

@@ -20,7 +20,7 @@ pub use spot::SpotLight;
 pub use triangle::{TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
-use crate::geometry::{SurfacePoint, ray_between, ray_towards};
+use crate::geometry::segment;
 use crate::math::{Ray, Vec2, Vec3};
 
 /// A light of the scene.
@@ -43,11 +43,12 @@ pub struct LightSample {
 }
 
 impl LightSample {
-    /// The segment from the receiving point to the light: unoccluded if the light is visible.
-    pub fn shadow_ray(&self, receiver: &SurfacePoint) -> Ray {
+    /// The segment to the light from the receiving point, clear of its surface: unoccluded if the light is visible.
+    #[inline(always)]
+    pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         match self.target {
-            Some(target) => ray_between(receiver, target),
-            None => ray_towards(receiver, self.wi),
+            Some(target) => segment(origin, target),
+            None => Ray::new(origin, self.wi),
         }
     }
 }

@@ -50,8 +50,6 @@ static LINEAR: Codes = {
 };
 static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
 
-/// Step of 16-bit samples; 65535 of them round to exactly 1.
-const SHORT: f32 = 1.0 / 65535.0;
 /// Floats above this count as infinite, so that no mean of others is.
 const LARGEST: f32 = f32::MAX / 4.0;
 /// Texels along a side.
@@ -63,7 +61,7 @@ const LONGEST: usize = 1 << 28;
 /// centres lie at (i + ½) / n; between them values are interpolated linearly in u, v and, between levels, in the footprint:
 /// the width of a ray's cone at the surface, in units of uv. Of a texel that is not square the longer side counts: what is too
 /// sharp is noise, which more samples remove, and what is too blurred is not. Footprints of one texel at most, and those that
-/// are NaN, see the picture itself.
+/// are NaN, see the picture itself. Coarser levels are means of linear values, to which colours count by their alpha.
 ///
 /// All lookups give finite numbers for any uv and footprint; those that are not finite see some place or other.
 #[derive(Clone, Debug)]
@@ -112,20 +110,19 @@ impl Texture {
                 };
                 let of = |c| if is_alpha(c) { &LINEAR } else { table };
                 let decode = |c, code: u8| of(c)[code as usize];
-                max_value = largest(&codes, channels, decode);
+                max_value = table[largest(&codes, channels) as usize];
                 levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
                 samples = Samples::Bytes(codes, table);
             }
             Texels::Shorts(mut codes) => {
-                let decode = |_, code: u16| code as f32 * SHORT;
                 let encode = |_, value: f32| (value * 65535.0).round() as u16;
-                max_value = largest(&codes, channels, decode);
-                levels = levels::append(&mut codes, size, channels, decode, encode);
+                max_value = share(largest(&codes, channels));
+                levels = levels::append(&mut codes, size, channels, |_, code| share(code), encode);
                 samples = Samples::Shorts(codes);
             }
             Texels::Floats(mut values) => {
                 replaced = repair(&mut values, channels);
-                max_value = largest(&values, channels, |_, value| value);
+                max_value = largest(&values, channels);
                 if values.iter().all(|&value| half::decode(half::encode(value)) == value) {
                     let mut halves: Vec<u16> = values.into_iter().map(half::encode).collect();
                     let decode = |_, bits| half::decode(bits);
@@ -270,7 +267,7 @@ impl Texture {
                 let table = if is_alpha { &LINEAR } else { *colors };
                 self.trilinear(codes, |code| table[code as usize], first, st, blend)
             }
-            Samples::Shorts(codes) => self.trilinear(codes, |code| code as f32 * SHORT, first, st, blend),
+            Samples::Shorts(codes) => self.trilinear(codes, share, first, st, blend),
             Samples::Halves(halves) => self.trilinear(halves, half::decode, first, st, blend),
             Samples::Floats(values) => self.trilinear(values, |value| value, first, st, blend),
         }
@@ -319,6 +316,11 @@ fn between<const N: usize>(a: [f32; N], b: [f32; N], part: f32) -> [f32; N] {
     array::from_fn(|c| a[c] + (b[c] - a[c]) * part)
 }
 
+/// The value of a 16-bit sample; 65535 gives exactly 1.
+fn share(code: u16) -> f32 {
+    code as f32 * (1.0 / 65535.0)
+}
+
 /// The code whose value is nearest.
 fn nearest(codes: &Codes, value: f32) -> u8 {
     let above = codes.partition_point(|&v| v < value).clamp(1, 255);
@@ -327,13 +329,11 @@ fn nearest(codes: &Codes, value: f32) -> u8 {
     if is_below { below as u8 } else { above as u8 }
 }
 
-/// The largest value but alpha's.
-fn largest<T: Copy>(samples: &[T], channels: usize, decode: impl Fn(usize, T) -> f32) -> f32 {
+/// The largest sample but alpha's.
+fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
     let colors = if channels < 3 { 1 } else { 3 };
-    let texels = samples.chunks_exact(channels);
-    texels.fold(0.0, |most, texel| {
-        texel[..colors].iter().fold(most, |most, &s| most.max(decode(0, s)))
-    })
+    let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
+    samples.fold(T::default(), |most, &sample| if sample > most { sample } else { most })
 }
 
 /// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
@@ -665,7 +665,7 @@ mod tests {
                 assert!((0..=255).all(|other| error(code) <= error(other)));
             }
         }
-        assert_eq!(65535.0 * SHORT, 1.0);
+        assert_eq!(share(u16::MAX), 1.0);
     }
 
     #[test]

@@ -266,8 +266,8 @@ fn interpolated_normals_are_those_of_the_curved_surface() {
             continue;
         };
         let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
-        // Facets are 22° wide: their own normals are off by up to 0.2, and the silhouette by some 0.03.
-        assert!(got.distance(n) < 0.06, "{pixel}: {got} instead of {n}");
+        // Facets are 22° wide: their own normals are off by up to 0.2, and what lies below the sphere is seen elsewhere on it.
+        assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
         seen += 1;
     }
     assert!(seen > 1000, "{seen}");

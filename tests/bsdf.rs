@@ -119,7 +119,7 @@ fn rough_bsdfs() -> Vec<(String, Bsdf)> {
                 diffuse: brown,
                 specular: grey(0.2),
                 gloss: Gloss::Ggx(GOLD),
-                roughness: 0.5,
+                roughness: 0.3,
                 transmission: grey(0.3),
                 ..Material::default()
             },
@@ -187,8 +187,8 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
                 );
                 Some(s.wi)
             };
-            // Refraction ends where facets would be upright.
-            let edges = name.contains("rough glass");
+            // Refraction ends where facets would be upright; few are in mixtures here.
+            let edges = name.starts_with("rough glass");
             let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64, edges);
             let error = (outcome.integral - outcome.share).abs();
             assert!(

@@ -124,6 +124,15 @@ impl Bsdf {
         matches!(self, Self::Single(Lobe::Lambert(_)))
     }
 
+    /// Index of refraction beyond the surface over the one on the side of `wo`, where light passes it other than by delta
+    /// lobes.
+    pub fn glossy_eta(&self, wo: Vec3) -> Option<f32> {
+        self.lobes().find_map(|lobe| match lobe {
+            Lobe::RoughDielectric(lobe) => Some(lobe.eta(wo)),
+            _ => None,
+        })
+    }
+
     /// Value of the BSDF for radiance, cosine excluded, sr⁻¹; delta lobes count nothing. For importance the directions
     /// are exchanged.
     #[inline(always)]

@@ -705,7 +705,7 @@ fn rough_objects_vanish_in_a_furnace() {
 /// Light that is sampled, also through glass, and light that scattered rays meet are the same.
 #[test]
 fn light_through_rough_glass_is_found_both_ways() {
-    use embrasure::integrator::{DirectLight, PathIntegrator, Roulette, Strategy};
+    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Roulette, Strategy};
     use support::{add, material, polygon, room, sphere};
     let mut b = embrasure::scene::SceneBuilder::new();
     add(&mut b, room(), material(0.4, 0.0));
@@ -714,20 +714,21 @@ fn light_through_rough_glass_is_found_both_ways() {
     add(&mut b, polygon(&lamp), material(0.0, 2.0));
     let glass = Material {
         transmission: Spectrum::rgb(1.0, 0.9, 0.8),
-        roughness: 0.5,
+        roughness: 1.0,
         ..Material::default()
     };
     add(&mut b, sphere(0.5, Vec3::ZERO, 3), glass);
-    let plastic = Material::metallic_roughness(grey(0.8), 0.3, 0.4);
+    let plastic = Material::metallic_roughness(grey(0.8), 0.3, 0.8);
     add(&mut b, sphere(0.3, Vec3::new(-0.4, -0.6, 0.5), 2), plastic);
     let scene = b.build().unwrap().0;
     let camera = support::pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.2, 0.0), 70.0);
     let size = embrasure::math::UVec2::splat(24);
-    let mean = |direct, reuse| {
+    let mean = |directions, direct, reuse| {
         support::with_world(&scene, camera, size, |world| {
             let integrator = PathIntegrator {
                 world,
                 strategy: Strategy {
+                    directions,
                     direct,
                     ..Strategy::default()
                 },
@@ -740,17 +741,25 @@ fn light_through_rough_glass_is_found_both_ways() {
             (support::film_mean(&film, 0), support::film_error(&film, 0))
         })
     };
-    let (expected, error) = mean(DirectLight::Mis, false);
-    for (direct, reuse) in [
-        (DirectLight::None, false),
-        (DirectLight::Light, false),
-        (DirectLight::Mis, true),
+    let (expected, error) = mean(Directions::Bsdf, DirectLight::Mis, false);
+    for (directions, direct, reuse) in [
+        (Directions::Bsdf, DirectLight::None, false),
+        (Directions::Bsdf, DirectLight::Light, false),
+        (Directions::Bsdf, DirectLight::Mis, true),
+        (Directions::Cosine, DirectLight::None, false),
+        (Directions::Cosine, DirectLight::Mis, false),
+        (Directions::Uniform, DirectLight::Mis, true),
     ] {
-        let (other, other_error) = mean(direct, reuse);
+        let (other, other_error) = mean(directions, direct, reuse);
         let z = (other - expected) / error.hypot(other_error);
-        eprintln!("{direct:?} {reuse}: {other:.5} ± {other_error:.5} against {expected:.5} ± {error:.5}");
+        eprintln!(
+            "{directions:?} {direct:?} {reuse}: {other:.5} ± {other_error:.5} against {expected:.5} ± {error:.5}"
+        );
         // Pixels that share paths have common errors: theirs is taken for too small.
-        assert!(z.abs() < if reuse { 8.0 } else { 4.0 }, "{direct:?} {reuse}: {z}");
+        assert!(
+            z.abs() < if reuse { 8.0 } else { 4.0 },
+            "{directions:?} {direct:?} {reuse}: {z}"
+        );
     }
 }
 

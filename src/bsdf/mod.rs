@@ -119,14 +119,18 @@ impl Bsdf {
         }
     }
 
-    /// Whether some of its lobes that are no delta lobes scatter through the surface.
-    pub fn transmits_smoothly(&self) -> bool {
-        self.lobes().any(|lobe| matches!(lobe, Lobe::RoughDielectric(_)))
-    }
-
     /// Whether it scatters to all directions of a side alike.
     pub fn is_lambert(&self) -> bool {
         matches!(self, Self::Single(Lobe::Lambert(_)))
+    }
+
+    /// Index of refraction beyond the surface over the one on the side of `wo`, where light passes it other than by delta
+    /// lobes.
+    pub fn glossy_eta(&self, wo: Vec3) -> Option<f32> {
+        self.lobes().find_map(|lobe| match lobe {
+            Lobe::RoughDielectric(lobe) => Some(lobe.eta(wo)),
+            _ => None,
+        })
     }
 
     /// Value of the BSDF for radiance, cosine excluded, sr⁻¹; delta lobes count nothing. For importance the directions

@@ -156,7 +156,7 @@ impl RoughDielectric {
     }
 
     /// Index of refraction beyond the surface over the one on the side of `w`.
-    fn eta(&self, w: Vec3) -> f32 {
+    pub(super) fn eta(&self, w: Vec3) -> f32 {
         if w.z > 0.0 { self.ior } else { 1.0 / self.ior }
     }
 

@@ -71,22 +71,26 @@ impl Directions {
     #[inline(always)]
     pub(super) fn sample(self, bsdf: &Bsdf, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let mode = TransportMode::Radiance;
-        if self == Self::Bsdf || u_lobe >= bsdf.smooth_probability(wo) {
+        if self == Self::Bsdf {
             return bsdf.sample(wo, u_lobe, u, mode);
         }
-        let (flips, u) = match bsdf.transmits_smoothly() {
-            true if u.x < 0.5 => (false, Vec2::new(2.0 * u.x, u.y)),
-            true => (true, Vec2::new(2.0 * u.x - 1.0, u.y)),
-            false => (false, u),
-        };
+        let smooth = bsdf.smooth_probability(wo);
+        if u_lobe >= smooth {
+            return bsdf.sample(wo, u_lobe, u, mode);
+        }
         let mut wi = match self {
             Self::Uniform => uniform_hemisphere(u),
             Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
-        wi.z = wi.z.copysign(if flips { -wo.z } else { wo.z });
+        // What lets light pass gets half of the directions on either side.
+        let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
+        wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
         let pdf = self.pdf(bsdf, wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse))
+        (pdf > 0.0).then(|| BsdfSample {
+            eta: passed.unwrap_or(1.0),
+            ..BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse)
+        })
     }
 
     /// Density with which [`Directions::sample`] draws `wi`, per solid angle.
@@ -95,17 +99,17 @@ impl Directions {
         if self == Self::Bsdf {
             return bsdf.pdf(wo, wi);
         }
-        // The hemisphere of wo is all there is, unless light passes: then one of the two is drawn.
-        let share = match bsdf.transmits_smoothly() {
-            true => 0.5,
-            false if wo.z * wi.z <= 0.0 => return 0.0,
-            false => 1.0,
+        // Most lobes reflect: then the hemisphere of wo is all there is.
+        let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
+            (None, false) => return 0.0,
+            (None, true) => 1.0,
+            (Some(_), _) => 0.5,
         };
         let hemisphere = match self {
             Self::Uniform => UNIFORM_HEMISPHERE_PDF,
             _ => cosine_hemisphere_pdf(wi.z.abs()),
         };
-        share * bsdf.smooth_probability(wo) * hemisphere
+        bsdf.smooth_probability(wo) * share * hemisphere
     }
 }
 

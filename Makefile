@@ -23,7 +23,7 @@ with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench bench-peers clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench bench-peers gallery clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -54,6 +54,9 @@ $(OBVHS_SETS:%=test-%): test-%: setup
 
 sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
 	scripts/sanitize
+
+gallery: setup ## render the pictures of docs/gallery from ../shared/scenes
+	scripts/gallery
 
 bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; rewrites table and plot of docs/benchmarks.md
 	scripts/bench-peers

@@ -560,6 +560,63 @@ fn a_missing_library_is_a_warning() {
 }
 
 /// MTL allows a single number for a grey; two numbers are nothing.
+/// What is missing is said with its line; what is there is part of the scene's name.
+#[test]
+fn textures_are_part_of_the_scene() {
+    let folder = scene();
+    let path = folder.path();
+    let mtl =
+        "newmtl floor\nmap_Kd -s 2 2 tile.png\nmap_bump gone.png\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nmap_Ke glow.png\n";
+    fs::write(path.join("a.mtl"), mtl).unwrap();
+    let picture = |grey: u8| {
+        let mut encoder = png::Encoder::new(fs::File::create(path.join("tile.png")).unwrap(), 1, 1);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.write_header().unwrap().write_image_data(&[grey]).unwrap();
+    };
+    let mut hashes = Vec::new();
+    for (grey, dialect) in [(100, "auto"), (101, "auto"), (100, "spec")] {
+        picture(grey);
+        let args = [
+            "render",
+            "s.toml",
+            "--stats",
+            "x.json",
+            "--mtl-dialect",
+            dialect,
+            "--size",
+            "8x8",
+        ];
+        let out = run(path, &args);
+        assert_eq!(code(&out), 0, "{}", words(&out));
+        let said = words(&out);
+        assert!(said.contains("a.mtl:3: texture `gone.png` is missing"), "{said}");
+        assert!(said.contains("a.mtl:7: texture `glow.png` has no effect"), "{said}");
+        let stats: serde_json::Value = serde_json::from_slice(&fs::read(path.join("x.json")).unwrap()).unwrap();
+        hashes.push(stats["scene_hash"].as_str().unwrap().to_string());
+    }
+    assert_ne!(hashes[0], hashes[1]);
+    assert_eq!(hashes[0], hashes[2]);
+
+    // A picture that is none is a warning too, and says what is wrong with it.
+    fs::write(path.join("tile.png"), "no picture").unwrap();
+    let out = run(path, &["render", "s.toml", "--size", "8x8"]);
+    let said = words(&out);
+    assert_eq!(code(&out), 0, "{said}");
+    assert!(
+        said.contains("a.mtl:2: texture `tile.png` cannot be used") && said.contains("tile.png: "),
+        "{said}"
+    );
+
+    for (args, word) in [
+        (["--mtl-dialect", "maya"], "unknown mtl-dialect `maya`"),
+        (["--smooth", "0"], "smooth"),
+    ] {
+        let out = run(path, &["render", "s.toml", args[0], args[1]]);
+        assert_eq!(code(&out), 2, "{}", words(&out));
+        assert!(words(&out).contains(word), "{}", words(&out));
+    }
+}
+
 #[test]
 fn a_color_may_be_a_single_number() {
     let folder = scene();

@@ -13,6 +13,9 @@ pub(super) fn scene_hash(scene: &Scene, camera: &CameraParameters) -> String {
     for material in scene.materials() {
         hash.update(format!("{material:?}\n"));
     }
+    for texture in scene.textures() {
+        texture.visit_bytes(|bytes| hash.update(bytes));
+    }
     // Triangle lights follow from meshes and materials.
     for light in scene.lights() {
         match light {

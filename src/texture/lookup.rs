@@ -223,6 +223,27 @@ impl Texture {
         self.wrap
     }
 
+    /// Gives all that decides lookups to `visit`, piece by piece as bytes that are the same on every machine.
+    pub fn visit_bytes(&self, mut visit: impl FnMut(&[u8])) {
+        let [width, height] = self.size.to_array();
+        visit(format!("{width} {height} {} {:?}\n", self.channels, self.wrap).as_bytes());
+        match &self.samples {
+            Samples::Bytes(codes, table) => {
+                table.iter().for_each(|value| visit(&value.to_le_bytes()));
+                visit(codes);
+            }
+            Samples::Shorts(codes) => {
+                visit(b"shorts");
+                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+            }
+            Samples::Halves(codes) => {
+                visit(b"halves");
+                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+            }
+            Samples::Floats(values) => values.iter().for_each(|value| visit(&value.to_le_bytes())),
+        }
+    }
+
     /// Bytes of all levels.
     pub fn bytes(&self) -> usize {
         match &self.samples {

@@ -26,13 +26,13 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         images: images(args)?,
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
     };
-    let Loaded { scene, mut warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
+    let pool = job.thread_pool()?;
+    let Loaded { scene, mut warnings } = pool.install(|| load_scene(&job.scene, job.estimator.scene_builder()))?;
     let (parameters, camera) = job.camera(scene.bounds())?;
     warnings.extend(job.estimator.check_lights(&scene)?);
     for warning in &warnings {
         eprintln!("warning: {warning}");
     }
-    let pool = job.thread_pool()?;
     let prepared = Prepared {
         load_s: start.elapsed().as_secs_f64(),
         scene_hash: super::hash::scene_hash(&scene, &parameters),

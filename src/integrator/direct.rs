@@ -15,9 +15,7 @@ pub(super) struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,
-    /// Whether the shading normal is another one than the geometric one.
-    pub is_curved: bool,
-    /// Whether it was bent towards the viewer.
+    /// Whether the shading normal was bent towards the viewer.
     pub is_bent: bool,
 }
 

@@ -54,7 +54,7 @@ impl End {
         Self {
             p: offset_origin(&point, n),
             n,
-            curved: vertex.is_curved.then_some(point),
+            curved: point.is_curved().then_some(point),
             radiance,
         }
     }

@@ -144,7 +144,6 @@ impl<'a, A: Accel> World<'a, A> {
             bsdf,
             frame,
             point,
-            is_curved: false,
             is_bent: false,
         }
     }
@@ -153,21 +152,17 @@ impl<'a, A: Accel> World<'a, A> {
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
         let wo = -ray.direction;
-        let mut point = self.scene.surface_point(hit);
+        let point = self.scene.surface_point(hit);
         let footprint = self.footprint(&point, ray);
-        point = self.scene.with_relief(hit, point, footprint);
-        let is_bent = point.bends_for(wo);
-        if is_bent {
-            point = point.seen_from(wo);
-        }
+        let shaded = self.scene.with_relief(hit, point, footprint);
+        let point = shaded.seen_from(wo);
         let frame = Frame::from_z(point.ns);
         Vertex {
             wo: frame.to_local(wo),
             bsdf: self.scene.bsdf(hit, footprint, slot),
             frame,
             point,
-            is_curved: true,
-            is_bent,
+            is_bent: point.ns != shaded.ns,
         }
     }
 

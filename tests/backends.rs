@@ -5,8 +5,8 @@ mod support;
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::accel::{Accel, Cause, Crossing, Disagreement, Query, QueryKind, compare};
-use embrasure::geometry::{GeomId, Mesh, PrimId, offset_origin, ray_between, ray_towards};
-use embrasure::math::{Ray, Vec2, Vec3};
+use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, offset_origin, ray_between, ray_towards};
+use embrasure::math::{Affine3A, Ray, Vec2, Vec3, Vec3Swizzles, affine_from_trs};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp::{uniform_sphere, uniform_triangle};
 use embrasure::scene::{Scene, SceneBuilder};
@@ -98,13 +98,10 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
 /// at edges. There are ten times as many random ones as of each other kind.
 fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
     let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
-    let triangles: Vec<[Vec3; 3]> = scene
-        .meshes()
-        .iter()
-        .flat_map(|m| (0..m.triangles.len() as u32).map(|i| m.corners(PrimId(i))))
-        .collect();
+    let triangles = all_triangles(scene);
+    let time = |i: u32| if scene.is_moving() { at(i, 15).x } else { 0.0 };
     let start = |i| center + 1.5 * radius * at(i, 4).x.sqrt() * uniform_sphere(at(i, 5));
-    let triangle = |i: u32| triangles[i as usize % triangles.len()];
+    let triangle = |i: u32| scene.corners(&triangles[i as usize % triangles.len()], time(i));
     let along = |from: Vec3, to: Vec3| Ray::new(from, (to - from).normalize_or(Vec3::Z));
     let random = |i: u32| {
         let reach = if i % 3 == 0 { 0.7 * radius } else { f32::INFINITY };
@@ -131,13 +128,81 @@ fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
         let k = i as usize / 7 % 3;
         along(start(i), corners[k].lerp(corners[(k + 1) % 3], at(i, 9).x))
     };
+    let rays = |n: u32, ray: &dyn Fn(u32) -> Ray| (0..n).map(|i| ray(i).when(time(i))).collect();
     [
-        ("random", (0..10 * n).map(random).collect()),
-        ("along axes", (0..n).map(axis).collect()),
-        ("grazing", (0..n).map(grazing).collect()),
-        ("at corners", (0..n).map(corner).collect()),
-        ("at edges", (0..n).map(edge).collect()),
+        ("random", rays(10 * n, &random)),
+        ("along axes", rays(n, &axis)),
+        ("grazing", rays(n, &grazing)),
+        ("at corners", rays(n, &corner)),
+        ("at edges", rays(n, &edge)),
     ]
+}
+
+/// The first corner of each triangle in the world, as if it had been hit.
+fn all_triangles(scene: &Scene) -> Vec<Hit> {
+    let standing = scene.standing().map(|geom| (geom, InstanceId::NONE));
+    let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
+        let meshes = scene.prototypes()[instance.prototype as usize].clone();
+        meshes.map(move |geom| (geom, InstanceId(id as u32)))
+    });
+    let hit = |geom: u32, inst: InstanceId, prim: u32| Hit {
+        t: 0.0,
+        b1: 0.0,
+        b2: 0.0,
+        prim: PrimId(prim),
+        geom: GeomId(geom),
+        inst,
+    };
+    let triangles = |geom: u32| 0..scene.mesh(GeomId(geom)).triangles.len() as u32;
+    standing
+        .chain(instances)
+        .flat_map(|(geom, inst)| triangles(geom).map(move |prim| hit(geom, inst, prim)))
+        .collect()
+}
+
+/// A placement that turns, stretches, shears and, for odd numbers, mirrors, around `center`.
+fn askew(i: u32, center: Vec3) -> Affine3A {
+    let (a, b, c) = (at(i, 50), at(i, 51), at(i, 52));
+    let stretch = Vec3::new(0.5 + a.x, 0.5 + a.y, if i % 2 == 1 { -0.7 } else { 1.3 });
+    let turn = affine_from_trs(center, 360.0 * Vec3::new(b.x, b.y, c.x), stretch);
+    turn * affine_from_trs(Vec3::ZERO, Vec3::new(0.0, 0.0, 40.0), Vec3::new(1.0, 1.5, 1.0))
+}
+
+/// Copies of two prototypes, all askew, beside a mesh that stands in the world, within some 3 of `center`. They may move, and the meshes
+/// change their shapes, the one that stands too.
+fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
+    let mut b = SceneBuilder::new();
+    let m = b.add_material(material(0.5, 0.0)).unwrap();
+    let shape = |mesh: Mesh| match deforms {
+        false => mesh,
+        true => Mesh {
+            positions_close: mesh
+                .positions
+                .iter()
+                .map(|p| 1.3 * *p + 0.4 * p.length_squared())
+                .collect(),
+            ..mesh
+        },
+    };
+    b.add_mesh(shape(moved(soup(80, 0.5), 2.0, center - 1.0)), m).unwrap();
+    let parts = [
+        vec![(shape(sphere(0.7, Vec3::ZERO, 1)), m)],
+        vec![
+            (shape(soup(40, 0.6)), m),
+            (shape(moved(soup(40, 0.6), 0.5, Vec3::X)), m),
+        ],
+    ];
+    let prototypes = parts.map(|part| b.add_prototype(part).unwrap());
+    for i in 0..7 {
+        let place = |k: u32| center + 2.0 * at(i, 53 + k).x.sqrt() * uniform_sphere(at(i, 55 + k));
+        let placement = match is_moving && i != 3 {
+            false => Placement::Still(askew(i, place(0))),
+            // Some go straight on, some round a corner.
+            true => Placement::Moving((0..2 + i % 3).map(|k| askew(i, place(k))).collect()),
+        };
+        b.add_instance(prototypes[i as usize % 2], placement).unwrap();
+    }
+    b.build().unwrap().0
 }
 
 /// A fan of `n` triangles around the origin, on a cone: every pair of neighbours shares an edge, all share a corner.
@@ -237,6 +302,127 @@ fn backends_agree_with_brute_force() {
                 usize::MAX
             };
             assert_agree(&format!("{name}, {kind}"), &scene, &rays, budget);
+        }
+    }
+}
+
+#[test]
+fn backends_agree_on_what_is_placed_and_what_moves() {
+    let far = Vec3::new(1e4, -2e4, 1e4);
+    for (name, scene) in [
+        ("copies", copies(Vec3::ZERO, false, false)),
+        ("copies far away", copies(far, false, false)),
+        ("moving copies", copies(Vec3::ZERO, true, false)),
+        ("deforming meshes", copies(Vec3::ZERO, false, true)),
+        ("moving copies of deforming meshes", copies(Vec3::ZERO, true, true)),
+        ("the same far away", copies(far, true, true)),
+    ] {
+        assert_eq!(
+            scene.is_moving(),
+            name.contains("ing") || name.starts_with("the"),
+            "{name}"
+        );
+        for (kind, rays) in rays_at(&scene, 1_000) {
+            // Far away, rays that are moved into the space of a copy keep few of their digits.
+            let budget = match kind {
+                "random" | "along axes" if name.ends_with("away") => 10,
+                "random" | "along axes" => 1,
+                _ => usize::MAX,
+            };
+            assert_agree(&format!("{name}, {kind}"), &scene, &rays, budget);
+        }
+    }
+}
+
+/// A copy is hit where the same triangles are, put into the world one by one, and looks the same there.
+#[test]
+fn copies_are_what_they_would_be_in_the_world() {
+    let scene = copies(Vec3::ZERO, false, false);
+    // Smooth meshes, whose normals are turned too
+    let smooth = |mesh: Mesh| Mesh {
+        normals: mesh.positions.iter().map(|p| (*p + 0.1).normalize()).collect(),
+        ..mesh
+    };
+    let mut b = SceneBuilder::new();
+    let m = b.add_material(material(0.5, 0.0)).unwrap();
+    let ball = smooth(sphere(0.7, Vec3::ZERO, 1));
+    let prototype = b.add_prototype(vec![(ball.clone(), m)]).unwrap();
+    let mut one_by_one = SceneBuilder::new();
+    let n = one_by_one.add_material(material(0.5, 0.0)).unwrap();
+    for (i, instance) in scene.instances().iter().enumerate() {
+        let placement = instance.placement.at(0.0);
+        b.add_instance(prototype, instance.placement.clone()).unwrap();
+        let normals = placement.matrix3.inverse().transpose();
+        let mut mesh = Mesh {
+            positions: ball.positions.iter().map(|p| placement.transform_point3a(*p)).collect(),
+            normals: ball.normals.iter().map(|n| (normals * *n).normalize()).collect(),
+            ..ball.clone()
+        };
+        if i % 2 == 1 {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        one_by_one.add_mesh(mesh, n).unwrap();
+    }
+    let [scene, one_by_one] = [b, one_by_one].map(|b| b.build().unwrap().0);
+    assert_eq!(scene.placed_triangle_count(), one_by_one.triangle_count());
+    let [outer, inner] = [scene.bounds(), one_by_one.bounds()];
+    assert!(outer.min.cmple(inner.min).all() && outer.max.cmpge(inner.max).all());
+    let oracle = BruteForce::new(&one_by_one);
+    for accel in backends(&scene) {
+        let mut hits = 0;
+        for ray in &rays_at(&one_by_one, 500)[0].1 {
+            let (Some(a), Some(b)) = (accel.intersect(ray), oracle.intersect(ray)) else {
+                continue;
+            };
+            assert_eq!((a.inst.0, b.inst), (b.geom.0, InstanceId::NONE), "{ray:?}");
+            let (p, q) = (scene.surface_point(&a, 0.0), one_by_one.surface_point(&b, 0.0));
+            assert!(
+                p.p.distance(q.p) < 1e-5 && p.ng.distance(q.ng) < 1e-4 && p.ns.distance(q.ns) < 1e-4,
+                "{p:?} {q:?}"
+            );
+            let lifts = [p.lift[0] - q.lift[0], p.lift[1] - q.lift[1]];
+            assert!(lifts.iter().all(|d| d.abs() < 1e-5), "{p:?} {q:?}");
+            hits += 1;
+        }
+        assert!(hits > 500, "{hits}");
+    }
+}
+
+/// Rays that leave a triangle of a copy do not meet it again, wherever it stands and however it moves.
+#[test]
+fn rays_do_not_meet_the_copy_they_left() {
+    for (exponent, offset) in [(-6, 0.0), (0, 0.0), (0, 300.0), (6, 0.0), (-3, 1000.0)] {
+        let scale = 10f32.powi(exponent);
+        for i in 0..100 {
+            let corners = [0, 1, 2].map(|k| uniform_sphere(at(i, 10 + k)));
+            let mut mesh = polygon(&corners);
+            if i % 3 == 0 {
+                mesh.positions_close = mesh.positions.iter().map(|p| 0.6 * p.yzx() + 0.2).collect();
+            }
+            let mut b = SceneBuilder::new();
+            let m = b.add_material(material(0.5, 0.0)).unwrap();
+            let prototype = b.add_prototype(vec![(mesh, m)]).unwrap();
+            let size = affine_from_trs(Vec3::ZERO, Vec3::ZERO, Vec3::splat(scale));
+            let place = |k: u32| size * askew(i, offset * uniform_sphere(at(i, 70 + k)));
+            let placement = match i % 2 {
+                0 => Placement::Still(place(0)),
+                _ => Placement::Moving([place(0), place(1)].into()),
+            };
+            b.add_instance(prototype, placement).unwrap();
+            let scene = b.build().unwrap().0;
+            let hit = all_triangles(&scene)[0];
+            for accel in backends(&scene) {
+                for k in 0..32 {
+                    let (b1, b2) = uniform_triangle(at(i, 20 + k));
+                    let s = scene.surface_point(&Hit { b1, b2, ..hit }, at(i, 80 + k).x);
+                    let ray = ray_towards(&s, uniform_sphere(at(i, 60 + k)));
+                    assert!(
+                        accel.intersect(&ray).is_none() && !accel.occluded(&ray),
+                        "{}, scale {scale}, {offset} away, triangle {i}: {ray:?}",
+                        accel.info().name
+                    );
+                }
+            }
         }
     }
 }
@@ -352,7 +538,7 @@ fn hits_name_the_point_by_their_barycentrics() {
             let (a, b) = (at(i, 7), at(i, 8));
             let ray = Ray::new(Vec3::splat(-0.5), Vec3::new(a.x, a.y, b.x) + 0.5);
             if let Some(hit) = backend.intersect(&ray) {
-                let p = scene.surface_point(&hit).p;
+                let p = scene.surface_point(&hit, 0.0).p;
                 let along = ray.origin + hit.t * ray.direction;
                 assert!(p.distance(along) < 2e-5, "{p} against {along}");
                 checked += 1;

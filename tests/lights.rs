@@ -25,7 +25,7 @@ fn triangle(sampling: TriangleSampling) -> TriangleLight {
         Vec3::new(0.5, 1.2, -0.8),
         Vec3::new(1.1, 1.4, 0.9),
     ]);
-    TriangleLight::new(&mesh, PrimId(0), Spectrum::ONE, sampling)
+    TriangleLight::new(mesh.corners(PrimId(0)), Spectrum::ONE, sampling)
 }
 
 /// A map with black parts, a small sun and soft parts.
@@ -68,7 +68,7 @@ fn directions_follow_their_densities() {
         let triangle = triangle(sampling);
         let light = Light::Triangle(triangle);
         let sample = |i| {
-            let s = light.sample(Vec3::ZERO, at(i))?;
+            let s = light.sample(Vec3::ZERO, 0.0, at(i))?;
             if let Some(q) = met(s.wi) {
                 let pdf = triangle.pdf(Vec3::ZERO, q, s.wi);
                 assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{pdf} {}", s.pdf);
@@ -85,7 +85,7 @@ fn directions_follow_their_densities() {
     });
     let uniform = chi_square(
         SAMPLES,
-        |i| constant.sample(Vec3::ZERO, at(i)).map(|s| s.wi),
+        |i| constant.sample(Vec3::ZERO, 0.0, at(i)).map(|s| s.wi),
         |_| 0.25 / std::f64::consts::PI,
         false,
     );
@@ -94,7 +94,7 @@ fn directions_follow_their_densities() {
         let map = EnvironmentLight::new(map(), 2.0, rotation);
         let light = Light::Environment(Box::new(map.clone()));
         let sample = |i| {
-            let s = light.sample(Vec3::ZERO, at(i))?;
+            let s = light.sample(Vec3::ZERO, 0.0, at(i))?;
             let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
             // Up to the cell that rounding puts a direction into
             let close = (pdf / s.pdf - 1.0).abs() < 1e-2 || at_a_border(s.wi, rotation);
@@ -131,7 +131,7 @@ fn triangle_densities_sum_to_the_solid_angle() {
             (Vec3::new(6.0, 0.0, 0.0), 2e-2),
         ] {
             const N: u32 = 200_000;
-            let samples = (0..N).filter_map(|i| light.sample(p, at(i)));
+            let samples = (0..N).filter_map(|i| light.sample(p, 0.0, at(i)));
             let mean = samples.map(|s| 1.0 / s.pdf as f64).sum::<f64>() / N as f64;
             let corners = [
                 Vec3::new(-0.4, 1.0, 0.3),

@@ -1,8 +1,9 @@
 //! When the answers of two backends count as the same, and why they may differ.
 
 use super::{Accel, Answer, Query};
-use crate::geometry::Hit;
-use crate::math::{DVec3, Ray, float::UNIT_ROUNDOFF};
+use crate::geometry::{Hit, rounding};
+use crate::math::float::{UNIT_ROUNDOFF, gamma};
+use crate::math::{DVec3, Ray, Vec3};
 use crate::scene::Scene;
 
 /// Answers of two backends to one query that are further apart than rounding makes them.
@@ -105,6 +106,10 @@ pub struct Crossing {
     edge: f64,
     /// |N·d|.
     determinant: f64,
+    /// |N|.
+    normal: f64,
+    /// How far the triangle may be displaced by what moves it.
+    displacement: f64,
 }
 
 /// Roundings that the bounds allow.
@@ -113,33 +118,44 @@ const ROUNDINGS: f64 = 32.0 * UNIT_ROUNDOFF as f64;
 impl Crossing {
     /// Of `ray` and the triangle of `hit`.
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        let corners = scene.meshes()[hit.geom.0 as usize].corners(hit.prim);
-        let corners = corners.map(|p| p.as_dvec3() - ray.origin.as_dvec3());
+        let placed = scene.corners(hit, ray.time);
+        let corners = placed.map(|p| p.as_dvec3() - ray.origin.as_dvec3());
         let [p0, p1, p2] = corners;
+        let normal = (p1 - p0).cross(p2 - p0);
         let edge = [p1 - p0, p2 - p1, p0 - p2]
             .map(DVec3::length)
             .into_iter()
             .fold(0.0, f64::max);
         let reach = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+        // Where the ray is moved into the space of the mesh, or the corners to a time, that rounds too.
+        let size = placed.iter().fold(ray.origin.abs(), |size, p| size.max(p.abs()));
+        let placement = scene.instance(hit.inst).map(|i| i.placement.at(ray.time));
+        let displacement = match placement {
+            Some(placement) => rounding(&placement, 2.0 * size),
+            None if scene.mesh(hit.geom).deforms() => gamma(8) * size,
+            None => Vec3::ZERO,
+        };
         Self {
             ray: *ray,
+            displacement: displacement.length() as f64,
             t: hit.t as f64,
             corners,
             scale: reach * edge,
             edge,
-            determinant: (p1 - p0).cross(p2 - p0).dot(ray.direction.as_dvec3()).abs(),
+            determinant: normal.dot(ray.direction.as_dvec3()).abs(),
+            normal: normal.length(),
         }
     }
 
     /// Largest error of a hit's distance, in lengths of the ray's direction.
     pub fn t_error(&self) -> f64 {
-        ROUNDINGS * self.scale * self.edge / self.determinant
+        (ROUNDINGS * self.scale * self.edge + self.displacement * self.normal) / self.determinant
     }
 
     /// Why another intersector may miss the triangle.
     fn cause(&self) -> Cause {
         let direction = self.ray.direction.as_dvec3();
-        let volume_error = ROUNDINGS * self.scale * direction.length();
+        let volume_error = (ROUNDINGS * self.scale + self.displacement * self.edge) * direction.length();
         let [p0, p1, p2] = self.corners;
         let volumes = [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(direction).abs());
         let near = |end: f32| (self.t - end as f64).abs() <= self.t_error();

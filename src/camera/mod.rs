@@ -16,6 +16,48 @@ pub struct Camera {
     offset: Vec2,
     lens_radius: f32,
     focus_distance: f32,
+    /// Where it goes from time 0 to time 1.
+    path: Option<[Pose; 2]>,
+    /// When the shutter opens and closes.
+    shutter: [f32; 2],
+}
+
+/// Where a camera is and looks. Lengths are scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Centre of the lens.
+    pub position: Vec3,
+    /// The point in the middle of the image.
+    pub look_at: Vec3,
+    /// A direction that is up in the image; not parallel to the view axis.
+    pub up: Vec3,
+}
+
+impl Pose {
+    /// On the way to `close`, where each part changes linearly.
+    fn lerp(&self, close: &Self, time: f32) -> Self {
+        Self {
+            position: self.position.lerp(close.position, time),
+            look_at: self.look_at.lerp(close.look_at, time),
+            up: self.up.lerp(close.up, time),
+        }
+    }
+
+    /// Right, up and forward as unit vectors; `None` where they cannot be told.
+    fn axes(&self) -> Option<[Vec3; 3]> {
+        let forward = (self.look_at - self.position).try_normalize()?;
+        let right = forward.cross(self.up.try_normalize()?).try_normalize()?;
+        Some([right, right.cross(forward), forward])
+    }
+}
+
+/// How a camera moves, and when it looks. Times run from 0, where everything is at its first place, to 1, where it is at its last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraMotion {
+    /// Where the camera is at time 1, if it moves.
+    pub close: Option<Pose>,
+    /// When the shutter opens and when it closes; light counts evenly in between.
+    pub shutter: [f32; 2],
 }
 
 /// What a camera is made from. Lengths are scene units.
@@ -92,29 +134,96 @@ impl Camera {
             offset: 0.5 * scale * Vec2::new(width, height),
             lens_radius: c.lens_radius,
             focus_distance: c.focus_distance,
+            path: None,
+            shutter: [0.0, 1.0],
         })
     }
 
-    /// The ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point drawn with `u_lens`.
+    /// The camera of `parameters`, moving. A motion that no camera can have is an error.
+    pub fn moving(parameters: CameraParameters, motion: CameraMotion, resolution: UVec2) -> Result<Self, CameraError> {
+        let mut camera = Self::new(parameters, resolution)?;
+        let [open, close] = motion.shutter;
+        if !(0.0 <= open && open <= close && close <= 1.0) {
+            return Err(CameraError {
+                parameter: "shutter",
+                message: format!("must open and close between 0 and 1, in this order, not at {open} and {close}"),
+            });
+        }
+        camera.shutter = motion.shutter;
+        if let Some(last) = motion.close {
+            let first = Pose {
+                position: parameters.position,
+                look_at: parameters.look_at,
+                up: parameters.up,
+            };
+            // What holds along the way is looked at here and there.
+            const PLACES: u32 = 64;
+            let places = (0..=PLACES).map(|i| i as f32 / PLACES as f32);
+            for place in places {
+                if first.lerp(&last, place).axes().is_none() {
+                    return Err(CameraError {
+                        parameter: "close",
+                        message: format!(
+                            "place cannot be reached: on the way, at time {place}, it looks along `up` or nowhere"
+                        ),
+                    });
+                }
+            }
+            camera.path = Some([first, last]);
+        }
+        Ok(camera)
+    }
+
+    /// Whether it moves while the shutter is open.
+    pub fn is_moving(&self) -> bool {
+        self.path.is_some()
+    }
+
+    /// The time of `u` in [0, 1), evenly between the shutter's opening and closing.
+    pub fn time(&self, u: f32) -> f32 {
+        let [open, close] = self.shutter;
+        open + u * (close - open)
+    }
+
+    /// The camera as it stands at `time`.
+    fn at(&self, time: f32) -> Self {
+        let pose = self.path.map(|[first, last]| first.lerp(&last, time));
+        match pose.and_then(|pose| Some((pose, pose.axes()?))) {
+            None => *self,
+            Some((pose, [right, up, forward])) => Self {
+                position: pose.position,
+                right,
+                up,
+                forward,
+                path: None,
+                ..*self
+            },
+        }
+    }
+
+    /// The ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point drawn with `u_lens`, at `time`.
     ///
     /// All rays of one film point meet in the plane of focus. The direction is a unit vector.
-    pub fn ray(&self, film: Vec2, u_lens: Vec2) -> Ray {
+    pub fn ray(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
+        if self.is_moving() {
+            return self.at(time).ray(film, u_lens, time);
+        }
         // Direction through the centre of the lens, with depth 1 along the axis.
         let image = film * self.scale - self.offset;
         let through_center = image.x * self.right - image.y * self.up + self.forward;
         if self.lens_radius == 0.0 {
-            return Ray::new(self.position, through_center.normalize());
+            return Ray::new(self.position, through_center.normalize()).when(time);
         }
         // The point in focus is common to all lens points.
         let lens = self.lens_radius * uniform_disk(u_lens);
         let lens = lens.x * self.right + lens.y * self.up;
         let to_focus = self.focus_distance * through_center - lens;
-        Ray::new(self.position + lens, to_focus.normalize())
+        Ray::new(self.position + lens, to_focus.normalize()).when(time)
     }
 
-    /// Width of a pixel at the distance of `p`, scene units.
-    pub fn pixel_width(&self, p: Vec3) -> f32 {
-        self.scale * p.distance(self.position)
+    /// Width of a pixel at the distance of `p`, scene units, at `time`.
+    pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
+        self.scale * p.distance(self.at(time).position)
     }
 
     /// Whether rays start from more than a single point.
@@ -122,9 +231,10 @@ impl Camera {
         self.lens_radius > 0.0
     }
 
-    /// Distance of `p` from the camera along the view axis.
-    pub fn depth(&self, p: Vec3) -> f32 {
-        (p - self.position).dot(self.forward)
+    /// Distance of `p` from the camera along the view axis, at `time`.
+    pub fn depth(&self, p: Vec3, time: f32) -> f32 {
+        let camera = self.at(time);
+        (p - camera.position).dot(camera.forward)
     }
 }
 
@@ -146,7 +256,7 @@ mod tests {
     #[test]
     fn image_axes() {
         let camera = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
-        let towards = |x, y| camera.ray(Vec2::new(x, y), Vec2::ZERO).direction;
+        let towards = |x, y| camera.ray(Vec2::new(x, y), Vec2::ZERO, 0.0).direction;
         assert!(towards(100.0, 50.0).distance(Vec3::NEG_Z) < 1e-6);
         // Top edge: 45° up. Right edge: twice as far in x.
         assert!(towards(100.0, 0.0).distance(Vec3::new(0.0, 1.0, -1.0).normalize()) < 1e-6);
@@ -162,13 +272,75 @@ mod tests {
         let camera = Camera::new(p, UVec2::new(200, 100)).unwrap();
         let pinhole = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
         let film = Vec2::new(31.0, 77.5);
-        let center = pinhole.ray(film, Vec2::ZERO);
+        let center = pinhole.ray(film, Vec2::ZERO, 0.0);
         let focus = center.origin + center.direction * (4.0 / -center.direction.z);
         for u in [Vec2::new(0.1, 0.9), Vec2::new(0.7, 0.3), Vec2::ZERO] {
-            let ray = camera.ray(film, u);
+            let ray = camera.ray(film, u, 0.0);
             assert!(ray.origin.distance(p.position) <= 0.5 + 1e-6);
             let at = ray.origin + ray.direction * (4.0 / -ray.direction.z);
             assert!(at.distance(focus) < 1e-5, "{at} {focus}");
+        }
+    }
+
+    /// At any time a moving camera is the still one that stands there.
+    #[test]
+    fn a_moving_camera_is_a_still_one_at_each_time() {
+        let p = CameraParameters {
+            lens_radius: 0.2,
+            ..parameters()
+        };
+        let close = Pose {
+            position: Vec3::new(2.0, 2.0, 1.0),
+            look_at: Vec3::new(3.0, 2.5, -5.0),
+            up: Vec3::new(0.3, 1.0, 0.0),
+        };
+        let motion = CameraMotion {
+            close: Some(close),
+            shutter: [0.25, 0.75],
+        };
+        let moving = Camera::moving(p, motion, UVec2::new(200, 100)).unwrap();
+        assert_eq!((moving.time(0.0), moving.time(0.5)), (0.25, 0.5));
+        for time in [0.0, 0.3, 1.0] {
+            let still = CameraParameters {
+                position: p.position.lerp(close.position, time),
+                look_at: p.look_at.lerp(close.look_at, time),
+                up: p.up.lerp(close.up, time),
+                ..p
+            };
+            let still = Camera::new(still, UVec2::new(200, 100)).unwrap();
+            let (film, lens) = (Vec2::new(31.0, 77.5), Vec2::new(0.1, 0.9));
+            let [a, b] = [moving.ray(film, lens, time), still.ray(film, lens, time)];
+            assert!(
+                a.origin.distance(b.origin) < 1e-5 && a.direction.distance(b.direction) < 1e-5,
+                "{a:?} {b:?}"
+            );
+            let q = Vec3::new(4.0, -3.0, -8.0);
+            assert!((moving.depth(q, time) - still.depth(q, time)).abs() < 1e-4);
+        }
+        // Through the point it looks at, or with a shutter that closes before it opens
+        let through = Pose {
+            position: Vec3::new(1.0, 2.0, -17.0),
+            ..close
+        };
+        let bad = [
+            CameraMotion {
+                close: Some(Pose {
+                    look_at: p.look_at,
+                    ..through
+                }),
+                ..motion
+            },
+            CameraMotion {
+                shutter: [0.5, 0.4],
+                ..motion
+            },
+            CameraMotion {
+                shutter: [f32::NAN, 1.0],
+                ..motion
+            },
+        ];
+        for motion in bad {
+            assert!(Camera::moving(p, motion, UVec2::new(8, 8)).is_err(), "{motion:?}");
         }
     }
 

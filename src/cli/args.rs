@@ -277,6 +277,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     pub fov: Option<f32>,
 
+    /// When the shutter opens and closes, from 0 to 1, where what moves is at its last place [default: 0,1]
+    #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
+    pub shutter: Option<[f32; 2]>,
+
     /// Trace one sample of this pixel alone, and print its rays and what they found
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
     pub pixel: Option<[u32; 2]>,

@@ -10,6 +10,7 @@ use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::camera::Camera;
 use crate::film::Film;
+use crate::geometry::InstanceId;
 use crate::integrator::World;
 use crate::io::{FileError, Loaded, Output, load_scene};
 use crate::math::Ray;
@@ -70,8 +71,8 @@ struct Entry {
     t_min: f32,
     /// `null` for a ray without end.
     t_max: Option<f32>,
-    /// Origin, direction, `t_min` and `t_max` as the bits of their floats.
-    bits: [String; 8],
+    /// Origin, direction, `t_min`, `t_max` and time as the bits of their floats.
+    bits: [String; 9],
     answers: BTreeMap<&'static str, serde_json::Value>,
 }
 
@@ -85,7 +86,7 @@ struct Replay {
 #[derive(Debug, Deserialize)]
 struct ReplayRay {
     kind: String,
-    bits: [String; 8],
+    bits: [String; 9],
 }
 
 /// Audits as the arguments say.
@@ -236,7 +237,7 @@ impl ReplayRay {
             "occlusion" => QueryKind::Occlusion,
             _ => return None,
         };
-        let mut bits = [0; 8];
+        let mut bits = [0; 9];
         for (bits, text) in bits.iter_mut().zip(&self.bits) {
             *bits = u32::from_str_radix(text, 16).ok()?;
         }
@@ -356,6 +357,7 @@ fn answer(answer: &Answer) -> serde_json::Value {
         Answer::Closest(None) => serde_json::Value::Null,
         Answer::Closest(Some(hit)) => serde_json::json!({
             "t": hit.t, "b1": hit.b1, "b2": hit.b2, "prim": hit.prim.0, "geom": hit.geom.0,
+            "inst": (hit.inst != InstanceId::NONE).then_some(hit.inst.0),
         }),
         Answer::Occlusion(occluded) => serde_json::json!(occluded),
     }

@@ -1,25 +1,24 @@
-use crate::camera::CameraParameters;
 use crate::light::Light;
 use crate::scene::Scene;
 use sha2::{Digest, Sha256};
 
-/// Names what is rendered: SHA-256 over the frozen scene and the camera, in hexadecimal.
+/// Names what is rendered: SHA-256 over the frozen scene and the camera's description, in hexadecimal.
 ///
 /// Two renders with the same hash, settings and seed show the same picture, whatever files they were read from.
-pub(super) fn scene_hash(scene: &Scene, camera: &CameraParameters) -> String {
+pub(super) fn scene_hash(scene: &Scene, camera: &str) -> String {
     let mut hash = Sha256::new();
     // Small records go in as their debug text: it names types and fields, and gives every float exactly.
-    hash.update(format!("{camera:?}\n"));
+    hash.update(format!("{camera}\n"));
     for material in scene.materials() {
         hash.update(format!("{material:?}\n"));
     }
     for texture in scene.textures() {
         texture.visit_bytes(|bytes| hash.update(bytes));
     }
-    // Triangle lights follow from meshes and materials.
+    // Triangle lights follow from meshes, instances and materials.
     for light in scene.lights() {
         match light {
-            Light::Triangle(_) => {}
+            Light::Triangle(_) | Light::MovingTriangle(_) => {}
             // A picture is too large for text.
             Light::Environment(light) => {
                 let image = light.image();
@@ -54,6 +53,18 @@ pub(super) fn scene_hash(scene: &Scene, camera: &CameraParameters) -> String {
         hash.update((mesh.triangles.len() as u64).to_le_bytes());
         for triangle in &mesh.triangles {
             triangle.iter().for_each(|i| hash.update(i.to_le_bytes()));
+        }
+        // Nothing is added for what does not move, so that still scenes keep their names.
+        for p in mesh.positions_close.iter().chain(&mesh.normals_close) {
+            p.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
+        }
+    }
+    for instance in scene.instances() {
+        let meshes = &scene.prototypes()[instance.prototype as usize];
+        hash.update(format!("instance of {meshes:?}\n"));
+        for step in instance.placement.steps() {
+            let elements = step.to_cols_array();
+            elements.iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
         }
     }
     format!("{:x}", hash.finalize())

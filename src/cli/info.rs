@@ -24,6 +24,9 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
         "scene": args.scene.display().to_string(),
         "meshes": scene.meshes().len(),
         "triangles": scene.triangle_count(),
+        "instances": scene.instances().len(),
+        "placed_triangles": scene.placed_triangle_count(),
+        "moves": scene.is_moving(),
         "vertices": scene.meshes().iter().map(|m| m.positions.len()).sum::<usize>(),
         "materials": scene.materials().iter().map(|m| json!({
             "name": m.name,
@@ -71,6 +74,12 @@ fn print_text(info: &serde_json::Value) {
     println!("  meshes     {}", info["meshes"]);
     println!("  triangles  {}", info["triangles"]);
     println!("  vertices   {}", info["vertices"]);
+    if info["instances"].as_u64() != Some(0) {
+        println!(
+            "  instances  {}, {} triangles in all",
+            info["instances"], info["placed_triangles"]
+        );
+    }
     println!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
     let lights = &info["lights"];
     let kinds = lights

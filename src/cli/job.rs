@@ -2,7 +2,7 @@ use super::args::{LoadArgs, RenderArgs};
 use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
-use crate::camera::{Camera, CameraError, CameraParameters};
+use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::film::{BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile};
 use crate::math::{Bounds3, UVec2, Vec3};
@@ -48,6 +48,7 @@ struct CameraArgs {
     look_at: Option<Vec3>,
     up: Option<Vec3>,
     fov: Option<f32>,
+    shutter: Option<[f32; 2]>,
 }
 
 impl Job {
@@ -115,14 +116,15 @@ impl Job {
                 look_at: args.look_at.map(Vec3::from),
                 up: args.up.map(Vec3::from),
                 fov: args.fov,
+                shutter: args.shutter,
             },
             scene_path: args.scene.clone(),
             scene,
         })
     }
 
-    /// The camera: flags over the scene file over a view that frames `bounds`.
-    pub fn camera(&self, bounds: Bounds3) -> Result<(CameraParameters, Camera), CliError> {
+    /// The camera, flags over the scene file over a view that frames `bounds`, and what the scene hash covers of it.
+    pub fn camera(&self, bounds: Bounds3) -> Result<(String, Camera), CliError> {
         let from_file = self.scene.camera.as_ref().map(parameters);
         let flags = &self.camera;
         let fov = flags.fov.or(from_file.map(|c| c.vertical_fov)).unwrap_or(DEFAULT_FOV);
@@ -137,14 +139,48 @@ impl Job {
         if self.scene.camera.as_ref().is_none_or(|c| c.focus_distance.is_none()) {
             parameters.focus_distance = focus_at_target(&parameters);
         }
-        let camera = Camera::new(parameters, self.resolution).map_err(|error| self.camera_error(&error))?;
-        Ok((parameters, camera))
+        let refused = |error| self.camera_error(&error);
+        let Some(motion) = self.motion(&parameters) else {
+            let camera = Camera::new(parameters, self.resolution).map_err(refused)?;
+            return Ok((format!("{parameters:?}"), camera));
+        };
+        let camera = Camera::moving(parameters, motion, self.resolution).map_err(refused)?;
+        Ok((format!("{parameters:?} {motion:?}"), camera))
+    }
+
+    /// How the camera of `parameters` moves and when it looks; `None` where nothing is said of it.
+    fn motion(&self, parameters: &CameraParameters) -> Option<CameraMotion> {
+        let section = self.scene.camera.as_ref();
+        let key = |close: fn(&CameraSection) -> &Option<Spanned<[f32; 3]>>| {
+            let close = section.and_then(|section| close(section).as_ref());
+            close.map(|v| Vec3::from(*v.get_ref()))
+        };
+        let (position, look_at, up) = (
+            key(|c| &c.position_close),
+            key(|c| &c.look_at_close),
+            key(|c| &c.up_close),
+        );
+        let moves = position.or(look_at).or(up).is_some();
+        let shutter = section.and_then(|c| c.shutter.as_ref()).map(|s| *s.get_ref());
+        let shutter = self.camera.shutter.or(shutter);
+        (moves || shutter.is_some()).then(|| CameraMotion {
+            close: moves.then(|| Pose {
+                position: position.unwrap_or(parameters.position),
+                look_at: look_at.unwrap_or(parameters.look_at),
+                up: up.unwrap_or(parameters.up),
+            }),
+            shutter: shutter.unwrap_or([0.0, 1.0]),
+        })
     }
 
     /// Blames the key of the scene file's camera, unless flags had a say.
     fn camera_error(&self, error: &CameraError) -> CliError {
         let flags = &self.camera;
-        let flagged = flags.position.is_some() || flags.look_at.is_some() || flags.up.is_some() || flags.fov.is_some();
+        let flagged = flags.position.is_some()
+            || flags.look_at.is_some()
+            || flags.up.is_some()
+            || flags.fov.is_some()
+            || flags.shutter.is_some();
         match &self.scene.camera {
             Some(section) if !flagged => {
                 let key = match error.parameter {
@@ -153,13 +189,20 @@ impl Job {
                     "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
                     "lens_radius" => section.lens_radius.as_ref().map(Spanned::span),
                     "focus_distance" => section.focus_distance.as_ref().map(Spanned::span),
+                    "shutter" => section.shutter.as_ref().map(Spanned::span),
+                    "close" => {
+                        let keys = [&section.position_close, &section.look_at_close, &section.up_close];
+                        keys.into_iter().flatten().next().map(Spanned::span)
+                    }
                     _ => None,
                 };
                 let span = key.unwrap_or_else(|| section.position.span());
                 let blame = self.scene.error(span, error.to_string());
                 blame.help("correct the [camera]").into()
             }
-            _ => CliError::Usage(format!("{error}\n  help: correct --position, --look-at, --up or --fov")),
+            _ => CliError::Usage(format!(
+                "{error}\n  help: correct --position, --look-at, --up, --fov or --shutter"
+            )),
         }
     }
 

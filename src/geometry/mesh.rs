@@ -1,7 +1,7 @@
-use super::PrimId;
+use super::{PrimId, corners_at};
 use crate::math::{Vec2, Vec3, Vec4, float::gamma};
 
-/// Indexed triangles in world space, counter-clockwise seen from the front.
+/// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Vertex positions.
@@ -12,6 +12,10 @@ pub struct Mesh {
     pub normals: Vec<Vec3>,
     /// Texture coordinates of each vertex, v upwards; empty where there are none.
     pub uvs: Vec<Vec2>,
+    /// Where vertices are at time 1, to which they go straight; empty where the mesh keeps its shape.
+    pub positions_close: Vec<Vec3>,
+    /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
+    pub normals_close: Vec<Vec3>,
 }
 
 /// A point on a surface, with all that shading needs of the geometry.
@@ -19,6 +23,8 @@ pub struct Mesh {
 pub struct SurfacePoint {
     /// Position in world space.
     pub p: Vec3,
+    /// When that is so.
+    pub time: f32,
     /// How far along the normal a ray must start from `p` to clear the surface: a bound on rounding errors.
     pub clearance: f32,
     /// What rays to the front and to the back add to that where the triangle stands for a curved surface, which passes before or
@@ -36,10 +42,40 @@ impl Mesh {
         self.triangles[prim.0 as usize].map(|i| self.positions[i as usize])
     }
 
-    /// Unit tangents of triangle `prim` along which u and v grow; `None` where it has no texture coordinates or they do not span it.
-    pub fn tangents(&self, prim: PrimId) -> Option<[Vec3; 2]> {
+    /// Whether its vertices move.
+    pub fn deforms(&self) -> bool {
+        !self.positions_close.is_empty()
+    }
+
+    /// Corners of triangle `prim` at `time`.
+    pub fn corners_at(&self, prim: PrimId, time: f32) -> [Vec3; 3] {
+        let open = self.corners(prim);
+        match self.deforms() {
+            false => open,
+            true => corners_at(open, self.corners_at_close(prim), time),
+        }
+    }
+
+    /// Corners of triangle `prim` of a mesh that deforms, at time 1.
+    pub fn corners_at_close(&self, prim: PrimId) -> [Vec3; 3] {
+        self.triangles[prim.0 as usize].map(|i| self.positions_close[i as usize])
+    }
+
+    /// Unit shading normals at the corners of triangle `prim` at `time`; `None` where the mesh is flat.
+    pub fn normals_at(&self, prim: PrimId, time: f32) -> Option<[Vec3; 3]> {
+        let normal = |i: u32| {
+            let open = *self.normals.get(i as usize)?;
+            let close = self.normals_close.get(i as usize).copied();
+            Some(close.map_or(open, |close| open.lerp(close, time).try_normalize().unwrap_or(open)))
+        };
+        let [a, b, c] = self.triangles[prim.0 as usize];
+        Some([normal(a)?, normal(b)?, normal(c)?])
+    }
+
+    /// Unit tangents of triangle `prim` along which u and v grow, where its corners are at these points; `None` where it has no texture coordinates or
+    /// they do not span it.
+    pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
-        let [p0, p1, p2] = self.corners(prim);
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
         // p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners, solved up to the length
         let side = 1f32.copysign(d1.perp_dot(d2));
@@ -48,12 +84,12 @@ impl Mesh {
         Some([du, dv])
     }
 
-    /// Lengths in texture coordinates over lengths in space, by the areas of triangle `prim`; 0 where it has no texture coordinates.
-    pub fn uv_per_length(&self, prim: PrimId) -> f32 {
+    /// Lengths in texture coordinates over lengths in space, by the areas of triangle `prim` where its corners are at these points; 0 where it
+    /// has no texture coordinates.
+    pub fn uv_per_length(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> f32 {
         let Some([t0, t1, t2]) = self.corner_uvs(prim) else {
             return 0.0;
         };
-        let [p0, p1, p2] = self.corners(prim);
         let ratio = (t1 - t0).perp_dot(t2 - t0).abs() / (p1 - p0).cross(p2 - p0).length();
         if ratio.is_finite() { ratio.sqrt() } else { 0.0 }
     }
@@ -64,6 +100,8 @@ impl Mesh {
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.normals.as_slice())
             + size_of_val(self.uvs.as_slice())
+            + size_of_val(self.positions_close.as_slice())
+            + size_of_val(self.normals_close.as_slice())
     }
 
     /// What all points of triangle `prim` share.
@@ -151,6 +189,7 @@ impl SurfacePoint {
         let ng = facet.normal();
         Self {
             p: t0 + t1 + t2,
+            time: 0.0,
             // The components of a unit vector sum to √3 at most.
             clearance: gamma(9) * ng.abs().dot(magnitude) + facet.clearance(),
             lift: [0.0; 2],
@@ -165,7 +204,7 @@ impl SurfacePoint {
     /// else the facets' edges would show where light grazes them (Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is
     /// projected onto the planes at the corners, those that lie before it, and the projections are interpolated).
     #[inline(never)]
-    fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
+    pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;
         let mut lift = [0.0; 2];
         for i in 0..3 {

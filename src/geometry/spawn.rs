@@ -37,17 +37,17 @@ pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
 
 /// The ray that leaves the surface at `s` in direction `w`.
 pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
-    Ray::new(offset_origin(s, w), w)
+    Ray::new(offset_origin(s, w), w).when(s.time)
 }
 
 /// The segment from the surface at `s` to the point `target`, which it does not reach.
 ///
 /// `target` lies off its own surface already where it has one ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
-    segment(offset_origin(s, target - s.p), target)
+    segment(offset_origin(s, target - s.p), target).when(s.time)
 }
 
-/// The segment from `origin` to the point `target`, which it does not reach.
+/// The segment from `origin` to the point `target`, which it does not reach, at time 0.
 #[inline(always)]
 pub fn segment(origin: Vec3, target: Vec3) -> Ray {
     Ray {

@@ -23,7 +23,7 @@ impl Vertex<'_> {
     /// The ray that goes on in direction `wi` (local frame).
     #[inline(always)]
     pub fn ray_along(&self, wi: Vec3) -> Ray {
-        Ray::new(self.origin(wi), self.frame.to_world(wi))
+        Ray::new(self.origin(wi), self.frame.to_world(wi)).when(self.point.time)
     }
 
     /// Where rays in direction `wi` (local frame) start: on the side that it has by the shading normal. By the geometric one it may be another;
@@ -119,7 +119,7 @@ impl Direct {
     #[inline(always)]
     fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
-        let Some(light) = scene.lights()[id.0 as usize].sample(vertex.point.p, u) else {
+        let Some(light) = scene.lights()[id.0 as usize].sample(vertex.point.p, vertex.point.time, u) else {
             return Self::NONE;
         };
 
@@ -132,7 +132,8 @@ impl Direct {
         let pdf = expected * light.pdf;
         let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
-        Self::Unless(light.shadow_ray(vertex.origin(wi)), f * light.radiance * (weight / pdf))
+        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        Self::Unless(ray, f * light.radiance * (weight / pdf))
     }
 
     /// What arrives: the shadow ray is traced.

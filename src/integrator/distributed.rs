@@ -35,7 +35,7 @@ struct Branch {
 impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let root = Branch {
-            ray: self.world.camera_ray(key, sampler, out),
+            ray: self.world.camera_ray(key, None, sampler, out),
             depth: 0,
             node: 0,
             beta: Spectrum::ONE,
@@ -68,7 +68,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             out.first_surface(world.first_surface(&vertex));
         }
         let from = scattered.map_or(ray.origin, |s| s.p);
-        if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, ray.direction) {
+        if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, ray.direction, ray.time) {
             out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
         }
         if branch.depth >= self.max_depth {

@@ -19,7 +19,7 @@ pub struct NaiveIntegrator<'a, A> {
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
-        let mut ray = world.camera_ray(key, sampler, out);
+        let mut ray = world.camera_ray(key, None, sampler, out);
         let mut beta = Spectrum::ONE;
         let mut eta_squared = 1.0;
 
@@ -40,7 +40,9 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.
-            let emitted = world.scene.emitted(&hit, ray.origin, vertex.point.p, ray.direction);
+            let emitted = world
+                .scene
+                .emitted(&hit, ray.origin, vertex.point.p, ray.direction, ray.time);
             let emitted = emitted.map(|light| light.radiance).filter(|e| !e.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let chance = match (emitted, reflects) {

@@ -150,9 +150,12 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             // Camera rays, as one packet
             let mut samplers: [S; SAMPLES_AT_ONCE] = from_fn(|_| sampler.clone());
+            let mut time = None;
             let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
             for (((ray, key), sampler), out) in rays.iter_mut().zip(keys).zip(&mut samplers).zip(&mut *out) {
-                *ray = self.world.camera_ray(*key, sampler, out);
+                *ray = self.world.camera_ray(*key, time, sampler, out);
+                // Paths that are shared must be of one time.
+                time = time.or(self.reuse.then_some(ray.time));
             }
             let mut hits = [None; SAMPLES_AT_ONCE];
             let n = keys.len();
@@ -249,7 +252,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         // The surface, and the light it emits by itself
         let vertex = self.world.vertex(&met, &path.ray, slot);
         let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
-        if let Some(light) = scene.emitted(&met, from, vertex.point.p, path.ray.direction) {
+        if let Some(light) = scene.emitted(&met, from, vertex.point.p, path.ray.direction, path.ray.time) {
             radiance = path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
         }
         (radiance, Some(vertex))

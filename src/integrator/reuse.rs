@@ -21,6 +21,8 @@ use crate::math::{Ray, Vec3};
 pub(super) struct End {
     /// The point, clear of its surface.
     p: Vec3,
+    /// When the path is there; all paths of a group have the same time.
+    time: f32,
     /// Unit geometric normal on the side that light leaves.
     n: Vec3,
     /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
@@ -53,6 +55,7 @@ impl End {
         let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
             p: offset_origin(&point, n),
+            time: point.time,
             n,
             curved: point.is_curved().then_some(point),
             radiance,
@@ -86,7 +89,7 @@ impl End {
             let Some(first) = first else { continue };
             if let Some(candidate) = self.candidate(first, i, directions) {
                 others[count] = candidate;
-                rays[count] = segment(candidate.origin, self.p);
+                rays[count] = segment(candidate.origin, self.p).when(self.time);
                 count += 1;
             }
         }
@@ -99,7 +102,8 @@ impl End {
             for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
                 *seen = world.transmittance(ray, &mut out[other.index]);
             }
-            own_seen = world.transmittance(&segment(own.origin, self.p), &mut out[owner]);
+            let ray = segment(own.origin, self.p).when(self.time);
+            own_seen = world.transmittance(&ray, &mut out[owner]);
         } else {
             let mut occluded = [false; SAMPLES_AT_ONCE];
             world.accel.occluded_coherent(rays, &mut occluded[..count]);

@@ -36,7 +36,7 @@ struct Branch {
 impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let root = Branch {
-            ray: self.world.camera_ray(key, sampler, out),
+            ray: self.world.camera_ray(key, None, sampler, out),
             depth: 0,
             node: 0,
             beta: Spectrum::ONE,
@@ -67,7 +67,10 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         if branch.depth == 0 {
             out.first_surface(world.first_surface(&vertex));
         }
-        if let Some(light) = world.scene.emitted(&hit, ray.origin, vertex.point.p, ray.direction) {
+        if let Some(light) = world
+            .scene
+            .emitted(&hit, ray.origin, vertex.point.p, ray.direction, ray.time)
+        {
             out.radiance(branch.beta * light.radiance);
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {

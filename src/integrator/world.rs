@@ -45,8 +45,15 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens.
-    pub(super) fn camera_ray(&self, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink) -> Ray {
+    /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens, at `time` or, where
+    /// that is not given, at a random time.
+    pub(super) fn camera_ray(
+        &self,
+        key: SampleKey,
+        time: Option<f32>,
+        sampler: &mut impl Sampler,
+        out: &mut impl Sink,
+    ) -> Ray {
         sampler.start(key);
         let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
         out.weight(weight);
@@ -55,7 +62,11 @@ impl<'a, A: Accel> World<'a, A> {
             true => sampler.get_2d(Dimension::LENS),
             false => Vec2::ZERO,
         };
-        self.camera.ray(film, lens)
+        let time = time.unwrap_or_else(|| match self.scene.is_moving() || self.camera.is_moving() {
+            true => self.camera.time(sampler.get_1d(Dimension::TIME)),
+            false => 0.0,
+        });
+        self.camera.ray(film, lens, time)
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.
@@ -66,7 +77,7 @@ impl<'a, A: Accel> World<'a, A> {
         slot: &'v BsdfSlot,
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
-        let ray = self.camera_ray(key, sampler, out);
+        let ray = self.camera_ray(key, None, sampler, out);
         let hit = self.intersect(&ray, RayKind::Camera, out)?;
         let vertex = self.vertex(&hit, &ray, slot);
         out.first_surface(self.first_surface(&vertex));
@@ -95,7 +106,7 @@ impl<'a, A: Accel> World<'a, A> {
                 return Some(hit);
             }
             out.ray(kind);
-            let onwards = ray_towards(&self.scene.surface_point(&hit), ray.direction);
+            let onwards = ray_towards(&self.scene.surface_point(&hit, ray.time), ray.direction);
             next = self.accel.intersect(&onwards);
         }
         None
@@ -124,7 +135,7 @@ impl<'a, A: Accel> World<'a, A> {
             if transmittance <= 0.0 {
                 return 0.0;
             }
-            let point = self.scene.surface_point(&hit);
+            let point = self.scene.surface_point(&hit, ray.time);
             ray = match ray.t_max.is_finite() {
                 true => ray_between(&point, end),
                 false => ray_towards(&point, ray.direction),
@@ -135,7 +146,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// The surface at `hit`, seen along `ray`; what varies over it is put into `slot`.
     #[inline(always)]
     pub(super) fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
-        let Some((point, bsdf)) = self.scene.plain_surface(hit) else {
+        let Some((point, bsdf)) = self.scene.plain_surface(hit, ray.time) else {
             return self.detailed_vertex(hit, ray, slot);
         };
         let frame = Frame::from_z(point.ns);
@@ -152,14 +163,14 @@ impl<'a, A: Accel> World<'a, A> {
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
         let wo = -ray.direction;
-        let point = self.scene.surface_point(hit);
+        let point = self.scene.surface_point(hit, ray.time);
         let footprint = self.footprint(&point, ray);
         let shaded = self.scene.with_relief(hit, point, footprint);
         let point = shaded.seen_from(wo);
         let frame = Frame::from_z(point.ns);
         Vertex {
             wo: frame.to_local(wo),
-            bsdf: self.scene.bsdf(hit, footprint, slot),
+            bsdf: self.scene.bsdf(hit, ray.time, footprint, slot),
             frame,
             point,
             is_bent: point.ns != shaded.ns,
@@ -171,7 +182,7 @@ impl<'a, A: Accel> World<'a, A> {
     fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
         // A pixel's square is stretched along one axis, where light grazes the surface: the side of a square of the same area.
         let cos = ray.direction.dot(point.ng).abs().max(1e-2);
-        self.camera.pixel_width(point.p) / cos.sqrt()
+        self.camera.pixel_width(point.p, point.time) / cos.sqrt()
     }
 
     /// What the auxiliary channels show of `vertex`.
@@ -179,7 +190,7 @@ impl<'a, A: Accel> World<'a, A> {
         FirstSurface {
             albedo: vertex.bsdf.albedo(),
             normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
-            depth: self.camera.depth(vertex.point.p),
+            depth: self.camera.depth(vertex.point.p, vertex.point.time),
         }
     }
 }
@@ -188,7 +199,13 @@ impl<'a, A: Accel> World<'a, A> {
 fn chance(hit: &Hit, ray: &Ray) -> f32 {
     let [x, y, z] = ray.direction.to_array().map(f32::to_bits);
     let [t, b1, b2] = [hit.t, hit.b1, hit.b2].map(f32::to_bits);
-    let pairs = [[x, y], [z, t], [b1, b2], [hit.geom.0, hit.prim.0]];
+    let pairs = [
+        [x, y],
+        [z, t],
+        [b1, b2],
+        [hit.geom.0, hit.prim.0],
+        [hit.inst.0, ray.time.to_bits()],
+    ];
     let hash = pairs
         .iter()
         .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));

@@ -3,17 +3,20 @@ use super::find_file::find_file;
 use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
 use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
-use super::scene_file::{ObjectSection, Scale, SceneFile};
+use super::placement::{Place, place};
+use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::material::{Map, Material, MaterialId};
-use crate::math::{Affine3A, Vec3, affine_from_rows, affine_from_trs};
-use crate::scene::{BuildError, Scene, SceneBuilder, SceneReport};
+use crate::math::Affine3A;
+use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
 use crate::texture::{Channel, TextureId};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use toml::Spanned;
 
 /// Name of the material of faces that name none.
 const DEFAULT_MATERIAL: &str = "default";
@@ -45,18 +48,21 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
         used: HashMap::new(),
         textures: Vec::new(),
         asked: Vec::new(),
+        prototypes: HashMap::new(),
     };
-    // An OBJ that several objects place is read once.
+    // A file that several objects name is read once.
     let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
     for object in &file.object {
-        let path = file.resolve(object.obj.get_ref());
-        if !objs.contains_key(&path) {
-            let mut obj =
-                load_obj(&path, &file.options).map_err(|error| loader.named_here(error, &path, object.obj.span()))?;
-            loader.warnings.append(&mut obj.warnings);
-            objs.insert(path.clone(), obj);
+        for name in [Some(&object.obj), object.obj_close.as_ref()].into_iter().flatten() {
+            let path = file.resolve(name.get_ref());
+            if let Entry::Vacant(entry) = objs.entry(path) {
+                let read = load_obj(entry.key(), &file.options);
+                let mut obj = read.map_err(|error| loader.named_here(error, entry.key(), name.span()))?;
+                loader.warnings.append(&mut obj.warnings);
+                entry.insert(obj);
+            }
         }
-        loader.add_object(object, &path, &objs[&path])?;
+        loader.add_object(object, &objs)?;
     }
     for light in &file.light {
         light.add_to(&mut loader.builder, file)?;
@@ -81,19 +87,85 @@ struct Loader<'a> {
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
+    /// Prototypes by their files.
+    prototypes: HashMap<Shapes, PrototypeId>,
 }
 
+/// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
+type Shapes = (PathBuf, Option<PathBuf>);
+
 impl Loader<'_> {
-    fn add_object(&mut self, object: &ObjectSection, path: &Path, obj: &ObjFile) -> Result<(), FileError> {
-        let transform = placement(self.file, object)?;
-        for group in &obj.groups {
-            let material = self.material_of(group, path, obj)?;
-            let mesh = transform.map_or_else(|| group.mesh.clone(), |t| transformed(&group.mesh, t));
-            self.builder
-                .add_mesh(mesh, material)
-                .map_err(|error| FileError::new(path, error.to_string()))?;
+    fn add_object(&mut self, object: &ObjectSection, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
+        let place = place(self.file, object)?;
+        let shapes = self.shapes(object);
+        let is_shared = self.file.object.iter().filter(|o| self.shapes(o) == shapes).count() > 1;
+        let path = &shapes.0;
+        let refused = |error: BuildError| FileError::new(path, error.to_string());
+
+        // What has one place stands in the world there; all else is kept once.
+        let transform = match &place {
+            _ if is_shared => None,
+            Place::AsItIs => Some(None),
+            Place::Once(transform) => Some(Some(*transform)),
+            Place::Instances(_) => None,
+        };
+        if let Some(transform) = transform {
+            for (mesh, material) in self.meshes_of(object, objs)? {
+                let mesh = match transform {
+                    None => mesh,
+                    Some(transform) => transformed(&mesh, transform),
+                };
+                self.builder.add_mesh(mesh, material).map_err(refused)?;
+            }
+            return Ok(());
+        }
+        let prototype = match self.prototypes.get(&shapes) {
+            Some(&prototype) => prototype,
+            None => {
+                let meshes = self.meshes_of(object, objs)?;
+                let prototype = self.builder.add_prototype(meshes).map_err(refused)?;
+                self.prototypes.insert(shapes.clone(), prototype);
+                prototype
+            }
+        };
+        for placement in place.into_placements() {
+            let added = self.builder.add_instance(prototype, placement);
+            added.map_err(|error| self.file.error(object.obj.span(), error.to_string()))?;
         }
         Ok(())
+    }
+
+    fn shapes(&self, object: &ObjectSection) -> Shapes {
+        let path = |name: &Spanned<PathBuf>| self.file.resolve(name.get_ref());
+        (path(&object.obj), object.obj_close.as_ref().map(path))
+    }
+
+    /// The meshes of an object with their materials, as its files have them.
+    fn meshes_of(
+        &mut self,
+        object: &ObjectSection,
+        objs: &BTreeMap<PathBuf, ObjFile>,
+    ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
+        let (path, close) = self.shapes(object);
+        let obj = &objs[&path];
+        let mut meshes = Vec::with_capacity(obj.groups.len());
+        for (i, group) in obj.groups.iter().enumerate() {
+            let mut mesh = group.mesh.clone();
+            if let (Some(close), Some(name)) = (&close, &object.obj_close) {
+                let last = objs[close].groups.get(i).filter(|last| {
+                    last.mesh.triangles == mesh.triangles && last.mesh.positions.len() == mesh.positions.len()
+                });
+                let Some(last) = last else {
+                    let message = format!("{} has other faces than {}", close.display(), path.display());
+                    let error = self.file.error(name.span(), message);
+                    return Err(error.help("both must have the same faces in the same order; only vertices may move"));
+                };
+                mesh.positions_close = last.mesh.positions.clone();
+                mesh.normals_close = last.mesh.normals.clone();
+            }
+            meshes.push((mesh, self.material_of(group, &path, obj)?));
+        }
+        Ok(meshes)
     }
 
     /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one.
@@ -219,42 +291,6 @@ impl Loader<'_> {
     }
 }
 
-/// Where the object is placed; `None` leaves it as it is.
-fn placement(file: &SceneFile, object: &ObjectSection) -> Result<Option<Affine3A>, FileError> {
-    let (transform, span) = match (&object.transform, &object.matrix) {
-        (None, None) => return Ok(None),
-        (Some(_), Some(matrix)) => {
-            return Err(file
-                .error(matrix.span(), "both `transform` and `matrix`")
-                .help("keep one of them"));
-        }
-        (Some(section), None) => {
-            let t = section.get_ref();
-            let scale = match t.scale {
-                None => Vec3::ONE,
-                Some(Scale::Uniform(s)) => Vec3::splat(s),
-                Some(Scale::Axes(axes)) => axes.into(),
-            };
-            let [translate, rotate] = [t.translate, t.rotate].map(|v| v.unwrap_or_default().into());
-            (affine_from_trs(translate, rotate, scale), section.span())
-        }
-        (None, Some(matrix)) => {
-            let transform = affine_from_rows(*matrix.get_ref()).ok_or_else(|| {
-                file.error(matrix.span(), "the last row of a placement must be 0 0 0 1")
-                    .help("give the matrix row by row")
-            })?;
-            (transform, matrix.span())
-        }
-    };
-    let determinant = transform.matrix3.determinant();
-    if !transform.is_finite() || determinant == 0.0 || !determinant.is_finite() {
-        return Err(file
-            .error(span, "the transform flattens the object or is not finite")
-            .help("scale factors must be finite and not zero"));
-    }
-    Ok(Some(transform))
-}
-
 /// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.
 fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
     let mirrored = transform.matrix3.determinant() < 0.0;
@@ -268,6 +304,16 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
         },
         normals: mesh.normals.iter().map(|&n| (of_normals * n).normalize_or(n)).collect(),
         uvs: mesh.uvs.clone(),
+        positions_close: mesh
+            .positions_close
+            .iter()
+            .map(|&p| transform.transform_point3a(p))
+            .collect(),
+        normals_close: mesh
+            .normals_close
+            .iter()
+            .map(|&n| (of_normals * n).normalize_or(n))
+            .collect(),
     }
 }
 

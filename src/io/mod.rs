@@ -13,6 +13,7 @@ mod mtl_map;
 mod normals;
 mod obj;
 mod output;
+mod placement;
 mod png;
 mod read_image;
 mod read_picture;
@@ -30,5 +31,7 @@ pub use mtl::MtlDialect;
 pub use normals::smooth_by_angle;
 pub use output::{Format, Output};
 pub use read_image::read_exr;
-pub use scene_file::{CameraSection, ImageSection, MaxDepth, ObjectSection, RenderSection, SceneFile};
+pub use scene_file::{
+    CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,
+};
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};

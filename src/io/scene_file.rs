@@ -58,6 +58,14 @@ pub struct CameraSection {
     pub lens_radius: Option<Spanned<f32>>,
     /// Along the view axis.
     pub focus_distance: Option<Spanned<f32>>,
+    /// Where the camera is at time 1, if it moves.
+    pub position_close: Option<Spanned<[f32; 3]>>,
+    /// What it looks at then.
+    pub look_at_close: Option<Spanned<[f32; 3]>>,
+    /// Up in the image then.
+    pub up_close: Option<Spanned<[f32; 3]>>,
+    /// When the shutter opens and closes, from 0 to 1.
+    pub shutter: Option<Spanned<[f32; 2]>>,
 }
 
 /// `[image]`
@@ -129,6 +137,27 @@ pub struct ObjectSection {
     pub transform: Option<Spanned<TransformSection>>,
     /// Placement as four rows of four, instead of `transform`.
     pub matrix: Option<Spanned<[[f32; 4]; 4]>>,
+    /// Placement at time 1, if the object moves.
+    pub transform_close: Option<Spanned<TransformSection>>,
+    /// The same as four rows of four.
+    pub matrix_close: Option<Spanned<[[f32; 4]; 4]>>,
+    /// OBJ file of its shape at time 1, if that changes.
+    pub obj_close: Option<Spanned<PathBuf>>,
+    /// Where copies of it stand.
+    pub instances: Option<Spanned<Instances>>,
+}
+
+/// `instances = …`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "instances must be a file name or a list of matrices, each four rows of four"
+)]
+pub enum Instances {
+    /// A file with one placement a line.
+    File(PathBuf),
+    /// The placements.
+    Matrices(Vec<[[f32; 4]; 4]>),
 }
 
 /// `transform = { … }`
@@ -245,6 +274,10 @@ impl SceneFile {
             obj: Spanned::new(0..0, path.to_path_buf()),
             transform: None,
             matrix: None,
+            transform_close: None,
+            matrix_close: None,
+            obj_close: None,
+            instances: None,
         };
         Self {
             object: vec![object],

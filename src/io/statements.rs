@@ -68,7 +68,7 @@ fn statement_end(text: &str, from: usize) -> usize {
 }
 
 /// The line without its comment and surrounding blanks.
-fn uncommented(line: &str) -> &str {
+pub(super) fn uncommented(line: &str) -> &str {
     // Few lines have a comment, and this is the faster search.
     if !line.as_bytes().contains(&b'#') {
         return line.trim();

@@ -17,7 +17,7 @@ pub use environment::{EnvironmentLight, LatLongImage};
 pub use point::PointLight;
 pub use selection::{LightSelection, SelectionMode};
 pub use spot::SpotLight;
-pub use triangle::{TriangleLight, TriangleSampling};
+pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
@@ -58,6 +58,8 @@ impl LightSample {
 pub enum Light {
     /// One emitting triangle.
     Triangle(TriangleLight),
+    /// One that moves.
+    MovingTriangle(Box<MovingTriangle>),
     /// An isotropic point.
     Point(PointLight),
     /// The same radiance from every direction.
@@ -71,11 +73,12 @@ pub enum Light {
 }
 
 impl Light {
-    /// Draws light that arrives at `p`; `None` where this light sends none.
+    /// Draws light that arrives at `p` at `time`; `None` where this light sends none.
     #[inline(always)]
-    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) => light.sample(p, u),
+            Self::MovingTriangle(light) => light.at(time).sample(p, u),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
@@ -92,7 +95,7 @@ impl Light {
     /// Its type, as users write it.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Triangle(_) => "triangle",
+            Self::Triangle(_) | Self::MovingTriangle(_) => "triangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
             Self::Directional(_) => "directional",
@@ -106,6 +109,7 @@ impl Light {
     pub fn power(&self, scene_radius: f32) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
+            Self::MovingTriangle(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),

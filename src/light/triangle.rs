@@ -1,6 +1,6 @@
 use super::LightSample;
 use crate::color::Spectrum;
-use crate::geometry::{Mesh, PrimId, SurfacePoint, triangle_area};
+use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::sampling::spherical_triangle::SphericalTriangle;
 use crate::sampling::warp::uniform_triangle;
@@ -33,11 +33,10 @@ pub struct TriangleLight {
 }
 
 impl TriangleLight {
-    /// The triangle `prim` of `mesh` emitting `radiance`, W·sr⁻¹·m⁻².
-    pub fn new(mesh: &Mesh, prim: PrimId, radiance: Spectrum, sampling: TriangleSampling) -> Self {
-        let corners = mesh.corners(prim);
+    /// The triangle of these corners emitting `radiance`, W·sr⁻¹·m⁻².
+    pub fn new(corners: [Vec3; 3], radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let [p0, p1, p2] = corners;
-        let facet = mesh.facet(prim);
+        let facet = Facet::new(corners);
         let clearance = |b1, b2| SurfacePoint::new(corners, facet, b1, b2).clearance;
         Self {
             corners,
@@ -47,6 +46,13 @@ impl TriangleLight {
             radiance,
             sampling,
         }
+    }
+
+    /// The same of a triangle that has been put in its place.
+    pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
+        let mut light = Self::new(triangle.corners, radiance, sampling);
+        light.clearance += triangle.rounding();
+        light
     }
 
     /// Radiance that leaves the triangle in direction `w`.
@@ -149,5 +155,41 @@ impl TriangleLight {
     /// `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area as f64 * self.radiance.luminance() as f64
+    }
+}
+
+/// A triangle that emits while it moves.
+#[derive(Clone, Debug)]
+pub struct MovingTriangle {
+    /// Corners at the times 0 and 1, as the mesh has them.
+    ends: [[Vec3; 3]; 2],
+    placement: Placement,
+    radiance: Spectrum,
+    sampling: TriangleSampling,
+}
+
+impl MovingTriangle {
+    /// The triangle whose corners go from `ends[0]` to `ends[1]`, placed by `placement`, emitting `radiance`, W·sr⁻¹·m⁻².
+    pub fn new(ends: [[Vec3; 3]; 2], placement: Placement, radiance: Spectrum, sampling: TriangleSampling) -> Self {
+        Self {
+            ends,
+            placement,
+            radiance,
+            sampling,
+        }
+    }
+
+    /// The light that it is at `time`.
+    #[inline(never)]
+    pub fn at(&self, time: f32) -> TriangleLight {
+        let corners = corners_at(self.ends[0], self.ends[1], time);
+        let placed = PlacedTriangle::new(corners, None, Some(self.placement.at(time)));
+        TriangleLight::placed(&placed, self.radiance, self.sampling)
+    }
+
+    /// Mean of `π A L` over a few times, none of which is likely to be the only one at which it has any size.
+    pub(super) fn power(&self) -> f64 {
+        const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+        TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64
     }
 }

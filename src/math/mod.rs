@@ -12,6 +12,6 @@ pub use frame::Frame;
 /// Three coordinates in one SIMD register, padded to 16 bytes. Against the packed type a render of the suite's cornell takes
 /// 8 % less time, and Embree's 16-byte loads of a last vertex stay inside the array.
 pub use glam::Vec3A as Vec3;
-pub use glam::{Affine3A, DVec3, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
+pub use glam::{Affine3A, DAffine3, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
 pub use ray::Ray;
 pub use transform::{affine_from_rows, affine_from_trs, rotation_from_degrees};

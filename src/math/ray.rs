@@ -13,17 +13,26 @@ pub struct Ray {
     pub t_min: f32,
     /// Upper end of the open interval of `t`, possibly infinite.
     pub t_max: f32,
+    /// When it is traced, from 0 to 1: what moves is where it is then.
+    pub time: f32,
 }
 
 impl Ray {
-    /// The unbounded ray from `origin` along `direction`.
+    /// The unbounded ray from `origin` along `direction`, at time 0.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self {
             origin,
             direction,
             t_min: 0.0,
             t_max: f32::INFINITY,
+            time: 0.0,
         }
+    }
+
+    /// The same at another time.
+    #[inline(always)]
+    pub fn when(self, time: f32) -> Self {
+        Self { time, ..self }
     }
 
     /// The point at `t`.
@@ -31,20 +40,21 @@ impl Ray {
         self.origin + t * self.direction
     }
 
-    /// The bits of origin, direction, `t_min` and `t_max`: a ray that is written down must come back as it was.
-    pub fn bits(&self) -> [u32; 8] {
+    /// The bits of origin, direction, `t_min`, `t_max` and time: a ray that is written down must come back as it was.
+    pub fn bits(&self) -> [u32; 9] {
         let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());
-        [a, b, c, d, e, f, self.t_min, self.t_max].map(f32::to_bits)
+        [a, b, c, d, e, f, self.t_min, self.t_max, self.time].map(f32::to_bits)
     }
 
     /// The ray whose [`Ray::bits`] these are.
-    pub fn from_bits(bits: [u32; 8]) -> Self {
-        let [a, b, c, d, e, f, t_min, t_max] = bits.map(f32::from_bits);
+    pub fn from_bits(bits: [u32; 9]) -> Self {
+        let [a, b, c, d, e, f, t_min, t_max, time] = bits.map(f32::from_bits);
         Self {
             origin: Vec3::new(a, b, c),
             direction: Vec3::new(d, e, f),
             t_min,
             t_max,
+            time,
         }
     }
 }

@@ -71,6 +71,8 @@ impl Dimension {
     pub const PIXEL: Self = Self(0);
     /// Position on the lens (2-D).
     pub const LENS: Self = Self(1);
+    /// When, between the shutter's opening and closing.
+    pub const TIME: Self = Self(2);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
@@ -94,7 +96,7 @@ impl Dimension {
 
     /// Place in the order of a path, without the numbers that blocks keep free.
     fn ordinal(self) -> u32 {
-        const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
+        const OF_CAMERA: u32 = Dimension::TIME.0 + 1;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
         match block {

@@ -1,13 +1,13 @@
-use super::{Scene, Shape};
+use super::{Instance, Scene, Shape};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
-use crate::geometry::{GeomId, Mesh, PrimId, triangle_area};
+use crate::geometry::{GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId, triangle_area};
 use crate::light::{
-    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightId, LightSelection, PointLight,
-    SelectionMode, SpotLight, TriangleLight, TriangleSampling,
+    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightId, LightSelection, MovingTriangle,
+    PointLight, SelectionMode, SpotLight, TriangleLight, TriangleSampling,
 };
 use crate::material::{Gloss, Map, Material, MaterialId};
-use crate::math::{Quat, Vec3};
+use crate::math::{Affine3A, Bounds3, Quat, Vec3};
 use crate::texture::{Texture, TextureId};
 use thiserror::Error;
 
@@ -34,6 +34,22 @@ pub enum BuildError {
         vertex: usize,
         /// Where it claims to be.
         position: Vec3,
+    },
+    /// A mesh that changes its shape has not as many vertices at time 1.
+    #[error("the mesh has {open} vertices at first and {close} in the end")]
+    OtherVertices {
+        /// At time 0.
+        open: usize,
+        /// At time 1.
+        close: usize,
+    },
+    /// An instance is flattened, turned inside out on its way, or beyond what backends can represent.
+    #[error("instance {instance} {problem}")]
+    BadPlacement {
+        /// In the order of adding.
+        instance: usize,
+        /// What is wrong.
+        problem: &'static str,
     },
     /// A vertex attribute is not there for every vertex, or has a value that it cannot have.
     #[error("vertex {vertex} has no {attribute} that is finite{}", if *.attribute == "normal" { " and not zero" } else { "" })]
@@ -83,10 +99,16 @@ pub struct SceneReport {
     pub default_light: bool,
 }
 
+/// Names a prototype: meshes that instances put into the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrototypeId(u32);
+
 /// Collects validated parts and freezes them into a [`Scene`].
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
     meshes: Vec<(Mesh, MaterialId)>,
+    prototypes: Vec<Vec<(Mesh, MaterialId)>>,
+    instances: Vec<(PrototypeId, Placement)>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
     lights: Vec<Light>,
@@ -123,18 +145,82 @@ impl SceneBuilder {
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
 
-    /// Adds triangles of one material. Triangles without area are left out and reported.
-    pub fn add_mesh(&mut self, mut mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
+    /// Adds triangles of one material that stand in the world. Triangles without area are left out and reported.
+    pub fn add_mesh(&mut self, mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
+        let mesh = self.checked(mesh)?;
+        if !mesh.triangles.is_empty() {
+            self.meshes.push((mesh, material));
+        }
+        Ok(())
+    }
+
+    /// Adds meshes that are kept once and put into the world by [`SceneBuilder::add_instance`], as often as one likes.
+    pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
+        let mut checked = Vec::with_capacity(meshes.len());
+        for (mesh, material) in meshes {
+            let mesh = self.checked(mesh)?;
+            if !mesh.triangles.is_empty() {
+                checked.push((mesh, material));
+            }
+        }
+        self.prototypes.push(checked);
+        Ok(PrototypeId(self.prototypes.len() as u32 - 1))
+    }
+
+    /// Puts a prototype into the world.
+    pub fn add_instance(&mut self, prototype: PrototypeId, placement: Placement) -> Result<(), BuildError> {
+        let bad = |problem| {
+            Err(BuildError::BadPlacement {
+                instance: self.instances.len(),
+                problem,
+            })
+        };
+        let determinants = || placement.steps().iter().map(|step| step.matrix3.determinant());
+        if !placement.steps().iter().all(|step| step.is_finite()) || !determinants().all(|d| d.is_finite() && d != 0.0)
+        {
+            return bad("is flattened, or its placement is not finite");
+        }
+        if determinants().any(|d| d < 0.0) && determinants().any(|d| d > 0.0) {
+            return bad("is turned inside out on its way");
+        }
+        if placement.is_moving() && !(2..=Placement::MOST_STEPS).contains(&placement.steps().len()) {
+            return bad("has too few or too many steps on its way");
+        }
+        let bounds = placement.bounds(bounds_of(&self.prototypes[prototype.0 as usize]));
+        let within = |p: Vec3| p.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
+        if ![bounds.min, bounds.max]
+            .into_iter()
+            .all(|p| bounds.is_empty() || within(p))
+        {
+            return bad("reaches beyond coordinates of 1e18");
+        }
+        if self.instances.len() >= u32::MAX as usize - 1 {
+            return Err(BuildError::TooMany("instances"));
+        }
+        self.instances.push((prototype, placement));
+        Ok(())
+    }
+
+    /// The mesh without triangles that have no area at any time.
+    fn checked(&mut self, mut mesh: Mesh) -> Result<Mesh, BuildError> {
         let vertices = mesh.positions.len();
         if vertices > u32::MAX as usize - 1 {
             return Err(BuildError::TooMany("vertices"));
         }
-        let bad = |p: &Vec3| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE;
-        if let Some(vertex) = mesh.positions.iter().position(bad) {
-            return Err(BuildError::BadVertex {
-                vertex,
-                position: mesh.positions[vertex],
+        if mesh.deforms() && mesh.positions_close.len() != vertices {
+            return Err(BuildError::OtherVertices {
+                open: vertices,
+                close: mesh.positions_close.len(),
             });
+        }
+        let bad = |p: &Vec3| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE;
+        for positions in [&mesh.positions, &mesh.positions_close] {
+            if let Some(vertex) = positions.iter().position(bad) {
+                return Err(BuildError::BadVertex {
+                    vertex,
+                    position: positions[vertex],
+                });
+            }
         }
         check_attributes(&mut mesh)?;
         for (triangle, corners) in mesh.triangles.iter().enumerate() {
@@ -149,17 +235,20 @@ impl SceneBuilder {
 
         let before = mesh.triangles.len();
         let Mesh {
-            positions, triangles, ..
+            positions,
+            positions_close,
+            triangles,
+            ..
         } = &mut mesh;
         triangles.retain(|corners| {
-            let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
-            triangle_area(p0, p1, p2) > 0.0
+            let has_area = |positions: &[Vec3]| {
+                let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
+                triangle_area(p0, p1, p2) > 0.0
+            };
+            has_area(positions) || (!positions_close.is_empty() && has_area(positions_close))
         });
         self.report.degenerate_triangles += (before - mesh.triangles.len()) as u64;
-        if !mesh.triangles.is_empty() {
-            self.meshes.push((mesh, material));
-        }
-        Ok(())
+        Ok(mesh)
     }
 
     /// How lights are chosen; by power if this is not called.
@@ -277,16 +366,23 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
+        let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
+        if count >= u32::MAX as usize {
+            return Err(BuildError::TooMany("meshes"));
+        }
         let mut scene = Scene {
-            bounds: self.meshes.iter().flat_map(|(m, _)| used_positions(m)).collect(),
-            meshes: Vec::with_capacity(self.meshes.len()),
-            facets: Vec::with_capacity(self.meshes.len()),
-            shapes: Vec::with_capacity(self.meshes.len()),
+            bounds: self.bounds(),
+            meshes: Vec::with_capacity(count),
+            prototypes: Vec::with_capacity(self.prototypes.len()),
+            instances: Vec::with_capacity(self.instances.len()),
+            facets: Vec::with_capacity(count),
+            shapes: Vec::with_capacity(count),
             bsdfs: self.materials.iter().map(Material::bsdf).collect(),
             has_holes: self
                 .materials
                 .iter()
                 .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),
+            is_moving: false,
             textures: self.textures,
             materials: self.materials,
             lights: Vec::new(),
@@ -294,38 +390,42 @@ impl SceneBuilder {
             light_selection: LightSelection::new(self.selection, &[], 0.0),
         };
 
-        // Emitting triangles first: those of one mesh get consecutive light ids.
+        // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
+        let mut emitting = 0;
         for (mesh, material) in self.meshes {
-            let Material { emission, maps, .. } = &scene.materials[material.0 as usize];
-            let is_plain = mesh.normals.is_empty() && !maps.varies_bsdf() && !maps.has_relief();
-            let emission = *emission;
-            let first_light = (!emission.is_black()).then_some(LightId(scene.lights.len() as u32));
-            if first_light.is_some() {
-                let prims = (0..mesh.triangles.len() as u32).map(PrimId);
-                scene
-                    .lights
-                    .extend(prims.map(|prim| {
-                        Light::Triangle(TriangleLight::new(&mesh, prim, emission, self.triangle_sampling))
-                    }));
-            }
-            let prims = (0..mesh.triangles.len() as u32).map(PrimId);
-            scene.facets.push(prims.map(|prim| mesh.facet(prim)).collect());
-            scene.meshes.push(mesh);
-            scene.shapes.push(Shape {
-                material,
-                is_plain,
-                first_light,
-            });
+            scene.add_shape(mesh, material, true, &mut emitting);
         }
+        let mut of_instances = 0;
+        let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
+        for meshes in self.prototypes {
+            let first = scene.meshes.len() as u32;
+            let mut emitting = 0;
+            for (mesh, material) in meshes {
+                scene.add_shape(mesh, material, false, &mut emitting);
+            }
+            scene.prototypes.push(first..scene.meshes.len() as u32);
+            of_prototypes.push(emitting);
+        }
+        for (prototype, placement) in self.instances {
+            scene.instances.push(Instance {
+                prototype: prototype.0,
+                placement,
+                first_light: LightId((emitting + of_instances).min(u32::MAX as u64) as u32),
+            });
+            of_instances += of_prototypes[prototype.0 as usize];
+        }
+        if emitting + of_instances + self.lights.len() as u64 >= u32::MAX as u64 {
+            return Err(BuildError::TooMany("lights"));
+        }
+        let moves = |i: &Instance| i.placement.is_moving();
+        scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
+        scene.add_triangle_lights(self.triangle_sampling);
         scene.lights.append(&mut self.lights);
         if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
             self.report.default_light = true;
             scene.lights.push(Light::Constant(ConstantLight {
                 radiance: Spectrum::ONE,
             }));
-        }
-        if scene.lights.len() >= u32::MAX as usize {
-            return Err(BuildError::TooMany("lights"));
         }
 
         let ids = (0..scene.lights.len() as u32).map(LightId);
@@ -336,6 +436,83 @@ impl SceneBuilder {
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         scene.light_selection = LightSelection::new(self.selection, &scene.lights, radius);
         Ok((scene, self.report))
+    }
+}
+
+impl SceneBuilder {
+    /// Box around all that is ever in the world.
+    fn bounds(&self) -> Bounds3 {
+        let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
+        let mut bounds: Bounds3 = standing.collect();
+        let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
+        for (prototype, placement) in &self.instances {
+            let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
+            bounds.extend(placed.min);
+            bounds.extend(placed.max);
+        }
+        bounds
+    }
+}
+
+impl Scene {
+    /// Adds a mesh that stands in the world, or is part of a prototype. `emitting` counts the triangles that emit.
+    fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
+        let Material { emission, maps, .. } = &self.materials[material.0 as usize];
+        let keeps_place = is_standing && !mesh.deforms();
+        let is_uniform = mesh.normals.is_empty() && !maps.varies_bsdf() && !maps.has_relief();
+        let first_light = (!emission.is_black()).then_some(LightId(*emitting as u32));
+        if first_light.is_some() {
+            *emitting += mesh.triangles.len() as u64;
+        }
+        // Where triangles move, what their points share does so too.
+        let prims = 0..mesh.triangles.len() as u32;
+        self.facets.push(match keeps_place {
+            true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
+            false => Vec::new(),
+        });
+        self.meshes.push(mesh);
+        self.shapes.push(Shape {
+            material,
+            is_plain: keeps_place && is_uniform,
+            first_light,
+        });
+    }
+
+    /// Makes a light of each emitting triangle, in the order of their ids.
+    fn add_triangle_lights(&mut self, sampling: TriangleSampling) {
+        for geom in self.standing() {
+            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling);
+        }
+        for inst in 0..self.instances.len() {
+            for geom in self.prototypes[self.instances[inst].prototype as usize].clone() {
+                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling);
+            }
+        }
+    }
+
+    fn add_lights_of(&mut self, geom: GeomId, inst: InstanceId, sampling: TriangleSampling) {
+        let shape = self.shape(geom);
+        if shape.first_light.is_none() {
+            return;
+        }
+        let radiance = self.materials[shape.material.0 as usize].emission;
+        let mesh = &self.meshes[geom.0 as usize];
+        let placement = self.instance(inst).map(|i| &i.placement);
+        let is_moving = mesh.deforms() || placement.is_some_and(Placement::is_moving);
+        let light = |prim| match placement {
+            _ if is_moving => {
+                let ends = [0.0, 1.0].map(|time| mesh.corners_at(prim, time));
+                let placement = placement.cloned().unwrap_or(Placement::Still(Affine3A::IDENTITY));
+                Light::MovingTriangle(Box::new(MovingTriangle::new(ends, placement, radiance, sampling)))
+            }
+            None => Light::Triangle(TriangleLight::new(mesh.corners(prim), radiance, sampling)),
+            Some(placement) => {
+                let placed = PlacedTriangle::new(mesh.corners(prim), None, Some(placement.at(0.0)));
+                Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
+            }
+        };
+        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(light).collect();
+        self.lights.extend(lights);
     }
 }
 
@@ -449,6 +626,13 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
             return bad("normal", mesh.normals.len().min(vertices));
         }
     }
+    // Without normals at one end there are none at the other.
+    if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
+        mesh.normals_close = Vec::new();
+    }
+    for normal in &mut mesh.normals_close {
+        *normal = normal.normalize_or_zero();
+    }
     Ok(())
 }
 
@@ -465,7 +649,13 @@ fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Resul
 }
 
 fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
-    mesh.triangles.iter().flatten().map(|&i| mesh.positions[i as usize])
+    let places = [&mesh.positions, &mesh.positions_close];
+    let used = mesh.triangles.iter().flatten();
+    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
+}
+
+fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
+    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }
 
 impl Scene {

@@ -2,38 +2,56 @@
 
 mod builder;
 
-pub use builder::{BuildError, SceneBuilder, SceneReport};
+pub use builder::{BuildError, PrototypeId, SceneBuilder, SceneReport};
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{Facet, GeomId, Hit, Mesh, SurfacePoint};
+use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Vec3};
 use crate::texture::Texture;
+use std::ops::Range;
 
 /// What a mesh is, besides its triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct Shape {
     /// Material of all its triangles.
     pub material: MaterialId,
-    /// Whether its normals and its material are the same all over a triangle.
+    /// Whether it stands in the world itself and keeps its shape, and its normals and its material are the same all over a triangle.
     pub is_plain: bool,
-    /// Light of its first triangle, if they emit; the other triangles follow in order.
+    /// Light of its first triangle, if they emit; the other triangles follow in order. Where it is part of a prototype this counts from
+    /// [`Instance::first_light`].
     pub first_light: Option<LightId>,
+}
+
+/// A prototype that has been put into the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Which one, in the order of [`Scene::prototypes`].
+    pub prototype: u32,
+    /// Where it is.
+    pub placement: Placement,
+    /// The first light of its triangles, if any of them emit.
+    pub first_light: LightId,
 }
 
 /// Everything that light meets; immutable once built.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    /// Those that stand in the world themselves, then those of the prototypes.
     meshes: Vec<Mesh>,
-    /// What the points of each mesh's triangles share.
+    /// The meshes of each prototype.
+    prototypes: Vec<Range<u32>>,
+    instances: Vec<Instance>,
+    /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
     /// The BSDF of each material by its constants.
     bsdfs: Vec<Bsdf>,
     has_holes: bool,
+    is_moving: bool,
     textures: Vec<Texture>,
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
@@ -45,6 +63,11 @@ impl Scene {
     /// Meshes, by [`GeomId`].
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
+    }
+
+    /// The mesh `geom`.
+    pub fn mesh(&self, geom: GeomId) -> &Mesh {
+        &self.meshes[geom.0 as usize]
     }
 
     /// Materials, by [`MaterialId`].
@@ -67,9 +90,46 @@ impl Scene {
         self.bounds
     }
 
-    /// Number of triangles.
+    /// Number of triangles that are kept; those of a prototype once.
     pub fn triangle_count(&self) -> u64 {
         self.meshes.iter().map(|m| m.triangles.len() as u64).sum()
+    }
+
+    /// Number of triangles in the world; those of a prototype as often as it stands there.
+    pub fn placed_triangle_count(&self) -> u64 {
+        let count = |ids: &Range<u32>| -> u64 {
+            let meshes = &self.meshes[ids.start as usize..ids.end as usize];
+            meshes.iter().map(|m| m.triangles.len() as u64).sum()
+        };
+        let of_prototypes: Vec<u64> = self.prototypes.iter().map(count).collect();
+        let of_instances = self.instances.iter().map(|i| of_prototypes[i.prototype as usize]);
+        count(&self.standing()) + of_instances.sum::<u64>()
+    }
+
+    /// Ids of the meshes that stand in the world themselves.
+    pub fn standing(&self) -> Range<u32> {
+        0..self.prototypes.first().map_or(self.meshes.len() as u32, |p| p.start)
+    }
+
+    /// Ids of the meshes of each prototype.
+    pub fn prototypes(&self) -> &[Range<u32>] {
+        &self.prototypes
+    }
+
+    /// Instances, by [`InstanceId`].
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The instance of a hit; `None` for what stands in the world itself.
+    pub fn instance(&self, id: InstanceId) -> Option<&Instance> {
+        self.instances.get(id.0 as usize)
+    }
+
+    /// Whether anything is not where it was at another time.
+    #[inline(always)]
+    pub fn is_moving(&self) -> bool {
+        self.is_moving
     }
 
     /// Bytes of the scene's own arrays, acceleration structures not counted.
@@ -85,7 +145,8 @@ impl Scene {
             })
             .sum();
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
-        (meshes + facets + maps + textures + size_of_val(self.lights.as_slice())) as u64
+        let instances = size_of_val(self.instances.as_slice());
+        (meshes + facets + instances + maps + textures + size_of_val(self.lights.as_slice())) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -93,12 +154,34 @@ impl Scene {
         &self.shapes[geom.0 as usize]
     }
 
-    /// The point that was hit.
-    #[inline(always)]
-    pub fn surface_point(&self, hit: &Hit) -> SurfacePoint {
+    /// The point that was hit at `time`.
+    pub fn surface_point(&self, hit: &Hit, time: f32) -> SurfacePoint {
         let geom = hit.geom.0 as usize;
-        let facet = self.facets[geom][hit.prim.0 as usize];
-        self.meshes[geom].surface_point_on(facet, hit.prim, hit.b1, hit.b2)
+        let point = match self.facets[geom].get(hit.prim.0 as usize) {
+            Some(facet) => self.meshes[geom].surface_point_on(*facet, hit.prim, hit.b1, hit.b2),
+            None => self.placed(hit, time).point(hit.b1, hit.b2),
+        };
+        SurfacePoint { time, ..point }
+    }
+
+    /// The triangle that was hit, where it is at `time`.
+    pub fn placed(&self, hit: &Hit, time: f32) -> PlacedTriangle {
+        let mesh = &self.meshes[hit.geom.0 as usize];
+        let placement = self.instance(hit.inst).map(|i| i.placement.at(time));
+        PlacedTriangle::new(
+            mesh.corners_at(hit.prim, time),
+            mesh.normals_at(hit.prim, time),
+            placement,
+        )
+    }
+
+    /// The corners of the triangle that was hit, in the mesh's order, where they are at `time`.
+    pub fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
+        let corners = self.meshes[hit.geom.0 as usize].corners_at(hit.prim, time);
+        match self.instance(hit.inst).map(|i| i.placement.at(time)) {
+            Some(placement) => corners.map(|p| placement.transform_point3a(p)),
+            None => corners,
+        }
     }
 
     /// Material of the surface that was hit.
@@ -106,9 +189,9 @@ impl Scene {
         &self.materials[self.shape(hit.geom).material.0 as usize]
     }
 
-    /// The point that was hit and the scattering there, where both normals are one and the material is the same all over.
+    /// The point that was hit at `time` and the scattering there, where both normals are one and the material is the same all over.
     #[inline(always)]
-    pub fn plain_surface(&self, hit: &Hit) -> Option<(SurfacePoint, &Bsdf)> {
+    pub fn plain_surface(&self, hit: &Hit, time: f32) -> Option<(SurfacePoint, &Bsdf)> {
         let shape = self.shape(hit.geom);
         if !shape.is_plain {
             return None;
@@ -116,15 +199,15 @@ impl Scene {
         let geom = hit.geom.0 as usize;
         let facet = self.facets[geom][hit.prim.0 as usize];
         let point = SurfacePoint::new(self.meshes[geom].corners(hit.prim), facet, hit.b1, hit.b2);
-        Some((point, &self.bsdfs[shape.material.0 as usize]))
+        Some((SurfacePoint { time, ..point }, &self.bsdfs[shape.material.0 as usize]))
     }
 
     /// Scattering at the surface that was hit; what varies over it is put into `slot`, as seen by a viewer to whom so much of the surface, in
     /// scene units, looks like one point.
-    pub fn bsdf<'a>(&'a self, hit: &Hit, footprint: f32, slot: &'a BsdfSlot) -> &'a Bsdf {
+    pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a BsdfSlot) -> &'a Bsdf {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
-            true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, footprint))),
+            true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint))),
             false => &self.bsdfs[self.shape(hit.geom).material.0 as usize],
         }
     }
@@ -140,7 +223,7 @@ impl Scene {
         let material = self.material(hit);
         match material.maps.opacity {
             // Edges stay sharp.
-            Some(_) => material.opacity_at(&self.spot(hit, 0.0)),
+            Some(_) => material.opacity_at(&self.spot(hit, 0.0, 0.0)),
             None => material.opacity,
         }
     }
@@ -156,31 +239,39 @@ impl Scene {
         if !maps.has_relief() {
             return point;
         }
-        match self.meshes[hit.geom.0 as usize].tangents(hit.prim) {
-            Some(tangents) => point.with_relief(tangents, maps.relief(&self.spot(hit, footprint))),
+        let corners = self.corners(hit, point.time);
+        match self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners) {
+            Some(tangents) => point.with_relief(tangents, maps.relief(&self.spot(hit, point.time, footprint))),
             None => point,
         }
     }
 
-    /// Where textures are looked up at `hit`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
+    /// Where textures are looked up at `hit` at `time`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
     /// coordinates has all of it at (0, 0).
-    fn spot(&self, hit: &Hit, footprint: f32) -> Spot<'_> {
+    fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
         let mesh = &self.meshes[hit.geom.0 as usize];
         Spot {
             textures: &self.textures,
             uv: mesh.uv(hit.prim, hit.b1, hit.b2).unwrap_or_default(),
-            footprint: footprint * mesh.uv_per_length(hit.prim),
+            footprint: footprint * mesh.uv_per_length(hit.prim, self.corners(hit, time)),
         }
     }
 
-    /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`.
+    /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`, all at `time`.
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
-    pub fn emitted(&self, hit: &Hit, p: Vec3, q: Vec3, wi: Vec3) -> Option<Incident> {
+    pub fn emitted(&self, hit: &Hit, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
         let first = self.shape(hit.geom).first_light?;
-        let id = LightId(first.0 + hit.prim.0);
-        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
-            return None;
+        let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
+        let id = LightId(before + first.0 + hit.prim.0);
+        let moved;
+        let light = match &self.lights[id.0 as usize] {
+            Light::Triangle(light) => light,
+            Light::MovingTriangle(light) => {
+                moved = light.at(time);
+                &moved
+            }
+            _ => return None,
         };
         Some(Incident {
             radiance: light.emitted(-wi),
@@ -194,7 +285,7 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                Light::Triangle(_) | Light::Point(_) | Light::Directional(_) | Light::Spot(_) => return None,
+                _ => return None,
             };
             let pdf = self.light_selection.pmf(id) * pdf;
             Some(Incident { radiance, pdf })

@@ -49,7 +49,11 @@ pub fn with_world<T>(
     resolution: UVec2,
     look: impl FnOnce(World<Backend>) -> T,
 ) -> T {
-    let camera = Camera::new(camera, resolution).unwrap();
+    with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
+}
+
+/// Shows `scene` to `look`, as `camera` sees it.
+pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let accel = backend(scene);
     look(World {
         scene,

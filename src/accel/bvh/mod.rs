@@ -4,110 +4,124 @@
 //! sides, so that tiny scenes are missed and edges leak. Here its binary hierarchy is made one of four children a node, whose
 //! boxes are tested at once and conservatively, and triangles are tested watertightly.
 
+mod tree;
 mod watertight;
 mod wide;
 
 use super::{Accel, BackendInfo};
-use crate::geometry::{Hit, InstanceId, PrimId};
-use crate::math::Ray;
+use crate::geometry::{GeomId, Hit, InstanceId, Placement, PrimId};
+use crate::math::{Affine3A, Bounds3, Ray};
 use crate::scene::Scene;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
-use obvhs::{BvhBuildParams, triangle::Triangle as Corners};
-use std::time::Duration;
-use watertight::{Sheared, Triangle};
-use wide::{Child, Node, Slabs, widen};
+use std::ops::Range;
+use tree::{Leaf, Tree};
+use watertight::{MovingTriangle, Sheared, Triangle};
 
 /// The name users type.
 pub const NAME: &str = "obvhs";
 /// Version of the crate that builds the hierarchy, as Cargo.toml asks for it.
 pub const VERSION: &str = "0.4";
 
-/// A hierarchy of axis-parallel boxes over all triangles of a scene.
+/// Hierarchies of axis-parallel boxes: one over the triangles that stand in the world, one over the instances, and one over the triangles of
+/// each prototype, in its own space.
 pub struct BvhAccel {
-    /// The root first.
-    nodes: Vec<Node>,
-    /// In the order of the leaves.
-    triangles: Vec<Triangle>,
+    standing: Shapes,
+    prototypes: Vec<Shapes>,
+    instances: Tree<Instance>,
+    placements: Vec<Placement>,
+}
+
+/// Triangles that share a space, those that move in it apart from the others.
+struct Shapes {
+    still: Tree<Triangle>,
+    moving: Tree<MovingTriangle>,
+}
+
+/// A prototype in its place.
+#[derive(Clone, Copy)]
+struct Instance {
+    id: u32,
+    prototype: u32,
+    bounds: Bounds3,
+    /// From the world to the prototype, where it does not move.
+    inverse: Option<Affine3A>,
+}
+
+impl Leaf for Instance {
+    fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
 }
 
 impl BvhAccel {
-    /// Builds the hierarchy for `scene`, in the current rayon pool.
+    /// Builds the hierarchies for `scene`, in the current rayon pool.
     pub fn new(scene: &Scene) -> Self {
-        let triangles: Vec<Triangle> = scene
-            .geom_ids()
-            .zip(scene.meshes())
-            .flat_map(|(geom, mesh)| {
-                let prims = (0..mesh.triangles.len() as u32).map(PrimId);
-                prims.map(move |prim| Triangle::new(mesh.corners(prim), geom, prim))
-            })
-            .collect();
-        if triangles.is_empty() {
-            return Self {
-                nodes: Vec::new(),
-                triangles,
-            };
-        }
-        let corners: Vec<Corners> = triangles
-            .iter()
-            .map(|t| {
-                let [v0, v1, v2] = t.corners();
-                Corners { v0, v1, v2 }
-            })
-            .collect();
-        // Splitting large triangles beforehand costs rays more than it saves them (docs/benchmarks.md).
-        let parameters = BvhBuildParams {
-            pre_split: false,
-            ..BvhBuildParams::slow_build()
+        let bounds = |meshes: &Range<u32>| -> Bounds3 {
+            let meshes = meshes.clone().map(|geom| scene.mesh(GeomId(geom)));
+            meshes
+                .flat_map(|m| m.positions.iter().chain(&m.positions_close).copied())
+                .collect()
         };
-        let bvh = build_bvh2_from_tris(&corners, parameters, &mut Duration::default());
+        let of_prototypes: Vec<Bounds3> = scene.prototypes().iter().map(bounds).collect();
+        let instances: Vec<Instance> = (0..)
+            .zip(scene.instances())
+            .map(|(id, instance)| Instance {
+                id,
+                prototype: instance.prototype,
+                bounds: instance.placement.bounds(of_prototypes[instance.prototype as usize]),
+                inverse: (!instance.placement.is_moving()).then(|| instance.placement.at(0.0).inverse()),
+            })
+            .filter(|instance| !instance.bounds.is_empty())
+            .collect();
         Self {
-            triangles: bvh.primitive_indices.iter().map(|&i| triangles[i as usize]).collect(),
-            nodes: widen(&bvh),
+            standing: Shapes::new(scene, scene.standing()),
+            prototypes: scene
+                .prototypes()
+                .iter()
+                .map(|p| Shapes::new(scene, p.clone()))
+                .collect(),
+            instances: Tree::new(&instances),
+            placements: scene.instances().iter().map(|i| i.placement.clone()).collect(),
         }
     }
 
-    /// Walks the boxes that `ray` meets, nearer ones first, and gives their triangles to `visit`, which shortens the ray to a
-    /// hit. Ends early once `visit` returns true.
-    #[inline(always)]
-    fn walk(&self, ray: &Ray, mut visit: impl FnMut(&Sheared, &Triangle, &mut f32) -> bool) {
-        if self.nodes.is_empty() {
-            return;
-        }
-        let slabs = Slabs::new(ray);
-        let sheared = Sheared::new(ray);
-        let mut t_max = ray.t_max;
-        let mut stack = Stack::new();
-        let mut next = Some((Child::default(), ray.t_min));
-        while let Some((child, t)) = next {
-            let first = child.first as usize;
-            if t > t_max {
-                // Something nearer has been found since the box was put aside.
-            } else if child.count > 0 {
-                for triangle in &self.triangles[first..first + child.count as usize] {
-                    if visit(&sheared, triangle, &mut t_max) {
-                        return;
-                    }
-                }
-            } else {
-                let node = &self.nodes[first];
-                let (enter, mut met) = slabs.meet(node, t_max);
-                let enter = enter.to_array();
-                let bottom = stack.len();
-                while met != 0 {
-                    let place = met.trailing_zeros() as usize;
-                    met &= met - 1;
-                    stack.push_in_order(bottom, (node.children[place], enter[place]));
-                }
-            }
-            next = stack.pop();
+    /// `ray` in the space of the instance's prototype; its parameter stays.
+    fn in_prototype(&self, instance: &Instance, ray: &Ray, t_max: f32) -> Ray {
+        let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
+        let inverse = instance.inverse.unwrap_or_else(placement);
+        Ray {
+            origin: inverse.transform_point3a(ray.origin),
+            direction: inverse.transform_vector3a(ray.direction),
+            t_max,
+            ..*ray
         }
     }
 }
 
-impl Accel for BvhAccel {
-    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+impl Shapes {
+    fn new(scene: &Scene, meshes: Range<u32>) -> Self {
+        let (mut still, mut moving) = (Vec::new(), Vec::new());
+        for geom in meshes.map(GeomId) {
+            let mesh = scene.mesh(geom);
+            for prim in (0..mesh.triangles.len() as u32).map(PrimId) {
+                let open = Triangle::new(mesh.corners(prim), geom, prim);
+                match mesh.deforms() {
+                    false => still.push(open),
+                    true => moving.push(MovingTriangle::new(open, mesh.corners_at_close(prim))),
+                }
+            }
+        }
+        Self {
+            still: Tree::new(&still),
+            moving: Tree::new(&moving),
+        }
+    }
+
+    /// The closest hit before `t_max`, which becomes that of the hit.
+    #[inline(always)]
+    fn intersect(&self, ray: &Ray, t_max: &mut f32) -> Option<Hit> {
+        let sheared = Sheared::new(ray);
         let mut closest = None;
-        self.walk(ray, |sheared, triangle, t_max| {
+        let mut visit = |triangle: &Triangle, t_max: &mut f32| {
             if let Some((t, b1, b2)) = sheared.intersect(triangle, ray.t_min, *t_max) {
                 *t_max = t;
                 closest = Some(Hit {
@@ -120,17 +134,52 @@ impl Accel for BvhAccel {
                 });
             }
             false
+        };
+        self.still.walk(ray, t_max, &mut visit);
+        self.moving
+            .walk(ray, t_max, |moving, t_max| visit(&moving.at(ray.time), t_max));
+        closest
+    }
+
+    /// Whether anything is hit before `t_max`.
+    #[inline(always)]
+    fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
+        let sheared = Sheared::new(ray);
+        let meets = |triangle: &Triangle, t_max: &mut f32| sheared.intersect(triangle, ray.t_min, *t_max).is_some();
+        self.still.walk(ray, &mut t_max.clone(), meets)
+            || self.moving.walk(ray, &mut t_max.clone(), |moving, t_max| {
+                meets(&moving.at(ray.time), t_max)
+            })
+    }
+
+    fn bytes(&self) -> u64 {
+        self.still.bytes() + self.moving.bytes()
+    }
+}
+
+impl Accel for BvhAccel {
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let mut t_max = ray.t_max;
+        let mut closest = self.standing.intersect(ray, &mut t_max);
+        self.instances.walk(ray, &mut t_max, |instance, t_max| {
+            let inside = self.in_prototype(instance, ray, *t_max);
+            if let Some(hit) = self.prototypes[instance.prototype as usize].intersect(&inside, t_max) {
+                closest = Some(Hit {
+                    inst: InstanceId(instance.id),
+                    ..hit
+                });
+            }
+            false
         });
         closest
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        let mut any = false;
-        self.walk(ray, |sheared, triangle, t_max| {
-            any = sheared.intersect(triangle, ray.t_min, *t_max).is_some();
-            any
-        });
-        any
+        self.standing.occluded(ray, ray.t_max)
+            || self.instances.walk(ray, &mut ray.t_max.clone(), |instance, t_max| {
+                let inside = self.in_prototype(instance, ray, *t_max);
+                self.prototypes[instance.prototype as usize].occluded(&inside, *t_max)
+            })
     }
 
     fn info(&self) -> BackendInfo {
@@ -142,55 +191,8 @@ impl Accel for BvhAccel {
     }
 
     fn bytes(&self) -> u64 {
-        (size_of_val(self.nodes.as_slice()) + size_of_val(self.triangles.as_slice())) as u64
-    }
-}
-
-/// Boxes put aside, each with where the ray enters it.
-struct Stack {
-    items: [(Child, f32); Self::NEAR],
-    len: usize,
-    /// What does not fit, in hierarchies that are deeper than most.
-    deep: Vec<(Child, f32)>,
-}
-
-impl Stack {
-    const NEAR: usize = 64;
-
-    fn new() -> Self {
-        Self {
-            items: [(Child::default(), 0.0); Self::NEAR],
-            len: 0,
-            deep: Vec::new(),
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Puts `item` among those from `bottom` on, which stay in order: the nearest is the last.
-    #[inline(always)]
-    fn push_in_order(&mut self, bottom: usize, item: (Child, f32)) {
-        if self.len == Self::NEAR {
-            self.deep.push(item);
-            return;
-        }
-        let mut place = self.len;
-        while place > bottom && self.items[place - 1].1 < item.1 {
-            self.items[place] = self.items[place - 1];
-            place -= 1;
-        }
-        self.items[place] = item;
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<(Child, f32)> {
-        if let Some(item) = self.deep.pop() {
-            return Some(item);
-        }
-        self.len = self.len.checked_sub(1)?;
-        Some(self.items[self.len])
+        let prototypes: u64 = self.prototypes.iter().map(Shapes::bytes).sum();
+        let placements = size_of_val(self.placements.as_slice()) as u64;
+        self.standing.bytes() + prototypes + self.instances.bytes() + placements
     }
 }

@@ -1,5 +1,6 @@
-use crate::geometry::{GeomId, PrimId};
-use crate::math::{DVec3, Ray, Vec3, Vec3Swizzles};
+use super::tree::Leaf;
+use crate::geometry::{GeomId, PrimId, corners_at};
+use crate::math::{Bounds3, DVec3, Ray, Vec3, Vec3Swizzles, float::gamma};
 
 /// A triangle of the scene, turned for SIMD: along each axis the coordinates of its three corners.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +22,40 @@ impl Triangle {
     pub fn corners(&self) -> [Vec3; 3] {
         let [x, y, z] = self.coordinates;
         [0, 1, 2].map(|corner| Vec3::new(x[corner], y[corner], z[corner]))
+    }
+}
+
+impl Leaf for Triangle {
+    fn bounds(&self) -> Bounds3 {
+        self.corners().into_iter().collect()
+    }
+}
+
+/// A triangle whose corners move straight on from time 0 to time 1.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MovingTriangle {
+    open: Triangle,
+    close: [Vec3; 3],
+}
+
+impl MovingTriangle {
+    pub fn new(open: Triangle, close: [Vec3; 3]) -> Self {
+        Self { open, close }
+    }
+
+    /// At `time`.
+    pub fn at(&self, time: f32) -> Triangle {
+        let corners = corners_at(self.open.corners(), self.close, time);
+        Triangle::new(corners, self.open.geom, self.open.prim)
+    }
+}
+
+impl Leaf for MovingTriangle {
+    fn bounds(&self) -> Bounds3 {
+        // Interpolation may round to the outside of both ends.
+        let error = |p: Vec3| gamma(4) * p.abs();
+        let ends = self.open.corners().into_iter().chain(self.close);
+        ends.flat_map(|p| [p - error(p), p + error(p)]).collect()
     }
 }
 

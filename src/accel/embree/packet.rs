@@ -1,5 +1,5 @@
 use super::EmbreeAccel;
-use crate::geometry::{GeomId, Hit, InstanceId, PrimId};
+use crate::geometry::{Hit, PrimId};
 use crate::math::Ray;
 use embree4_sys::*;
 use std::ptr;
@@ -55,13 +55,16 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
     // rtcInitIntersectArguments sets, with another ray flag, and are only read.
     unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, hit) in hits.iter_mut().enumerate().take(WIDTH) {
-        *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| Hit {
-            t: query.ray.tfar[lane],
-            b1: query.hit.u[lane],
-            b2: query.hit.v[lane],
-            prim: PrimId(query.hit.primID[lane]),
-            geom: GeomId(query.hit.geomID[lane]),
-            inst: InstanceId::NONE,
+        *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| {
+            let (geom, inst) = accel.ids(query.hit.geomID[lane], query.hit.instID[0][lane]);
+            Hit {
+                t: query.ray.tfar[lane],
+                b1: query.hit.u[lane],
+                b2: query.hit.v[lane],
+                prim: PrimId(query.hit.primID[lane]),
+                geom,
+                inst,
+            }
         });
     }
 }
@@ -84,7 +87,7 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     }
 }
 
-/// A packet of `rays`, sixteen at most: time 0, all masks, no ids and no flags.
+/// A packet of `rays`, sixteen at most: all masks, no ids and no flags.
 fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
     // SAFETY: RTCRay16 is a C structure of numbers, and all zeros is a value of it.
     let mut packet: RTCRay16 = unsafe { std::mem::zeroed() };
@@ -96,6 +99,7 @@ fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
         (packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]) = (ox, oy, oz);
         (packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]) = (dx, dy, dz);
         (packet.tnear[lane], packet.tfar[lane]) = (super::scene::t_near(ray), ray.t_max);
+        packet.time[lane] = ray.time;
         packet.mask[lane] = u32::MAX;
     }
     (valid, packet)

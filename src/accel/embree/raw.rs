@@ -15,7 +15,7 @@ fn raw_ray(ray: &Ray) -> RTCRay {
         dir_x: ray.direction.x,
         dir_y: ray.direction.y,
         dir_z: ray.direction.z,
-        time: 0.0,
+        time: ray.time,
         tfar: ray.t_max,
         mask: u32::MAX,
         id: 0,

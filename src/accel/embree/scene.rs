@@ -2,18 +2,26 @@ use super::device::{Device, EmbreeError};
 use crate::accel::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
 use crate::math::{Ray, Vec3, Vec4};
-use crate::scene::Scene;
+use crate::scene::{Instance, Scene};
 use embree4_sys::*;
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::ptr;
 
-/// A committed Embree scene of all meshes, with robust intersections and a high-quality build. Embree reads vertices and
-/// indices where the scene has them, so the scene is borrowed.
+/// A committed Embree scene of all meshes and instances, with robust intersections and a high-quality build. Embree reads vertices
+/// and indices where the scene has them, so the scene is borrowed.
+///
+/// Geometries of Embree's scene have the ids of the meshes that stand in the world, and after those come the instances. Those of
+/// a prototype's scene count from its first mesh on.
 #[derive(Debug)]
 pub struct EmbreeAccel<'a> {
     // Before the device: fields are dropped in order, and a scene goes before its device.
     scene: SceneHandle,
     device: Device,
+    /// Number of meshes that stand in the world.
+    standing: u32,
+    /// The first mesh of each instance.
+    first_meshes: Vec<u32>,
     meshes: PhantomData<&'a [Mesh]>,
 }
 
@@ -26,6 +34,29 @@ struct SceneHandle(RTCScene);
 unsafe impl Send for SceneHandle {}
 // SAFETY: as above.
 unsafe impl Sync for SceneHandle {}
+
+impl SceneHandle {
+    /// An empty scene.
+    fn new(device: &Device) -> Result<Self, EmbreeError> {
+        // SAFETY: the device is live; null is checked below.
+        let handle = Self(unsafe { rtcNewScene(device.handle()) });
+        device.check("creating a scene")?;
+        // SAFETY: the scene is live, not yet committed, and known to this thread alone.
+        unsafe {
+            rtcSetSceneFlags(handle.0, RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
+            rtcSetSceneBuildQuality(handle.0, RTCBuildQuality::RTC_BUILD_QUALITY_HIGH);
+        }
+        device.check("configuring a scene")?;
+        Ok(handle)
+    }
+
+    /// Builds the hierarchy over what has been attached.
+    fn commit(&self, device: &Device) -> Result<(), EmbreeError> {
+        // SAFETY: the scene is live, and no other thread knows it yet.
+        unsafe { rtcCommitScene(self.0) };
+        device.check("building the acceleration structure")
+    }
+}
 
 impl Drop for SceneHandle {
     fn drop(&mut self) {
@@ -48,29 +79,48 @@ impl<'a> EmbreeAccel<'a> {
     /// Builds over the meshes of `scene`, with `threads` threads.
     pub fn new(scene: &'a Scene, threads: usize) -> Result<Self, EmbreeError> {
         let device = Device::new(threads)?;
-        // SAFETY: the device is live; null is checked below.
-        let handle = unsafe { rtcNewScene(device.handle()) };
-        let handle = SceneHandle(handle);
-        device.check("creating a scene")?;
-        // SAFETY: the scene is live, not yet committed, and known to this thread alone.
-        unsafe {
-            rtcSetSceneFlags(handle.0, RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
-            rtcSetSceneBuildQuality(handle.0, RTCBuildQuality::RTC_BUILD_QUALITY_HIGH);
+        let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
+            for (id, geom) in meshes.enumerate() {
+                // SAFETY: the meshes are borrowed for 'a, which no Embree scene made here outlives: `Self` holds the only handle
+                // to the one that refers to all others, and the meshes' borrow. A shared borrow also keeps them as they are.
+                unsafe { attach_mesh(&device, handle, id as u32, scene.mesh(GeomId(geom)))? };
+            }
+            Ok(())
+        };
+        // Prototypes are scenes of their own, which the instances then refer to.
+        let mut prototypes = Vec::with_capacity(scene.prototypes().len());
+        for meshes in scene.prototypes() {
+            let prototype = SceneHandle::new(&device)?;
+            attach_all(&prototype, meshes.clone())?;
+            prototype.commit(&device)?;
+            prototypes.push(prototype);
         }
-        device.check("configuring a scene")?;
-        for (id, mesh) in scene.geom_ids().zip(scene.meshes()) {
-            // SAFETY: the meshes are borrowed for 'a, which the Embree scene made here does not outlive: `Self` holds its only
-            // handle, and the meshes' borrow. A shared borrow also keeps them as they are.
-            unsafe { attach(&device, &handle, id, mesh)? };
+        let handle = SceneHandle::new(&device)?;
+        attach_all(&handle, scene.standing())?;
+        let standing = scene.standing().end;
+        for (id, instance) in (standing..).zip(scene.instances()) {
+            let prototype = &prototypes[instance.prototype as usize];
+            attach_instance(&device, &handle, id, prototype, instance)?;
         }
-        // SAFETY: the scene is live, and no other thread knows it yet.
-        unsafe { rtcCommitScene(handle.0) };
-        device.check("building the acceleration structure")?;
+        handle.commit(&device)?;
+        let first_mesh = |i: &Instance| scene.prototypes()[i.prototype as usize].start;
         Ok(Self {
             scene: handle,
             device,
+            standing,
+            first_meshes: scene.instances().iter().map(first_mesh).collect(),
             meshes: PhantomData,
         })
+    }
+
+    /// Mesh and instance of a hit by the ids that Embree gives them.
+    #[inline(always)]
+    pub(super) fn ids(&self, geom: u32, inst: u32) -> (GeomId, InstanceId) {
+        if inst == RTC_INVALID_GEOMETRY_ID {
+            return (GeomId(geom), InstanceId::NONE);
+        }
+        let inst = inst - self.standing;
+        (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 
     /// The committed scene.
@@ -82,8 +132,8 @@ impl<'a> EmbreeAccel<'a> {
 /// Makes a geometry of `mesh` and attaches it to `scene`.
 ///
 /// # Safety
-/// The arrays of `mesh` stay where and as they are for as long as `scene` exists.
-unsafe fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) -> Result<(), EmbreeError> {
+/// The arrays of `mesh` stay where and as they are for as long as `scene` exists, and `id` is free in it.
+unsafe fn attach_mesh(device: &Device, scene: &SceneHandle, id: u32, mesh: &Mesh) -> Result<(), EmbreeError> {
     // SAFETY: the device is live; failure is reported through the error that is checked next.
     let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) };
     let geometry = GeometryHandle(geometry);
@@ -95,18 +145,58 @@ unsafe fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) 
     let (float3, uint3) = (RTCFormat::RTC_FORMAT_FLOAT3, RTCFormat::RTC_FORMAT_UINT3);
     // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the caller keeps the arrays.
     unsafe {
-        share_buffer::<Vec3>(device, &geometry, vertex, float3, &mesh.positions)?;
-        share_buffer::<[u32; 3]>(device, &geometry, index, uint3, &mesh.triangles)?;
+        if mesh.deforms() {
+            // Vertex buffers have a slot for each time step, to be there before they are set.
+            rtcSetGeometryTimeStepCount(geometry.0, 2);
+            share_buffer::<Vec3>(device, &geometry, (vertex, 1), float3, &mesh.positions_close)?;
+        }
+        share_buffer::<Vec3>(device, &geometry, (vertex, 0), float3, &mesh.positions)?;
+        share_buffer::<[u32; 3]>(device, &geometry, (index, 0), uint3, &mesh.triangles)?;
     }
-    // SAFETY: geometry and scene are live and known to this thread alone; the id is unique, because ids count meshes.
+    attach(device, scene, id, &geometry)
+}
+
+/// Attaches an instance of `prototype`, which has been committed, to `scene`, where `id` is free.
+fn attach_instance(
+    device: &Device,
+    scene: &SceneHandle,
+    id: u32,
+    prototype: &SceneHandle,
+    instance: &Instance,
+) -> Result<(), EmbreeError> {
+    // SAFETY: the device is live; failure is reported through the error that is checked next.
+    let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_INSTANCE) };
+    let geometry = GeometryHandle(geometry);
+    device.check("creating an instance")?;
+    let steps = instance.placement.steps();
+    // SAFETY: both are live, and of the same device; Embree's rtcSetGeometryInstancedScene keeps a reference to the scene.
+    // The builder allows no more steps than Embree, so that they fit 32 bits.
+    unsafe {
+        rtcSetGeometryInstancedScene(geometry.0, prototype.0);
+        rtcSetGeometryTimeStepCount(geometry.0, steps.len() as u32);
+    }
+    for (step, placement) in (0..).zip(steps) {
+        let columns = placement.to_cols_array();
+        let format = RTCFormat::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
+        // SAFETY: the geometry is live and has this step. The pointer is to twelve floats, column by column, as the format
+        // says; Embree copies them.
+        unsafe { rtcSetGeometryTransform(geometry.0, step, format, columns.as_ptr().cast()) };
+    }
+    device.check("placing an instance")?;
+    attach(device, scene, id, &geometry)
+}
+
+/// Commits `geometry` and attaches it to `scene`, where `id` is free.
+fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHandle) -> Result<(), EmbreeError> {
+    // SAFETY: geometry and scene are live and known to this thread alone. Embree reports an id that is not free as an error.
     unsafe {
         rtcCommitGeometry(geometry.0);
-        rtcAttachGeometryByID(scene.0, geometry.0, id.0);
+        rtcAttachGeometryByID(scene.0, geometry.0, id);
     }
     device.check("attaching a geometry")
 }
 
-/// Lets `geometry` read `items` where they are.
+/// Lets `geometry` read `items` where they are, as its buffer of a kind and in a slot of it.
 ///
 /// # Safety
 /// `T` begins with what `format` says, and takes 16 bytes where Embree loads it as a vertex. `items` stays where and as it is
@@ -114,7 +204,7 @@ unsafe fn attach(device: &Device, scene: &SceneHandle, id: GeomId, mesh: &Mesh) 
 unsafe fn share_buffer<T>(
     device: &Device,
     geometry: &GeometryHandle,
-    kind: RTCBufferType,
+    (kind, slot): (RTCBufferType, u32),
     format: RTCFormat,
     items: &[T],
 ) -> Result<(), EmbreeError> {
@@ -124,7 +214,7 @@ unsafe fn share_buffer<T>(
         rtcSetSharedGeometryBuffer(
             geometry.0,
             kind,
-            0,
+            slot,
             format,
             items.as_ptr().cast(),
             0,
@@ -157,12 +247,12 @@ pub(super) fn t_near(ray: &Ray) -> f32 {
     ray.t_min.max(f32::MIN_POSITIVE)
 }
 
-/// An Embree ray for `ray`: time 0, all masks, no id and no flags.
+/// An Embree ray for `ray`: all masks, no id and no flags.
 #[inline(always)]
 fn to_embree(ray: &Ray) -> RTCRay {
     let words = RayWords {
         origin_tnear: ray.origin.extend(t_near(ray)),
-        direction_time: ray.direction.extend(0.0),
+        direction_time: ray.direction.extend(ray.time),
         tfar_mask_id_flags: Vec4::new(ray.t_max, f32::from_bits(u32::MAX), 0.0, 0.0),
     };
     // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay, of the same size and
@@ -186,13 +276,14 @@ impl Accel for EmbreeAccel<'_> {
         if query.hit.geomID == RTC_INVALID_GEOMETRY_ID {
             return None;
         }
+        let (geom, inst) = self.ids(query.hit.geomID, query.hit.instID[0]);
         Some(Hit {
             t: query.ray.tfar,
             b1: query.hit.u,
             b2: query.hit.v,
             prim: PrimId(query.hit.primID),
-            geom: GeomId(query.hit.geomID),
-            inst: InstanceId::NONE,
+            geom,
+            inst,
         })
     }
 

@@ -1,0 +1,142 @@
+use super::wide::{Child, Node, Slabs, widen};
+use crate::math::{Bounds3, Ray};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::{Boundable, BvhBuildParams};
+use std::time::Duration;
+
+/// What leaves of a hierarchy hold.
+pub(super) trait Leaf: Copy + Send + Sync {
+    /// A box around it at all times.
+    fn bounds(&self) -> Bounds3;
+}
+
+/// A hierarchy of axis-parallel boxes.
+pub(super) struct Tree<L> {
+    /// The root first.
+    nodes: Vec<Node>,
+    /// In the order of the leaves.
+    leaves: Vec<L>,
+}
+
+impl<L: Leaf> Tree<L> {
+    /// Builds the hierarchy over `items`, in the current rayon pool.
+    pub fn new(items: &[L]) -> Self {
+        if items.is_empty() {
+            return Self {
+                nodes: Vec::new(),
+                leaves: Vec::new(),
+            };
+        }
+        let boxes: Vec<Item> = items.iter().map(|item| Item(item.bounds())).collect();
+        // Splitting large triangles beforehand costs rays more than it saves them (docs/benchmarks.md).
+        let parameters = BvhBuildParams {
+            pre_split: false,
+            ..BvhBuildParams::slow_build()
+        };
+        let bvh = build_bvh2(&boxes, parameters, &mut Duration::default());
+        Self {
+            leaves: bvh.primitive_indices.iter().map(|&i| items[i as usize]).collect(),
+            nodes: widen(&bvh),
+        }
+    }
+
+    /// Bytes of the arrays.
+    pub fn bytes(&self) -> u64 {
+        (size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
+    }
+
+    /// Walks the boxes that `ray` meets before `t_max`, nearer ones first, and gives what they hold to `visit`, which lowers `t_max` to that of a
+    /// hit. Ends early, with true, once `visit` returns true.
+    #[inline(always)]
+    pub fn walk(&self, ray: &Ray, t_max: &mut f32, mut visit: impl FnMut(&L, &mut f32) -> bool) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
+        let slabs = Slabs::new(ray);
+        let mut stack = Stack::new();
+        let mut next = Some((Child::default(), ray.t_min));
+        while let Some((child, t)) = next {
+            let first = child.first as usize;
+            if t > *t_max {
+                // Something nearer has been found since the box was put aside.
+            } else if child.count > 0 {
+                for leaf in &self.leaves[first..first + child.count as usize] {
+                    if visit(leaf, t_max) {
+                        return true;
+                    }
+                }
+            } else {
+                let node = &self.nodes[first];
+                let (enter, mut met) = slabs.meet(node, *t_max);
+                let enter = enter.to_array();
+                let bottom = stack.len();
+                while met != 0 {
+                    let place = met.trailing_zeros() as usize;
+                    met &= met - 1;
+                    stack.push_in_order(bottom, (node.children[place], enter[place]));
+                }
+            }
+            next = stack.pop();
+        }
+        false
+    }
+}
+
+/// A box as obvhs wants it.
+struct Item(Bounds3);
+
+impl Boundable for Item {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.0.min, self.0.max)
+    }
+}
+
+/// Boxes put aside, each with where the ray enters it.
+struct Stack {
+    items: [(Child, f32); Self::NEAR],
+    len: usize,
+    /// What does not fit, in hierarchies that are deeper than most.
+    deep: Vec<(Child, f32)>,
+}
+
+impl Stack {
+    const NEAR: usize = 64;
+
+    fn new() -> Self {
+        Self {
+            items: [(Child::default(), 0.0); Self::NEAR],
+            len: 0,
+            deep: Vec::new(),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Puts `item` among those from `bottom` on, which stay in order: the nearest is the last.
+    #[inline(always)]
+    fn push_in_order(&mut self, bottom: usize, item: (Child, f32)) {
+        if self.len == Self::NEAR {
+            self.deep.push(item);
+            return;
+        }
+        let mut place = self.len;
+        while place > bottom && self.items[place - 1].1 < item.1 {
+            self.items[place] = self.items[place - 1];
+            place -= 1;
+        }
+        self.items[place] = item;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<(Child, f32)> {
+        if let Some(item) = self.deep.pop() {
+            return Some(item);
+        }
+        self.len = self.len.checked_sub(1)?;
+        Some(self.items[self.len])
+    }
+}

@@ -1,0 +1,155 @@
+use super::SurfacePoint;
+use super::mesh::Facet;
+use crate::math::{Affine3A, Bounds3, Mat3A, Vec3, float::gamma};
+use std::sync::Arc;
+
+/// Where an instance stands in the world, which may change between the times 0 and 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Placement {
+    /// It stays there.
+    Still(Affine3A),
+    /// It passes these, two at least, at equal intervals from time 0 to time 1. In between, each element of the matrix changes linearly.
+    Moving(Arc<[Affine3A]>),
+}
+
+impl Placement {
+    /// Most steps that a motion may have; Embree takes no more.
+    pub const MOST_STEPS: usize = 129;
+
+    /// At `time` in [0, 1].
+    pub fn at(&self, time: f32) -> Affine3A {
+        match self {
+            Self::Still(placement) => *placement,
+            Self::Moving(steps) => {
+                let last = steps.len() - 2;
+                let place = time * (steps.len() - 1) as f32;
+                let step = (place as usize).min(last);
+                lerp(&steps[step], &steps[step + 1], place - step as f32)
+            }
+        }
+    }
+
+    /// All that it passes.
+    pub fn steps(&self) -> &[Affine3A] {
+        match self {
+            Self::Still(placement) => std::slice::from_ref(placement),
+            Self::Moving(steps) => steps,
+        }
+    }
+
+    /// Whether it changes.
+    pub fn is_moving(&self) -> bool {
+        matches!(self, Self::Moving(_))
+    }
+
+    /// A box in the world around what is in `bounds` at any time, roundings included.
+    pub fn bounds(&self, bounds: Bounds3) -> Bounds3 {
+        let [a, b] = [bounds.min, bounds.max];
+        let corner = |i: u32| {
+            let end = |axis: u32, a: f32, b: f32| if i >> axis & 1 == 0 { a } else { b };
+            Vec3::new(end(0, a.x, b.x), end(1, a.y, b.y), end(2, a.z, b.z))
+        };
+        // A point moves on straight lines between its places at the steps.
+        let mut all = Bounds3::EMPTY;
+        if bounds.is_empty() {
+            return all;
+        }
+        for step in self.steps() {
+            for corner in (0..8).map(corner) {
+                let p = step.transform_point3a(corner);
+                let error = rounding(step, p);
+                all.extend(p - error);
+                all.extend(p + error);
+            }
+        }
+        all
+    }
+}
+
+/// Element by element.
+fn lerp(a: &Affine3A, b: &Affine3A, t: f32) -> Affine3A {
+    Affine3A {
+        matrix3: a.matrix3 * (1.0 - t) + b.matrix3 * t,
+        translation: a.translation * (1.0 - t) + b.translation * t,
+    }
+}
+
+/// Half-width of a box around the world point `p` in which an intersector may find a point placed by `m`.
+///
+/// It moves the ray into the space of the mesh, `M⁻¹ (o − t)`; in f32 that point, and the inverse itself, are off by some roundings of
+/// `|M⁻¹| (|o| + |t|)`, which is `|M| |M⁻¹| (|o| + |t|)` in the world (Higham 2002, §3.5, componentwise).
+pub fn rounding(m: &Affine3A, p: Vec3) -> Vec3 {
+    let abs = |m: Mat3A| Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    let inverse = abs(m.matrix3.inverse());
+    gamma(16) * (abs(m.matrix3) * (inverse * (p.abs() + m.translation.abs())))
+}
+
+/// The triangle's corners at `time`, where they go from `open` at time 0 straight to `close` at time 1.
+pub fn corners_at(open: [Vec3; 3], close: [Vec3; 3], time: f32) -> [Vec3; 3] {
+    [0, 1, 2].map(|i| (1.0 - time) * open[i] + time * close[i])
+}
+
+/// A triangle in its place in the world at some time. Corners run counter-clockwise seen from the front, mirrored or not.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedTriangle {
+    /// Corners in world space.
+    pub corners: [Vec3; 3],
+    /// Unit shading normals there, if there are any.
+    normals: Option<[Vec3; 3]>,
+    /// Where it is, if it has been moved there.
+    placement: Option<Affine3A>,
+    /// Whether the second and the third corner have changed places.
+    is_mirrored: bool,
+}
+
+impl PlacedTriangle {
+    /// The triangle of these corners and normals, as the mesh has them at that time.
+    pub fn new(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, placement: Option<Affine3A>) -> Self {
+        let Some(m) = placement else {
+            return Self {
+                corners,
+                normals,
+                placement,
+                is_mirrored: false,
+            };
+        };
+        // Normals are planes: they go by the inverse transpose.
+        let of_normals = m.matrix3.inverse().transpose();
+        let mut placed = Self {
+            corners: corners.map(|p| m.transform_point3a(p)),
+            normals: normals.map(|n| n.map(|n| (of_normals * n).normalize_or(n))),
+            placement,
+            is_mirrored: m.matrix3.determinant() < 0.0,
+        };
+        // The front stays the front.
+        if placed.is_mirrored {
+            placed.corners.swap(1, 2);
+            if let Some(normals) = &mut placed.normals {
+                normals.swap(1, 2);
+            }
+        }
+        placed
+    }
+
+    /// The point at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
+        let (b1, b2) = if self.is_mirrored { (b2, b1) } else { (b1, b2) };
+        let mut point = SurfacePoint::new(self.corners, Facet::new(self.corners), b1, b2);
+        // Corners may have been interpolated in time, by our roundings or by an intersector's.
+        let mut error = gamma(4) * point.p.abs();
+        if let Some(m) = &self.placement {
+            error += rounding(m, point.p);
+        }
+        point.clearance += point.ng.abs().dot(error);
+        match self.normals {
+            Some(normals) => point.curved(self.corners, normals, [1.0 - b1 - b2, b1, b2]),
+            None => point,
+        }
+    }
+
+    /// How far off an intersector may find its points, at most.
+    pub fn rounding(&self) -> f32 {
+        let of = |p: Vec3| gamma(4) * p.abs() + self.placement.map_or(Vec3::ZERO, |m| rounding(&m, p));
+        self.corners.map(|p| of(p).length()).into_iter().fold(0.0, f32::max)
+    }
+}

@@ -1,0 +1,263 @@
+//! Where a scene file puts its objects: once or often, still or moving.
+
+use super::statements::uncommented;
+use super::{FileError, Instances, ObjectSection, Position, Scale, SceneFile, TransformSection};
+use crate::geometry::Placement;
+use crate::math::{Affine3A, Quat, Vec3, affine_from_rows, affine_from_trs};
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+
+/// Largest turn, in degrees, between two steps of a motion: in between a point that turns leaves its circle by 1/2900 of the radius.
+const DEGREES_A_STEP: f32 = 3.0;
+
+/// Where an object is.
+#[derive(Clone, Debug)]
+pub(super) enum Place {
+    /// It stands where its file has it.
+    AsItIs,
+    /// It stands there.
+    Once(Affine3A),
+    /// It moves, or has several places.
+    Instances(Vec<Placement>),
+}
+
+impl Place {
+    /// All places, as instances have them.
+    pub fn into_placements(self) -> Vec<Placement> {
+        match self {
+            Self::AsItIs => vec![Placement::Still(Affine3A::IDENTITY)],
+            Self::Once(placement) => vec![Placement::Still(placement)],
+            Self::Instances(placements) => placements,
+        }
+    }
+}
+
+/// Where `object` is, as its keys say.
+pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<Place, FileError> {
+    let open = given(file, &object.transform, &object.matrix, "transform", "matrix")?;
+    let close = given(
+        file,
+        &object.transform_close,
+        &object.matrix_close,
+        "transform_close",
+        "matrix_close",
+    )?;
+    let own = match (open, close) {
+        (None, None) => None,
+        (Some(open), None) => Some(Placement::Still(open.affine())),
+        (open, Some(close)) => Some(motion(open.unwrap_or(Given::IDENTITY), close)),
+    };
+    let Some(instances) = &object.instances else {
+        return Ok(match own {
+            None => Place::AsItIs,
+            Some(Placement::Still(placement)) => Place::Once(placement),
+            Some(moving) => Place::Instances(vec![moving]),
+        });
+    };
+
+    // The object's own placement moves all of its instances.
+    let own = own.unwrap_or(Placement::Still(Affine3A::IDENTITY));
+    let of_instance = |instance: Affine3A| match &own {
+        Placement::Still(placement) => Placement::Still(*placement * instance),
+        Placement::Moving(steps) => Placement::Moving(steps.iter().map(|step| *step * instance).collect()),
+    };
+    let placements = read_instances(file, instances)?;
+    Ok(Place::Instances(placements.into_iter().map(of_instance).collect()))
+}
+
+/// A placement as it was written.
+#[derive(Clone, Copy)]
+enum Given {
+    Parts { translate: Vec3, rotate: Vec3, scale: Vec3 },
+    Matrix(Affine3A),
+}
+
+impl Given {
+    const IDENTITY: Self = Self::Parts {
+        translate: Vec3::ZERO,
+        rotate: Vec3::ZERO,
+        scale: Vec3::ONE,
+    };
+
+    fn of(section: &TransformSection) -> Self {
+        let [translate, rotate] = [section.translate, section.rotate].map(|v| v.unwrap_or_default().into());
+        let scale = match section.scale {
+            None => Vec3::ONE,
+            Some(Scale::Uniform(s)) => Vec3::splat(s),
+            Some(Scale::Axes(axes)) => axes.into(),
+        };
+        Self::Parts {
+            translate,
+            rotate,
+            scale,
+        }
+    }
+
+    fn affine(&self) -> Affine3A {
+        match *self {
+            Self::Parts {
+                translate,
+                rotate,
+                scale,
+            } => affine_from_trs(translate, rotate, scale),
+            Self::Matrix(matrix) => matrix,
+        }
+    }
+}
+
+/// The motion from one placement to another. Parts change linearly, angles among them, so that an object may turn more than once. Matrices
+/// that only scale, rotate and translate turn by the shorter way; others change linearly, element by element.
+fn motion(open: Given, close: Given) -> Placement {
+    let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MOST_STEPS - 1);
+    let along = |count: usize, at: &dyn Fn(f32) -> Affine3A| {
+        Placement::Moving((0..=count).map(|i| at(i as f32 / count as f32)).collect())
+    };
+    if let (
+        Given::Parts {
+            translate: t0,
+            rotate: r0,
+            scale: s0,
+        },
+        Given::Parts {
+            translate: t1,
+            rotate: r1,
+            scale: s1,
+        },
+    ) = (open, close)
+    {
+        let turn = (r1 - r0).abs().element_sum();
+        return along(steps_of(turn), &|t| {
+            affine_from_trs(t0.lerp(t1, t), r0.lerp(r1, t), s0.lerp(s1, t))
+        });
+    }
+    let (open, close) = (open.affine(), close.affine());
+    match (decomposed(&open), decomposed(&close)) {
+        (Some((s0, r0, t0)), Some((s1, r1, t1))) => {
+            let turn = r0.angle_between(r1).to_degrees();
+            along(steps_of(turn), &|t| {
+                let (scale, translate) = (s0.lerp(s1, t), t0.lerp(t1, t));
+                Affine3A::from_scale_rotation_translation(scale.into(), r0.slerp(r1, t), translate.into())
+            })
+        }
+        _ => Placement::Moving([open, close].into()),
+    }
+}
+
+/// Scale, rotation and translation; `None` where the matrix also shears.
+fn decomposed(m: &Affine3A) -> Option<(Vec3, Quat, Vec3)> {
+    let (scale, rotation, translation) = m.to_scale_rotation_translation();
+    let again = Affine3A::from_scale_rotation_translation(scale, rotation, translation);
+    let size = m.matrix3.to_cols_array().iter().fold(0f32, |size, x| size.max(x.abs()));
+    again
+        .matrix3
+        .abs_diff_eq(m.matrix3, 1e-5 * size)
+        .then(|| (scale.into(), rotation, translation.into()))
+}
+
+/// What one of the two keys says.
+fn given(
+    file: &SceneFile,
+    transform: &Option<Spanned<TransformSection>>,
+    matrix: &Option<Spanned<[[f32; 4]; 4]>>,
+    transform_key: &str,
+    matrix_key: &str,
+) -> Result<Option<Given>, FileError> {
+    let (given, span) = match (transform, matrix) {
+        (None, None) => return Ok(None),
+        (Some(_), Some(matrix)) => {
+            return Err(file
+                .error(matrix.span(), format!("both `{transform_key}` and `{matrix_key}`"))
+                .help("keep one of them"));
+        }
+        (Some(section), None) => (Given::of(section.get_ref()), section.span()),
+        (None, Some(matrix)) => {
+            let affine = affine_from_rows(*matrix.get_ref()).ok_or_else(|| last_row(file, matrix.span()))?;
+            (Given::Matrix(affine), matrix.span())
+        }
+    };
+    if !is_placement(&given.affine()) {
+        return Err(file
+            .error(span, "the transform flattens the object or is not finite")
+            .help("scale factors must be finite and not zero"));
+    }
+    Ok(Some(given))
+}
+
+fn last_row(file: &SceneFile, span: Range<usize>) -> FileError {
+    file.error(span, "the last row of a placement must be 0 0 0 1")
+        .help("give the matrix row by row")
+}
+
+fn is_placement(m: &Affine3A) -> bool {
+    let determinant = m.matrix3.determinant();
+    m.is_finite() && determinant != 0.0 && determinant.is_finite()
+}
+
+fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Vec<Affine3A>, FileError> {
+    let list = match instances.get_ref() {
+        Instances::Matrices(list) => list,
+        Instances::File(name) => {
+            let path = file.resolve(name);
+            let text = fs::read_to_string(&path)
+                .map_err(|e| FileError::system(&path, "cannot read the list of instances", &e))?;
+            return parse_instances(&path, &text);
+        }
+    };
+    let read = |(i, rows): (usize, &[[f32; 4]; 4])| {
+        let affine = affine_from_rows(*rows).ok_or_else(|| last_row(file, instances.span()))?;
+        match is_placement(&affine) {
+            true => Ok(affine),
+            false => Err(file
+                .error(
+                    instances.span(),
+                    format!("instance {} is flattened or not finite", i + 1),
+                )
+                .help("give matrices that can be inverted")),
+        }
+    };
+    list.iter().enumerate().map(read).collect()
+}
+
+/// One placement a line: the first three rows of its matrix, or all four.
+fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> {
+    let mut placements = Vec::new();
+    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = uncommented(line);
+        if line.is_empty() {
+            continue;
+        }
+        let wrong = |message: String| {
+            FileError::new(path, message).at(Position::line(index + 1)).help(
+                "a line has the matrix of one placement, row by row: twelve numbers, or sixteen that end with 0 0 0 1",
+            )
+        };
+        let mut rows = [[0.0, 0.0, 0.0, 1.0]; 4];
+        let mut count = 0;
+        for word in line
+            .split(|c: char| c.is_whitespace() || c == ',')
+            .filter(|w| !w.is_empty())
+        {
+            let number = word
+                .parse::<f32>()
+                .map_err(|_| wrong(format!("`{word}` is not a number")))?;
+            if let Some(place) = rows.as_flattened_mut().get_mut(count) {
+                *place = number;
+            }
+            count += 1;
+        }
+        if count != 12 && count != 16 {
+            return Err(wrong(format!("{count} numbers")));
+        }
+        let affine = affine_from_rows(rows).ok_or_else(|| wrong("the last row is not 0 0 0 1".into()))?;
+        if !is_placement(&affine) {
+            return Err(wrong("the placement flattens the object or is not finite".into()));
+        }
+        placements.push(affine);
+    }
+    if placements.is_empty() {
+        return Err(FileError::new(path, "no instances in this file").help("give one placement a line"));
+    }
+    Ok(placements)
+}

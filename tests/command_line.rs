@@ -836,8 +836,8 @@ fn audits_report_and_replay() {
     assert_eq!(report["causes"]["unexplained"], 0);
 
     // A ray that was written down is traced again: straight down onto the floor.
-    let bits = |values: [f32; 8]| values.map(|v| format!("{:08x}", v.to_bits()));
-    let ray = bits([0.1, 0.5, 0.2, 0.0, -1.0, 0.0, 0.0, f32::INFINITY]);
+    let bits = |values: [f32; 9]| values.map(|v| format!("{:08x}", v.to_bits()));
+    let ray = bits([0.1, 0.5, 0.2, 0.0, -1.0, 0.0, 0.0, f32::INFINITY, 0.0]);
     let replay = serde_json::json!({
         "scene_hash": report["scene_hash"], "rays": [{ "kind": "closest", "bits": ray }],
     });

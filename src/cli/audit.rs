@@ -241,10 +241,8 @@ impl ReplayRay {
         for (bits, text) in bits.iter_mut().zip(&self.bits) {
             *bits = u32::from_str_radix(text, 16).ok()?;
         }
-        Some(Query {
-            ray: Ray::from_bits(bits),
-            kind,
-        })
+        let ray = Ray::from_bits(bits);
+        (0.0..=1.0).contains(&ray.time).then_some(Query { ray, kind })
     }
 }
 

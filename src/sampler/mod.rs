@@ -96,10 +96,13 @@ impl Dimension {
 
     /// Place in the order of a path, without the numbers that blocks keep free.
     fn ordinal(self) -> u32 {
-        const OF_CAMERA: u32 = Dimension::TIME.0 + 1;
+        const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
+        /// Few scenes move: behind all paths that are short enough to be waited for, time displaces nothing.
+        const OF_TIME: u32 = (1 << 20) - 1;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
         match block {
+            0 if self == Self::TIME => OF_TIME,
             0 => within.min(OF_CAMERA - 1),
             _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
         }

@@ -197,6 +197,40 @@ fn estimators_agree_on_what_moves() {
     assert_alike("light samples alone", &lights_alone, &own);
 }
 
+/// A black panel hides the left half of a room as long as a lamp is there: what light there is then may not reach it later through the paths of
+/// other pixels.
+#[test]
+fn light_does_not_go_from_one_time_to_another() {
+    let mut b = SceneBuilder::new();
+    add(&mut b, room(), material(0.8, 0.0));
+    let black = b.add_material(material(0.0, 0.0)).unwrap();
+    let lamp = b.add_material(material(0.0, 6.0)).unwrap();
+    // Both are gone after half the time, within 1/128 of it.
+    let mut leaving = |mesh: Mesh, material, place: Affine3A| {
+        let prototype = b.add_prototype(vec![(mesh, material)]).unwrap();
+        let away = shift(0.0, 0.0, 90.0) * place;
+        let steps = (0..129).map(|i| if i < 65 { place } else { away }).collect();
+        b.add_instance(prototype, Placement::Moving(steps)).unwrap();
+    };
+    let down = affine_from_trs(Vec3::new(0.0, 0.9, 0.0), Vec3::new(90.0, 0.0, 0.0), Vec3::ONE);
+    leaving(panel(0.0, 0.4), lamp, down);
+    leaving(panel(0.0, 0.2), black, shift(-0.2, 0.0, 0.85));
+    let scene = b.build().unwrap().0;
+    let camera = shutter(pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::ZERO, 80.0), [0.0, 1.0]);
+    for reuse in [false, true] {
+        let film = with_camera(&scene, camera, |world| film_of(&path(world, reuse), SIZE, 256, 3));
+        let mean = |left: bool| {
+            let half = film.pixels().filter(|(p, _)| (p.x < 12) == left);
+            half.map(|(_, a)| a.mean(0)).sum::<f64>() / 288.0
+        };
+        let (dark, light) = (mean(true), mean(false));
+        assert!(
+            light > 0.2 && dark < 0.02 * light,
+            "sharing {reuse}: {dark} beside {light}"
+        );
+    }
+}
+
 /// A render with the shutter open is the mean of those at single times, by a moving camera too.
 #[test]
 fn an_open_shutter_is_the_mean_of_stills() {

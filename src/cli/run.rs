@@ -2,8 +2,8 @@ use super::args::RenderArgs;
 use super::audit::Report;
 use super::backend::{BackendTask, PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
-use super::explain;
 use super::job::Job;
+use super::pixel;
 use super::progress::{Progress, catch_interrupts};
 use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use crate::accel::{Accel, Auditor};
@@ -128,8 +128,8 @@ impl Prepared<'_> {
         };
         let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
-            let key = explain::key(pixel, sample, job.crop)?;
-            explain::explain(&job.estimator, world, &mut sampler, (job.resolution, key));
+            let key = pixel::key(pixel, sample, job.crop)?;
+            pixel::trace(&job.estimator, world, &mut sampler, (job.resolution, key));
             return Ok(ExitCode::SUCCESS);
         }
         let mut film = Film::new(job.resolution, job.crop);

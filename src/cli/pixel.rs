@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use std::cell::RefCell;
 
 /// Traces one sample and prints every ray with its answer, and what it added to the pixel.
-pub(super) fn explain<A: Accel>(
+pub(super) fn trace<A: Accel>(
     estimator: &Estimator,
     world: World<A>,
     sampler: &mut impl Sampler,

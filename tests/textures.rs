@@ -466,7 +466,9 @@ fn what_is_repaired_is_reported() {
     };
     let loaded = load_textures(&[request]);
     assert!(
-        loaded.warnings[0].contains("a.exr: 3 texels are NaN, infinite or negative"),
+        loaded.warnings[0]
+            .to_string()
+            .contains("a.exr: 3 texels are NaN, infinite or negative"),
         "{:?}",
         loaded.warnings
     );

@@ -64,6 +64,18 @@ impl FileError {
         self
     }
 
+    /// The file, line and column as editors jump to them: `file:line:column`.
+    pub fn place(&self) -> String {
+        let mut place = self.file.display().to_string();
+        if let Some(position) = self.position {
+            place += &format!(":{}", position.line);
+            if let Some(column) = position.column {
+                place += &format!(":{column}");
+            }
+        }
+        place
+    }
+
     /// The same, with a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -79,14 +91,7 @@ impl FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
-        if let Some(position) = self.position {
-            write!(f, ":{}", position.line)?;
-            if let Some(column) = position.column {
-                write!(f, ":{column}")?;
-            }
-        }
-        write!(f, ": {}", self.message)?;
+        write!(f, "{}: {}", self.place(), self.message)?;
         if let Some(help) = &self.help {
             write!(f, "\n  help: {help}")?;
         }

@@ -1,19 +1,18 @@
-use super::FileError;
-use super::find_file::find_file;
+use super::find_file::{case_differs, find_file};
 use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
 use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures};
+use super::{FileError, Finding, Findings, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
 use crate::texture::{Channel, TextureId};
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -39,51 +38,73 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already.
-pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
-    let mut loader = Loader {
-        file,
-        builder,
-        warnings: Vec::new(),
-        used: HashMap::new(),
-        textures: Vec::new(),
-        asked: Vec::new(),
-        prototypes: HashMap::new(),
-    };
-    // A file that several objects name is read once.
-    let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
-    for object in &file.object {
-        for name in [Some(&object.obj), object.obj_close.as_ref()].into_iter().flatten() {
-            let path = file.resolve(name.get_ref());
-            if let Entry::Vacant(entry) = objs.entry(path) {
-                let read = load_obj(entry.key(), &file.options);
-                let mut obj = read.map_err(|error| loader.named_here(error, entry.key(), name.span()))?;
-                loader.warnings.append(&mut obj.warnings);
-                entry.insert(obj);
-            }
-        }
-        loader.add_object(object, &objs)?;
-    }
-    for light in &file.light {
-        light.add_to(&mut loader.builder, file)?;
-    }
-    loader.warn_of_unused_materials();
-    loader.load_textures();
+/// What the files of a scene say, wrong or not.
+#[derive(Debug)]
+pub struct Inspection {
+    /// The scene as far as it can be had: what is wrong is left out of it, or replaced by a default.
+    pub scene: Option<Scene>,
+    /// What is wrong, missing, repaired or assumed, in the order in which it was found.
+    pub findings: Findings,
+    /// The scene's materials, by their id.
+    pub materials: Vec<MaterialSource>,
+    /// The OBJ files that could be read.
+    pub objs: Vec<ObjSource>,
+}
 
-    let (scene, report) = loader.builder.build().map_err(|e| scene_error(file, &e))?;
-    loader.warnings.extend(report_warnings(&report));
-    Ok(Loaded {
-        scene,
-        warnings: loader.warnings,
-    })
+/// Where a material of the scene is from.
+#[derive(Clone, Debug)]
+pub struct MaterialSource {
+    /// Its name.
+    pub name: String,
+    /// The OBJ file whose faces use it; `None` where it is the scene file's and thus that of all of them.
+    pub obj: Option<PathBuf>,
+    /// Where it is defined; `None` for the default one.
+    pub place: Option<(PathBuf, Position)>,
+}
+
+/// An OBJ file of the scene, and what its libraries define.
+#[derive(Clone, Debug)]
+pub struct ObjSource {
+    /// The file.
+    pub path: PathBuf,
+    /// Names of materials, in the order of their libraries, with library and line.
+    pub materials: Vec<(String, PathBuf, usize)>,
+}
+
+impl ObjSource {
+    fn new(path: PathBuf, obj: &ObjFile) -> Self {
+        let named = |m: &MtlMaterial| (m.material.name.clone(), m.library.clone(), m.line);
+        let materials = obj.materials.iter().map(named).collect();
+        Self { path, materials }
+    }
+}
+
+/// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already. What is wrong first is the
+/// error.
+pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
+    let Inspection { scene, findings, .. } = Loader::new(file, builder, false).load();
+    let warnings = findings.warnings();
+    match (findings.first_error(), scene) {
+        (None, Some(scene)) => Ok(Loaded { scene, warnings }),
+        (Some(error), _) => Err(error.clone()),
+        (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
+    }
+}
+
+/// Reads the same in the same way, but goes on after what is wrong.
+pub fn inspect_scene(file: &SceneFile, builder: SceneBuilder) -> Inspection {
+    Loader::new(file, builder, true).load()
 }
 
 struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
-    warnings: Vec<String>,
+    findings: Findings,
+    /// Whether to go on after what is wrong.
+    goes_on: bool,
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
+    materials: Vec<MaterialSource>,
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
@@ -93,6 +114,100 @@ struct Loader<'a> {
 
 /// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
 type Shapes = (PathBuf, Option<PathBuf>);
+
+impl<'a> Loader<'a> {
+    fn new(file: &'a SceneFile, builder: SceneBuilder, goes_on: bool) -> Self {
+        Self {
+            file,
+            builder,
+            goes_on,
+            findings: Findings::default(),
+            used: HashMap::new(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+            asked: Vec::new(),
+            prototypes: HashMap::new(),
+        }
+    }
+
+    fn load(mut self) -> Inspection {
+        let objs = self.load_parts();
+        let mut inspection = Inspection {
+            scene: None,
+            findings: self.findings,
+            materials: self.materials,
+            objs,
+        };
+        let findings = &mut inspection.findings;
+        if findings.first_error().is_some() && !self.goes_on {
+            return inspection;
+        }
+        match self.builder.build() {
+            Ok((scene, mut report)) => {
+                // Where files are missing, nothing is known of lights.
+                report.default_light &= scene.triangle_count() > 0 || findings.first_error().is_none();
+                report_findings(self.file, &report, &inspection.materials, findings);
+                inspection.scene = Some(scene);
+            }
+            Err(error) => findings.add(Severity::Error, "scene", scene_error(self.file, &error)),
+        }
+        inspection
+    }
+
+    /// Whether something is wrong, and that ends it.
+    fn is_over(&self) -> bool {
+        !self.goes_on && self.findings.first_error().is_some()
+    }
+
+    fn load_parts(&mut self) -> Vec<ObjSource> {
+        // A file that several objects name is read once.
+        let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
+        let mut tried = HashSet::new();
+        let mut sources = Vec::new();
+        for object in &self.file.object {
+            let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()].into_iter().flatten().collect();
+            for name in &names {
+                let path = self.file.resolve(name.get_ref());
+                if !tried.insert(path.clone()) {
+                    continue;
+                }
+                match load_obj(&path, &self.file.options, &mut self.findings) {
+                    Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
+                    Ok(obj) => {
+                        sources.push(ObjSource::new(path.clone(), &obj));
+                        objs.insert(path, obj);
+                    }
+                }
+            }
+            if self.is_over() {
+                return sources;
+            }
+            if names.iter().all(|name| objs.contains_key(&self.file.resolve(name.get_ref()))) {
+                if let Err(error) = self.add_object(object, &objs) {
+                    self.wrong("wrong-object", error);
+                }
+            }
+        }
+        for light in &self.file.light {
+            if let Err(error) = light.add_to(&mut self.builder, self.file) {
+                self.wrong("wrong-light", error);
+            }
+        }
+        if !self.is_over() {
+            self.warn_of_unused_materials();
+            self.load_textures();
+        }
+        sources
+    }
+
+    fn wrong(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(Severity::Error, code, error);
+    }
+
+    fn warn(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(Severity::Warning, code, error);
+    }
+}
 
 impl Loader<'_> {
     fn add_object(&mut self, object: &ObjectSection, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
@@ -132,7 +247,6 @@ impl Loader<'_> {
             let added = self.builder.add_instance(prototype, placement);
             added.map_err(|error| self.file.error(object.obj.span(), error.to_string()))?;
         }
-        Ok(())
     }
 
     fn shapes(&self, object: &ObjectSection) -> Shapes {
@@ -163,44 +277,67 @@ impl Loader<'_> {
                 mesh.positions_close = last.mesh.positions.clone();
                 mesh.normals_close = last.mesh.normals.clone();
             }
-            meshes.push((mesh, self.material_of(group, &path, obj)?));
+            meshes.push((mesh, self.material_of(group, &path, obj)));
         }
         Ok(meshes)
     }
 
     /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one.
-    fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> Result<MaterialId, FileError> {
+    fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> MaterialId {
+        let file = self.file;
         let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
-        let section = self.file.material.iter().find(|(key, _)| key.get_ref() == name);
+        let section = file.material.iter().find(|(key, _)| key.get_ref() == name);
         let source = section.is_none().then(|| path.to_path_buf());
         if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
-            return Ok(id);
+            return id;
         }
-        let material = match section {
-            Some((_, section)) => section.material(name, self.file)?,
+        let (material, place) = match section {
+            Some((key, section)) => {
+                let material = section.material(name, file).unwrap_or_else(|error| {
+                    self.wrong("wrong-material", error);
+                    default_material(name)
+                });
+                let here = file.error(key.span(), "");
+                (material, here.position.map(|position| (here.file, position)))
+            }
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
             None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
-                Some(found) => self.textured(found),
+                Some(found) => {
+                    let place = (found.library.clone(), Position::line(found.line));
+                    (self.textured(found), Some(place))
+                }
                 None => {
                     let default = default_material(name);
                     if let Some(name) = &group.material {
-                        self.warnings.push(format!(
-                            "{}: material `{name}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` \
-                             (diffuse {:.1})\n  help: define it in the MTL file, or as [material.\"{name}\"] in a scene file",
-                            path.display(),
+                        let message = format!(
+                            "material `{name}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",
                             default.diffuse.max_component(),
-                        ));
+                        );
+                        let help = format!("define it in the MTL file, or as [material.\"{name}\"] in a scene file");
+                        let error = FileError::new(path, message).at(Position::line(group.line));
+                        self.warn("missing-material", error.help(help));
                     }
-                    default
+                    (default, None)
                 }
             },
         };
-        let id = self.builder.add_material(material).map_err(|error| match section {
-            Some((key, _)) => self.file.error(key.span(), error.to_string()),
-            None => FileError::new(path, error.to_string()),
-        })?;
-        self.used.insert((source, name.to_string()), id);
-        Ok(id)
+        let added = self.builder.add_material(material).or_else(|error| {
+            let error = match section {
+                Some((key, _)) => file.error(key.span(), error.to_string()),
+                None => FileError::new(path, error.to_string()),
+            };
+            self.wrong("wrong-material", error);
+            self.builder.add_material(default_material(name))
+        });
+        // A default material is never refused.
+        let id = added.unwrap_or(MaterialId(0));
+        self.used.insert((source.clone(), name.to_string()), id);
+        self.materials.push(MaterialSource {
+            name: name.to_string(),
+            obj: source,
+            place,
+        });
+        id
     }
 
     /// The material of a library with maps that name requests for textures.
@@ -219,7 +356,7 @@ impl Loader<'_> {
                 MapSlot::Roughness => (TextureKind::Value(Channel::Luminance), &mut material.maps.roughness),
                 MapSlot::Metallic => (TextureKind::Value(Channel::Luminance), &mut material.maps.metallic),
                 MapSlot::Emission => {
-                    self.warnings.push(request.remark("has no effect yet").to_string());
+                    self.warn("unused-texture", request.remark("has no effect yet"));
                     continue;
                 }
             };
@@ -229,6 +366,11 @@ impl Loader<'_> {
             };
             match find_file(folder, &statement.file) {
                 Some(path) => {
+                    if case_differs(folder, &statement.file, &path) || statement.file.contains('\\') {
+                        let found = request.remark(&format!("is found as {}", path.display()));
+                        let help = "write its name as it is: other programs and systems may not find it";
+                        self.findings.add(Severity::Note, "other-case", found.help(help));
+                    }
                     *slot = Some(Map {
                         texture: TextureId(self.textures.len() as u32),
                         mapping: statement.mapping,
@@ -239,7 +381,7 @@ impl Loader<'_> {
                 }
                 None => {
                     let missing = request.remark("is missing; the material's constant counts alone");
-                    self.warnings.push(missing.help("put the file there").to_string());
+                    self.warn("missing-texture", missing.help("put the file there"));
                     if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
                         material.diffuse = default_material("").diffuse;
                     }
@@ -251,17 +393,17 @@ impl Loader<'_> {
 
     fn load_textures(&mut self) {
         let loaded = load_textures(&self.textures);
-        self.warnings.extend(loaded.warnings);
+        for warning in loaded.warnings {
+            self.warn("bad-texels", warning);
+        }
         let mut ids = Vec::with_capacity(loaded.ids.len());
         for (result, request) in loaded.ids.into_iter().zip(&self.asked) {
-            ids.push(
-                result
-                    .map_err(|error| {
-                        let unread = request.remark("cannot be used; the material's constant counts alone");
-                        self.warnings.push(format!("{unread}\n  {error}"));
-                    })
-                    .ok(),
-            );
+            if let Err(error) = &result {
+                let unread = request.remark("cannot be used; the material's constant counts alone");
+                let unread = unread.help(error.to_string());
+                self.findings.add(Severity::Warning, "unreadable-texture", unread);
+            }
+            ids.push(result.ok());
         }
         self.builder.set_textures(loaded.textures, &ids);
     }
@@ -274,7 +416,7 @@ impl Loader<'_> {
                     .file
                     .error(key.span(), format!("no face uses the material `{name}`"))
                     .help("its name must be that of a `usemtl` line");
-                self.warnings.push(warning.to_string());
+                self.findings.add(Severity::Warning, "unused-material", warning);
             }
         }
     }
@@ -318,30 +460,28 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
 }
 
 fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
-    let path = file
-        .object
-        .first()
-        .map(|o| o.obj.get_ref().as_path())
-        .unwrap_or(Path::new(""));
-    FileError::new(path, error.to_string())
+    file.whole(error.to_string())
 }
 
-fn report_warnings(report: &SceneReport) -> Vec<String> {
-    let mut warnings = Vec::new();
+fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
     if report.degenerate_triangles > 0 {
-        warnings.push(format!(
-            "{} triangles have no area and are left out",
-            report.degenerate_triangles
-        ));
+        let count = report.degenerate_triangles;
+        let error = file.whole(format!("{count} triangles have no area and are left out"));
+        findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     for (name, largest) in &report.scaled_materials {
-        warnings.push(format!(
+        let message = format!(
             "material `{name}` scatters {largest} of the light in some channel; all its lobes are divided by that"
-        ));
+        );
+        let place = materials.iter().find(|m| m.name == *name).and_then(|m| m.place.clone());
+        let error = match place {
+            Some((path, position)) => FileError::new(&path, message).at(position),
+            None => file.whole(message),
+        };
+        findings.add(Severity::Warning, "scaled-material", error);
     }
     if report.default_light {
-        warnings
-            .push("nothing in the scene emits light; it is lit by a constant white environment of radiance 1".into());
+        let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";
+        findings.add(Severity::Note, "default-light", file.whole(message));
     }
-    warnings
 }

@@ -1,6 +1,6 @@
 use super::mtl_map::{MapSlot, MapStatement};
-use super::statements::{split_keyword, statements};
-use super::{FileError, Position};
+use super::statements::{place_of, split_keyword, statements};
+use super::{FileError, Finding, Findings, Position, Severity};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::material::{Gloss, Material};
@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 const DEFAULT_DIFFUSE: f32 = 0.8;
 /// Phong exponent of a `Ks` without `Ns`.
 const DEFAULT_EXPONENT: f32 = 10.0;
+/// Where the format's range of `Ns` ends.
+const MOST_EXPONENT: f32 = 1000.0;
 /// Index of refraction of glass without `Ni`.
 const DEFAULT_IOR: f32 = 1.5;
 
@@ -88,6 +90,9 @@ impl MtlDialect {
 pub(super) struct MtlMaterial {
     pub material: Material,
     pub maps: Vec<MapRequest>,
+    pub library: PathBuf,
+    /// Of its `newmtl`.
+    pub line: usize,
 }
 
 /// A texture statement and where it stands.
@@ -106,29 +111,42 @@ impl MapRequest {
     }
 }
 
-/// The materials of an MTL file in its order, and what of it has no effect.
-pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMaterial>, Vec<String>), FileError> {
-    let bytes = std::fs::read(path).map_err(|e| FileError::system(path, "cannot read the material library", &e))?;
+/// The materials of an MTL file in its order. Statements that are wrong are left out.
+pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<MtlMaterial> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let error = FileError::system(path, "cannot read the material library", &error);
+            findings.add(Severity::Error, "unreadable-file", error.help("check who may read it"));
+            return Vec::new();
+        }
+    };
     let text = String::from_utf8_lossy(&bytes);
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
     for (line, statement) in statements(&text) {
         let (key, rest) = split_keyword(&statement);
         if key.eq_ignore_ascii_case("newmtl") {
-            sections.push(Section::new(rest));
+            sections.push(Section::new(rest, line));
             continue;
         }
         // Statements before the first material belong to none.
         let Some(section) = sections.last_mut() else { continue };
-        let wrong = |(message, help): Complaint, name: &str| {
-            let place = FileError::new(path, format!("material `{name}`: {message}"));
-            place.at(Position::line(line)).help(help)
+        let mut wrong = |(message, help): Complaint, name: &str| {
+            let error = FileError::new(path, format!("material `{name}`: {message}"));
+            let error = error.at(place_of(&text, line, suspect(key, rest))).help(help);
+            findings.add(Severity::Error, "wrong-statement", error);
         };
         let lower = key.to_ascii_lowercase();
         if let Some(slot) = MapSlot::of_keyword(&lower) {
-            let parsed = MapStatement::parse(slot, rest);
-            let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
-            let statement = parsed.map_err(|e| wrong((format!("{key}: {e}"), help), &section.name))?;
+            let statement = match MapStatement::parse(slot, rest) {
+                Ok(statement) => statement,
+                Err(message) => {
+                    let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
+                    wrong((format!("{key}: {message}"), help), &section.name);
+                    continue;
+                }
+            };
             skipped.extend(statement.ignored.iter().map(|option| (option.to_string(), line)));
             // The last one of a kind wins.
             section.maps.retain(|m| m.statement.slot != slot);
@@ -139,31 +157,66 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMater
             });
             continue;
         }
-        let known = section.set(&lower, key, rest).map_err(|c| wrong(c, &section.name))?;
-        if !known && !skipped.iter().any(|(k, _)| k == key) {
-            skipped.push((key.to_string(), line));
+        match section.set(&lower, key, rest) {
+            Ok(true) => section.lines.push((lower, line)),
+            Ok(false) if !skipped.iter().any(|(k, _)| k == key) => skipped.push((key.to_string(), line)),
+            Ok(false) => {}
+            Err(complaint) => wrong(complaint, &section.name),
         }
     }
 
-    let mut warnings = Vec::new();
-    if let Some((_, line)) = skipped.first() {
+    if let Some((first, line)) = skipped.first() {
         let keys: Vec<&str> = skipped.iter().map(|(key, _)| key.as_str()).collect();
         let message = format!("no effect: {}; the first is here", keys.join(", "));
-        warnings.push(FileError::new(path, message).at(Position::line(*line)).to_string());
+        let error = FileError::new(path, message).at(place_of(&text, *line, first));
+        let others = skipped.iter().skip(1).map(|&(_, line)| Position::line(line));
+        let finding = Finding::new(Severity::Warning, "unknown-keyword", error);
+        findings.push(finding.repeated(skipped.len() as u64, others));
     }
     let resolved = dialect.resolve(&text, &sections);
     let materials = sections.into_iter().map(|section| {
         let (material, remarks) = section.material(resolved);
-        let name = &section.name;
-        let remarks = remarks.into_iter();
-        warnings.extend(remarks.map(|words| format!("{}: material `{name}`: {words}", path.display())));
+        for remark in remarks.into_iter().chain(section.assumed()) {
+            let message = format!("material `{}`: {}", section.name, remark.words);
+            let error = FileError::new(path, message).at(Position::line(section.line_of(remark.key)));
+            findings.add(remark.severity, remark.code, error);
+        }
         MtlMaterial {
             material,
             maps: section.maps,
+            library: path.to_path_buf(),
+            line: section.line,
         }
     });
-    let materials = materials.collect();
-    Ok((materials, warnings))
+    materials.collect()
+}
+
+/// Of a statement that is wrong the word that likely is: the first that is no number, or all there is.
+fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
+    let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
+    let mut words = rest.split_whitespace();
+    let wrong = words.clone().find(|word| !is_number(word));
+    wrong.or_else(|| words.next()).unwrap_or(key)
+}
+
+/// Something about a material.
+struct Remark {
+    severity: Severity,
+    code: &'static str,
+    /// The keyword it is about, in lower case.
+    key: &'static str,
+    words: String,
+}
+
+impl Remark {
+    fn warning(code: &'static str, key: &'static str, words: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Warning,
+            code,
+            key,
+            words: words.into(),
+        }
+    }
 }
 
 /// What an MTL file says of one material.
@@ -182,15 +235,20 @@ struct Section {
     metallic: Option<f32>,
     illum: Option<u32>,
     maps: Vec<MapRequest>,
+    /// Of its `newmtl`.
+    line: usize,
+    /// Lines of its statements, by keyword in lower case.
+    lines: Vec<(String, usize)>,
 }
 
 /// What is wrong, and the remedy.
 type Complaint = (String, &'static str);
 
 impl Section {
-    fn new(name: &str) -> Self {
+    fn new(name: &str, line: usize) -> Self {
         Self {
             name: name.into(),
+            line,
             ..Self::default()
         }
     }
@@ -225,6 +283,79 @@ impl Section {
         Ok(true)
     }
 
+    /// The line of the last statement with this keyword, else that of the material.
+    fn line_of(&self, key: &str) -> usize {
+        let found = self.lines.iter().rev().find(|(k, _)| k == key);
+        found.map_or(self.line, |&(_, line)| line)
+    }
+
+    /// What is taken in some way though the file says it otherwise, or not at all.
+    fn assumed(&self) -> Vec<Remark> {
+        let mut notes = Vec::new();
+        let mut note = |code, key, words: String| {
+            let severity = Severity::Note;
+            let note = Remark {
+                severity,
+                code,
+                key,
+                words,
+            };
+            notes.push(note);
+        };
+        let shines = self.specular.is_some_and(|ks| !ks.is_black()) || self.has_map(MapSlot::Specular);
+        let emits = self.emission.is_some_and(|ke| !ke.is_black());
+        let has_holes = self.has_map(MapSlot::Opacity) || self.dissolve.is_some_and(|d| d < 1.0);
+        if emits && has_holes {
+            note(
+                "opacity",
+                "d",
+                "what emits has no holes: d and map_d have no effect".into(),
+            );
+        }
+        if let Some(ns) = self.exponent.filter(|&ns| ns > MOST_EXPONENT) {
+            let words = format!("Ns is {ns}, beyond the {MOST_EXPONENT} of the format; it is taken as it is");
+            note("exponent-range", "ns", words);
+        }
+        match self.illum {
+            Some(model @ (0 | 1)) if shines => {
+                note(
+                    "illum",
+                    "illum",
+                    format!("illum {model} has no highlight: Ks has no effect"),
+                );
+            }
+            Some(model @ (3 | 5)) if !shines => {
+                note(
+                    "illum",
+                    "illum",
+                    format!("illum {model} is a mirror, but there is no Ks: it is black"),
+                );
+            }
+            Some(model @ (4 | 6 | 7)) => {
+                if self.filter.is_none() && self.dissolve.is_none() && self.transparency.is_none() {
+                    note(
+                        "illum",
+                        "illum",
+                        format!("illum {model} is glass, but there is no Tf: it is clear"),
+                    );
+                }
+                if self.ior.is_none() {
+                    let words = format!("illum {model} is glass, but there is no Ni: it is {DEFAULT_IOR}");
+                    note("illum", "illum", words);
+                }
+            }
+            _ if shines && self.exponent.is_none() && !self.has_map(MapSlot::Exponent) => {
+                note(
+                    "default-exponent",
+                    "ks",
+                    format!("Ks without Ns: it is {DEFAULT_EXPONENT}"),
+                );
+            }
+            _ => {}
+        }
+        notes
+    }
+
     fn has_map(&self, slot: MapSlot) -> bool {
         self.maps.iter().any(|m| m.statement.slot == slot)
     }
@@ -232,17 +363,16 @@ impl Section {
     /// The factor of a colour: where a texture gives it, a factor that is missing or black would leave nothing of it.
     fn color(
         &self,
-        key: &str,
+        [key, lower]: [&'static str; 2],
         given: Option<Spectrum>,
         slot: MapSlot,
         default: f32,
-        remarks: &mut Vec<String>,
+        remarks: &mut Vec<Remark>,
     ) -> Spectrum {
         match (given, self.has_map(slot)) {
             (Some(color), true) if color.is_black() => {
-                remarks.push(format!(
-                    "{key} is 0 and would make its texture black; the texture counts alone"
-                ));
+                let words = format!("{key} is 0 and would make its texture black; the texture counts alone");
+                remarks.push(Remark::warning("black-texture", lower, words));
                 Spectrum::ONE
             }
             (None, true) => Spectrum::ONE,
@@ -256,7 +386,7 @@ impl Section {
     }
 
     /// The share of the surface that is there, as `dialect` has it.
-    fn opacity(&self, dialect: MtlDialect, remarks: &mut Vec<String>) -> f32 {
+    fn opacity(&self, dialect: MtlDialect, remarks: &mut Vec<Remark>) -> f32 {
         let of_tr = |t: f32| match dialect {
             MtlDialect::Meshlab => t,
             _ => 1.0 - t,
@@ -269,16 +399,15 @@ impl Section {
         let opacity = counts.unwrap_or(1.0);
         if let (Some(other), Some(d), Some(t)) = (other, self.dissolve, self.transparency) {
             if (other - opacity).abs() > 1e-3 {
-                remarks.push(format!(
-                    "d is {d} but Tr is {t}; {word} counts (--mtl-dialect says how `Tr` is meant)"
-                ));
+                let words = format!("d is {d} but Tr is {t}; {word} counts (--mtl-dialect says how `Tr` is meant)");
+                remarks.push(Remark::warning("opacity", "tr", words));
             }
         }
         opacity
     }
 
     /// The material, and what of it was assumed.
-    fn material(&self, dialect: MtlDialect) -> (Material, Vec<String>) {
+    fn material(&self, dialect: MtlDialect) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
@@ -286,8 +415,8 @@ impl Section {
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
         let mut material = Material {
             name: self.name.clone(),
-            diffuse: self.color("Kd", self.diffuse, MapSlot::Diffuse, plain, &mut remarks),
-            specular: self.color("Ks", self.specular, MapSlot::Specular, 0.0, &mut remarks),
+            diffuse: self.color(["Kd", "kd"], self.diffuse, MapSlot::Diffuse, plain, &mut remarks),
+            specular: self.color(["Ks", "ks"], self.specular, MapSlot::Specular, 0.0, &mut remarks),
             gloss: Gloss::Phong(self.exponent.unwrap_or(DEFAULT_EXPONENT)),
             emission,
             ..Material::default()
@@ -323,7 +452,8 @@ impl Section {
                 let all = material.diffuse + material.specular + material.transmission;
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
-                    remarks.push("glass reflects by its index of refraction; Ks is left out".into());
+                    let words = "glass reflects by its index of refraction; Ks is left out";
+                    remarks.push(Remark::warning("glass-reflection", "ks", words));
                 }
             }
             // A coloured veil: part of the light goes straight on, tinted.
@@ -380,10 +510,18 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
         std::fs::write(&path, text).unwrap();
-        load_mtl(&path, MtlDialect::Auto).map(|(materials, warnings)| {
-            let materials = materials.into_iter().map(|m| m.material);
-            (materials.collect(), warnings)
-        })
+        let (materials, warnings) = load_file(&path, MtlDialect::Auto)?;
+        let materials = materials.into_iter().map(|m| m.material);
+        Ok((materials.collect(), warnings))
+    }
+
+    fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMaterial>, Vec<String>), FileError> {
+        let mut findings = Findings::default();
+        let materials = load_mtl(path, dialect, &mut findings);
+        match findings.first_error() {
+            Some(error) => Err(error.clone()),
+            None => Ok((materials, findings.warnings())),
+        }
     }
 
     fn one(text: &str) -> Material {
@@ -464,7 +602,10 @@ mod tests {
     #[test]
     fn what_has_no_effect_is_said() {
         let (_, warnings) = load("newmtl a\ndisp a.png\nrefl r.png\nnewmtl b\ndisp b.png\nd 0.5\nTr 0.9\n").unwrap();
-        assert!(warnings[0].contains("t.mtl:2: no effect: disp, refl;"), "{warnings:?}");
+        assert!(
+            warnings[0].contains("t.mtl:2:1: no effect: disp, refl;"),
+            "{warnings:?}"
+        );
         assert!(
             warnings[1].contains("material `b`: d is 0.5 but Tr is 0.9"),
             "{warnings:?}"
@@ -477,7 +618,7 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("t.mtl");
             std::fs::write(&path, text).unwrap();
-            let (materials, warnings) = load_mtl(&path, dialect).unwrap();
+            let (materials, warnings) = load_file(&path, dialect).unwrap();
             (materials[0].material.opacity, warnings.len())
         };
         use MtlDialect::*;
@@ -518,7 +659,7 @@ mod tests {
             "newmtl a\nKd 0 0 0\nmap_Kd a.png\nMAP_KD -s 2 2 b c.png\nbump d.png\nmap_Ks e.png\n",
         )
         .unwrap();
-        let (materials, warnings) = load_mtl(&path, MtlDialect::Auto).unwrap();
+        let (materials, warnings) = load_file(&path, MtlDialect::Auto).unwrap();
         let maps: Vec<_> = materials[0]
             .maps
             .iter()

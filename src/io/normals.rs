@@ -56,7 +56,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
 }
 
 /// For each position the index of the first one that is equal to it.
-pub(super) fn weld(positions: &[Vec3]) -> Vec<u32> {
+pub fn weld(positions: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let index = |(i, &p): (usize, &Vec3)| *first.entry(bits(p)).or_insert(i as u32);
     positions.iter().enumerate().map(index).collect()
@@ -70,7 +70,7 @@ fn bits(v: Vec3) -> [u32; 3] {
 
 /// Newell's normal of a polygon, counter-clockwise: twice its area long, and right for polygons that are not convex or
 /// not quite flat (Sutherland, Sproull and Schumacker 1974). Zero without any area.
-pub(super) fn area_vector(points: &[Vec3]) -> DVec3 {
+pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;
     };

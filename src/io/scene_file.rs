@@ -239,13 +239,51 @@ impl<'de> Deserialize<'de> for MaxDepth {
 impl SceneFile {
     /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        let text = fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the scene file", &e))?;
+        Self::parse(path, read(path)?)
+    }
+
+    /// Reads the same, and goes on after what is wrong: an entry or a section that is refused is left out, and the rest read again. What is left
+    /// of the file, unless it is too little for a scene, and all errors.
+    pub fn inspect(path: &Path) -> (Option<Self>, Vec<FileError>) {
+        let mut text = match read(path) {
+            Ok(text) => text,
+            Err(error) => return (None, vec![error]),
+        };
+        let original = text.clone();
+        let mut errors: Vec<FileError> = Vec::new();
+        loop {
+            let (error, start) = match Self::parse_spanned(path, text.clone()) {
+                Ok(mut file) => {
+                    // Places are those of the whole file; blanks have kept them.
+                    file.text = original;
+                    return (Some(file), errors);
+                }
+                Err(refused) => refused,
+            };
+            let is_new = errors.iter().all(|known| known.position != error.position);
+            if !is_new || errors.len() == MOST_ERRORS {
+                return (None, errors);
+            }
+            errors.push(error);
+            match start.and_then(|start| without_entry(&text, start)) {
+                Some(shorter) => text = shorter,
+                None => return (None, errors),
+            }
+        }
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Self, FileError> {
+        Self::parse_spanned(path, text).map_err(|(error, _)| error)
+    }
+
+    /// What the text says, or an error and the byte that it is about.
+    fn parse_spanned(path: &Path, text: String) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = toml::from_str(&text).map_err(|error| {
             let whole = FileError::new(path, error.message().trim_end().to_string())
                 .help("docs/conventions.md lists every key of a scene file");
             match error.span() {
-                Some(span) => whole.at(Position::of_byte(&text, span.start)),
-                None => whole,
+                Some(span) => (whole.at(Position::of_byte(&text, span.start)), Some(span.start)),
+                None => (whole, None),
             }
         })?;
         file.path = path.to_path_buf();
@@ -254,16 +292,17 @@ impl SceneFile {
             Some(version) if *version.get_ref() == 1 => {}
             Some(version) => {
                 let message = format!("version {} of the scene format is not known", version.get_ref());
-                return Err(file
-                    .error(version.span(), message)
-                    .help("this program reads version = 1"));
+                let error = file.error(version.span(), message);
+                return Err((error.help("this program reads version = 1"), None));
             }
-            None => return Err(FileError::new(path, "no `version` key").help("start the file with version = 1")),
+            None => {
+                let error = FileError::new(path, "no `version` key").help("start the file with version = 1");
+                return Err((error, None));
+            }
         }
         if file.object.is_empty() {
-            return Err(
-                FileError::new(path, "no [[object]] in this scene").help("add [[object]] with obj = \"FILE.obj\"")
-            );
+            let error = FileError::new(path, "no [[object]] in this scene");
+            return Err((error.help("add [[object]] with obj = \"FILE.obj\""), None));
         }
         Ok(file)
     }
@@ -290,6 +329,13 @@ impl SceneFile {
         FileError::new(&self.path, message).at(Position::of_byte(&self.text, span.start))
     }
 
+    /// Something about the scene as a whole.
+    pub fn whole(&self, message: impl Into<String>) -> FileError {
+        let obj = self.object.first().map(|o| o.obj.get_ref().as_path());
+        let path = if self.is_file() { Some(self.path.as_path()) } else { obj };
+        FileError::new(path.unwrap_or(Path::new("")), message)
+    }
+
     /// A path in the scene file, which is relative to its folder.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(relative)
@@ -299,6 +345,42 @@ impl SceneFile {
     pub fn is_file(&self) -> bool {
         !self.path.as_os_str().is_empty()
     }
+}
+
+/// Errors of a scene file that are told.
+const MOST_ERRORS: usize = 20;
+
+fn read(path: &Path) -> Result<String, FileError> {
+    fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the scene file", &e))
+}
+
+/// The text with blanks in place of the entry or the section that byte `start` belongs to, so that other bytes keep their places.
+/// `None` where nothing was there.
+fn without_entry(text: &str, start: usize) -> Option<String> {
+    let before = text.get(..start)?;
+    let begin = before.rfind('\n').map_or(0, |i| i + 1);
+    let is_header = text[begin..].trim_start().starts_with('[');
+    // An entry goes on until its brackets are closed, a section to the next one.
+    let mut end = begin;
+    let mut depth = 0i64;
+    for line in text[begin..].split_inclusive('\n') {
+        if is_header && end > begin && line.trim_start().starts_with('[') {
+            break;
+        }
+        end += line.len();
+        let count = |brackets: [char; 2]| line.matches(brackets).count() as i64;
+        depth += count(['[', '{']) - count([']', '}']);
+        if !is_header && depth <= 0 {
+            break;
+        }
+    }
+    let entry = &text[begin..end];
+    if entry.trim().is_empty() {
+        return None;
+    }
+    let blank = |byte: u8| if byte == b'\n' { '\n' } else { ' ' };
+    let blanks: String = entry.bytes().map(blank).collect();
+    Some(format!("{}{blanks}{}", &text[..begin], &text[end..]))
 }
 
 #[cfg(test)]

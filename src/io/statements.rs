@@ -1,3 +1,4 @@
+use super::Position;
 use std::borrow::Cow;
 
 /// The statements of an OBJ or MTL file with the lines they start on, counted from 1.
@@ -28,6 +29,33 @@ pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
         rest = after;
     }
     pieces
+}
+
+/// Where the first word that is `word` stands in the statement that begins on `line` of `text`; the line, where there is none.
+///
+/// Made for messages: it counts lines anew.
+pub(super) fn place_of(text: &str, line: usize, word: &str) -> Position {
+    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    for (index, content) in lines.skip(line.saturating_sub(1)) {
+        let starts_word = |i: usize| content[..i].chars().next_back().is_none_or(char::is_whitespace);
+        let ends_word = |i: usize| {
+            content[i..]
+                .chars()
+                .next()
+                .is_none_or(|c| c.is_whitespace() || c == '\\')
+        };
+        let mut places = content.match_indices(word).map(|(i, _)| i);
+        if let Some(start) = places.find(|&i| starts_word(i) && ends_word(i + word.len())) {
+            return Position {
+                line: index + 1,
+                column: Some(content[..start].chars().count() + 1),
+            };
+        }
+        if !uncommented(content).ends_with('\\') {
+            break;
+        }
+    }
+    Position::line(line)
 }
 
 /// The keyword of a statement, and what follows it.
@@ -99,6 +127,23 @@ mod tests {
             ]
         );
         assert_eq!(got.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [1, 4, 7, 8]);
+    }
+
+    #[test]
+    fn words_have_places() {
+        let place = |line, word| {
+            let Position { line, column } = place_of(TEXT, line, word);
+            (line, column)
+        };
+        assert_eq!(place(1, "v"), (1, Some(1)));
+        assert_eq!(place(1, "3"), (1, Some(7)));
+        assert_eq!(place(4, "3"), (5, Some(5)));
+        assert_eq!(place(4, "4"), (6, Some(1)));
+        assert_eq!(place(4, "7"), (4, None));
+        assert_eq!(place(7, "Mat#2"), (7, Some(8)));
+        assert_eq!(place(99, "x"), (99, None));
+        // As columns of characters, and never a part of a word
+        assert_eq!(place_of("ä 10 1\n", 1, "1").column, Some(6));
     }
 
     #[test]

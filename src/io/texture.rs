@@ -35,8 +35,8 @@ pub struct LoadedTextures {
     pub textures: Vec<Texture>,
     /// For each request its texture, or why there is none.
     pub ids: Vec<Result<TextureId, FileError>>,
-    /// What was repaired, in sentences.
-    pub warnings: Vec<String>,
+    /// What was repaired.
+    pub warnings: Vec<FileError>,
 }
 
 impl LoadedTextures {
@@ -70,11 +70,9 @@ pub fn load_textures(requests: &[TextureRequest]) -> LoadedTextures {
     for (result, request) in results.into_iter().zip(&distinct) {
         ids.push(result.map(|texture| {
             if texture.replaced_texels() > 0 {
-                warnings.push(format!(
-                    "{}: {} texels are NaN, infinite or negative and count as 0",
-                    request.path.display(),
-                    texture.replaced_texels()
-                ));
+                let count = texture.replaced_texels();
+                let message = format!("{count} texels are NaN, infinite or negative and count as 0");
+                warnings.push(FileError::new(&request.path, message));
             }
             textures.push(texture);
             TextureId(textures.len() as u32 - 1)

@@ -10,6 +10,8 @@ use std::collections::HashMap;
 pub(super) struct Faces {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
+    /// Line of the first `usemtl` with that name; 0 where there is none.
+    pub line: usize,
     /// In the file's order.
     pub runs: Vec<Run>,
 }
@@ -28,10 +30,12 @@ pub(super) struct Run {
 pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
     let mut all: Vec<Faces> = Vec::new();
     let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
-    let (mut material, mut smoothing) = (None, 0);
+    let (mut material, mut line, mut smoothing) = (None, 0, 0);
     for (index, section) in sections.iter().enumerate() {
         for (switch, faces) in section.states() {
-            material = switch.material.as_deref().or(material);
+            if switch.material.is_some() {
+                (material, line) = (switch.material.as_deref(), switch.line);
+            }
             smoothing = switch.smoothing.unwrap_or(smoothing);
             if faces.is_empty() {
                 continue;
@@ -39,6 +43,7 @@ pub(super) fn by_material(sections: &[Section]) -> Vec<Faces> {
             let group = *index_of.entry(material).or_insert_with(|| {
                 all.push(Faces {
                     material: material.map(str::to_string),
+                    line,
                     runs: Vec::new(),
                 });
                 all.len() - 1
@@ -59,6 +64,7 @@ impl Faces {
         Group {
             mesh: mesh(outline, &self.runs),
             material: self.material,
+            line: self.line,
         }
     }
 }

@@ -1,5 +1,7 @@
-//! OBJ files: statements (`parse`), faces by material (`groups`), polygons (`polygon`), smoothing groups (`smoothing`).
+//! OBJ files: statements (`parse`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`), smoothing
+//! groups (`smoothing`).
 
+mod faces;
 mod groups;
 mod parse;
 mod polygon;
@@ -9,8 +11,9 @@ mod smoothing;
 use super::find_file::{case_differs, find_file};
 use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
 use super::normals::smooth_by_angle;
-use super::{FileError, LoadOptions, Position};
+use super::{FileError, Finding, Findings, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
+pub use faces::{Face, FaceMaterial, ObjFaces};
 use parse::Outline;
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -25,6 +28,8 @@ const PIECE_BYTES: usize = 1 << 20;
 pub(super) struct Group {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
+    /// Line of its first `usemtl`; 0 where there is none.
+    pub line: usize,
     /// The triangles, in the file's units.
     pub mesh: Mesh,
 }
@@ -36,18 +41,26 @@ pub(super) struct ObjFile {
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<MtlMaterial>,
-    /// What was missing or assumed, as `file:line: words`.
-    pub warnings: Vec<String>,
 }
 
-/// Reads an OBJ file and the libraries it names, in the current rayon pool.
-pub(super) fn load_obj(path: &Path, options: &LoadOptions) -> Result<ObjFile, FileError> {
+/// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
+/// everything else that is wrong, missing or assumed is among the findings.
+pub(super) fn load_obj(path: &Path, options: &LoadOptions, findings: &mut Findings) -> Result<ObjFile, FileError> {
     let text = read_text(path)?;
-    let outline = parse::parse(path, &text, PIECE_BYTES)?;
+    let mut outline = parse::parse(path, &text, PIECE_BYTES, false)?;
     drop(text);
-    let mut warnings = Vec::new();
-    let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, &mut warnings)?;
-    warnings.extend(outline.remarks.warnings(path));
+    let untold = outline.wrong_count - outline.wrong.len();
+    for error in outline.wrong.drain(..) {
+        findings.add(Severity::Error, "wrong-statement", error);
+    }
+    if untold > 0 {
+        let error = FileError::new(path, format!("{untold} more statements are wrong"));
+        let error = error.help("correct those above, and check again");
+        findings.push(Finding::new(Severity::Error, "wrong-statement", error).repeated(untold as u64, []));
+    }
+    let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, findings);
+    findings.extend(outline.remarks.findings(path));
+    let is_wrong = outline.wrong_count > 0;
 
     let mut groups = into_groups(outline);
     if let Some(degrees) = options.smooth {
@@ -55,16 +68,12 @@ pub(super) fn load_obj(path: &Path, options: &LoadOptions) -> Result<ObjFile, Fi
             .par_iter_mut()
             .for_each(|g| smooth_by_angle(&mut g.mesh, degrees));
     }
-    if groups.is_empty() {
+    if groups.is_empty() && !is_wrong {
         return Err(
             FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
         );
     }
-    Ok(ObjFile {
-        groups,
-        materials,
-        warnings,
-    })
+    Ok(ObjFile { groups, materials })
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
@@ -94,8 +103,8 @@ fn load_libraries(
     obj: &Path,
     libraries: &[(String, usize)],
     dialect: MtlDialect,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<MtlMaterial>, FileError> {
+    findings: &mut Findings,
+) -> Vec<MtlMaterial> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut seen = HashSet::new();
     let mut materials = Vec::new();
@@ -116,20 +125,18 @@ fn load_libraries(
                     library_path(obj, &name).display()
                 ));
                 let help = "put the file there; until then its materials are replaced by the default one";
-                warnings.push(missing.help(help).to_string());
+                findings.add(Severity::Warning, "missing-library", missing.help(help));
                 continue;
             };
             if case_differs(folder, &name, &path) {
                 let other_case = remark(format!("material library `{name}` is called `{}`", path.display()));
                 let help = "write its name as it is: other systems may not find it";
-                warnings.push(other_case.help(help).to_string());
+                findings.add(Severity::Warning, "other-case", other_case.help(help));
             }
-            let (library, remarks) = load_mtl(&path, dialect)?;
-            materials.extend(library);
-            warnings.extend(remarks);
+            materials.extend(load_mtl(&path, dialect, findings));
         }
     }
-    Ok(materials)
+    materials
 }
 
 /// Names between blanks; a `\` before a blank makes it a part of the name.
@@ -145,11 +152,32 @@ mod tests {
     use crate::math::hash::mix;
     use crate::math::{Vec2, Vec3};
 
-    fn load(text: impl AsRef<[u8]>) -> Result<ObjFile, FileError> {
+    /// A file that was read, and its warnings.
+    #[derive(Debug)]
+    struct Read {
+        groups: Vec<Group>,
+        materials: Vec<MtlMaterial>,
+        warnings: Vec<String>,
+    }
+
+    fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
+        let mut findings = Findings::default();
+        let ObjFile { groups, materials } = load_obj(path, options, &mut findings)?;
+        match findings.first_error() {
+            Some(error) => Err(error.clone()),
+            None => Ok(Read {
+                groups,
+                materials,
+                warnings: findings.warnings(),
+            }),
+        }
+    }
+
+    fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.obj");
         fs::write(&path, text).unwrap();
-        load_obj(&path, &LoadOptions::default())
+        load_file(&path, &LoadOptions::default())
     }
 
     /// The mesh of a file of one material, read without a warning.
@@ -390,7 +418,7 @@ mod tests {
         for (line, names, warnings) in cases {
             let path = folder.path().join("t.obj");
             fs::write(&path, format!("{line}\n{SQUARE}f 1 2 3\n")).unwrap();
-            let file = load_obj(&path, &LoadOptions::default()).unwrap();
+            let file = load_file(&path, &LoadOptions::default()).unwrap();
             let got: Vec<_> = file.materials.iter().map(|m| m.material.name.as_str()).collect();
             assert_eq!(got, names, "{line}");
             // Where the system ignores case, it is not wrong.
@@ -431,7 +459,7 @@ mod tests {
             ("f /1 2 3\n", 5, "/1"),
             ("f 1 2 99999999999999999999\n", 5, "99999999999999999999"),
             ("f 1 2 -9223372036854775808\n", 5, "-9223372036854775808"),
-            ("f 1 2 \\\n x\nf y 1 2\n", 5, "x"),
+            ("f 1 2 \\\n x\nf y 1 2\n", 6, "x"),
             ("f 1 2 3\nf 1 2 9\nv 1\n", 6, "9"),
             ("f 1 2 \u{7}\n", 5, "`\u{fffd}`"),
         ];
@@ -629,7 +657,11 @@ mod tests {
 
     /// What comes of a text that is read in pieces of so many bytes.
     fn read(text: &str, piece_bytes: usize) -> Result<Vec<Group>, FileError> {
-        parse::parse(Path::new("t.obj"), text, piece_bytes).map(into_groups)
+        let mut outline = parse::parse(Path::new("t.obj"), text, piece_bytes, false)?;
+        match outline.wrong.pop() {
+            Some(last) => Err(outline.wrong.into_iter().next().unwrap_or(last)),
+            None => Ok(into_groups(outline)),
+        }
     }
 
     /// The same in words.
@@ -668,7 +700,15 @@ mod tests {
                     }
                 }
             }
-            assert_eq!(described(&plain, 1 << 20), described(&wild, 1), "{wild}");
+            // Statements are on other lines, but say the same.
+            let without_lines = |text: &str, piece_bytes| {
+                let groups = read(text, piece_bytes).map(|mut groups| {
+                    groups.iter_mut().for_each(|g| g.line = 0);
+                    groups
+                });
+                format!("{groups:?}")
+            };
+            assert_eq!(without_lines(&plain, 1 << 20), without_lines(&wild, 1), "{wild}");
         }
     }
 

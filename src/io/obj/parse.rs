@@ -1,6 +1,7 @@
+use super::faces::Face;
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
-use crate::io::statements::{pieces, split_keyword, statements};
+use crate::io::statements::{pieces, place_of, split_keyword, statements};
 use crate::io::{FileError, Position};
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -11,6 +12,9 @@ use std::str;
 
 /// The index of what a corner does not have.
 pub(super) const NONE: u32 = u32::MAX;
+
+/// Wrong statements that are named; more of them are only counted.
+const MAX_WRONG: usize = 20;
 
 /// Characters of a word that an error shows.
 const MAX_SHOWN: usize = 60;
@@ -25,6 +29,10 @@ pub(super) struct Outline {
     pub libraries: Vec<(String, usize)>,
     /// What is left out or assumed.
     pub remarks: Remarks,
+    /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
+    pub wrong: Vec<FileError>,
+    /// How many those are in all.
+    pub wrong_count: usize,
 }
 
 /// Values that corners of faces name by index.
@@ -51,6 +59,8 @@ pub(super) struct Section {
     vn: Vec<u32>,
     /// Changes of state, in their order.
     switches: Vec<Switch>,
+    /// The line of each face, where lines are kept.
+    lines: Vec<u32>,
 }
 
 /// A change of what faces belong to.
@@ -60,6 +70,8 @@ pub(super) struct Switch {
     face: usize,
     /// The first corner it is for.
     corner: usize,
+    /// The line of the material.
+    pub line: usize,
     /// The material from now on; `None` leaves it as it was.
     pub material: Option<String>,
     /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
@@ -100,6 +112,25 @@ impl Section {
         })
     }
 
+    /// The lines of faces, where lines are kept.
+    pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
+        let lines = self.lines.get(range.faces.clone()).unwrap_or_default();
+        lines.iter().map(|&line| line as usize)
+    }
+
+    /// The face of these corners, as it is written.
+    pub fn face(&self, corners: Range<usize>, line: usize, material: usize) -> Face<'_> {
+        let part = |indices: &[u32]| corners.start.min(indices.len())..corners.end.min(indices.len());
+        let uvs = &self.vt[part(&self.vt)];
+        Face {
+            line,
+            material,
+            positions: &self.v[part(&self.v)],
+            normals: &self.vn[part(&self.vn)],
+            has_uvs: !uvs.is_empty() && !uvs.contains(&NONE),
+        }
+    }
+
     /// Indices of a corner's position, texture coordinates and normal.
     pub fn corner(&self, i: usize) -> [u32; 3] {
         let optional = |indices: &[u32]| indices.get(i).copied().unwrap_or(NONE);
@@ -116,6 +147,13 @@ impl Section {
         push_optional(&mut self.vt, vt, self.v.len());
         push_optional(&mut self.vn, vn, self.v.len());
         self.v.push(v);
+    }
+
+    /// Forgets all corners but the first `len`.
+    fn truncate(&mut self, len: usize) {
+        self.v.truncate(len);
+        self.vt.truncate(len);
+        self.vn.truncate(len);
     }
 
     fn switch(&mut self) -> &mut Switch {
@@ -136,6 +174,7 @@ impl Section {
         self.v.shrink_to_fit();
         self.vt.shrink_to_fit();
         self.vn.shrink_to_fit();
+        self.lines.shrink_to_fit();
     }
 }
 
@@ -152,9 +191,9 @@ fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
 /// Reads the statements of an OBJ file in pieces of some `piece_bytes`, in parallel; the result does not depend on
 /// their size.
 ///
-/// Lines are counted first, so that each piece knows its line and what indices mean in it; the first wrong line is the
-/// error.
-pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize) -> Result<Outline, FileError> {
+/// Lines are counted first, so that each piece knows its line and what indices mean in it. `keep_lines` keeps the line of each
+/// face. An error is a file that is too large as a whole; statements that are wrong are collected.
+pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize, keep_lines: bool) -> Result<Outline, FileError> {
     let texts = pieces(text, piece_bytes);
     let counts: Vec<Counts> = texts.par_iter().map(|piece| Counts::of(piece)).collect();
     let mut total = Counts::default();
@@ -164,10 +203,10 @@ pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize) -> Result<Outli
         before
     };
     let before: Vec<Counts> = counts.iter().map(running).collect();
-    let parsed: Vec<Result<Piece, FileError>> = texts
+    let parsed: Vec<Piece> = texts
         .par_iter()
         .zip(&before)
-        .map(|(piece, before)| Piece::parse(piece, before, &total).map_err(|(line, fault)| fault.at(path, line)))
+        .map(|(text, before)| Piece::parse(path, text, [before, &total], keep_lines))
         .collect();
 
     let mut outline = Outline {
@@ -179,13 +218,17 @@ pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize) -> Result<Outli
         sections: Vec::with_capacity(parsed.len()),
         libraries: Vec::new(),
         remarks: Remarks::default(),
+        wrong: Vec::new(),
+        wrong_count: 0,
     };
-    for piece in parsed {
-        let mut piece = piece?;
+    for mut piece in parsed {
         outline.vertices.append(&mut piece.vertices);
         outline.sections.push(piece.section);
         outline.libraries.append(&mut piece.libraries);
         outline.remarks.append(&piece.remarks);
+        let free = MAX_WRONG - outline.wrong.len();
+        outline.wrong.extend(piece.wrong.into_iter().take(free));
+        outline.wrong_count += piece.wrong_count;
     }
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
@@ -248,22 +291,17 @@ impl Counts {
     }
 }
 
-/// What is wrong with a statement, and the remedy.
+/// What is wrong with a statement, the word that is, and the remedy.
 struct Fault {
+    word: String,
     message: String,
     help: String,
 }
 
 impl Fault {
-    fn new(message: impl Into<String>, help: impl Into<String>) -> Self {
-        let (message, help) = (message.into(), help.into());
-        Self { message, help }
-    }
-
-    fn at(self, path: &Path, line: usize) -> FileError {
-        FileError::new(path, self.message)
-            .at(Position::line(line))
-            .help(self.help)
+    fn new(word: &str, message: impl Into<String>, help: impl Into<String>) -> Self {
+        let (word, message, help) = (word.into(), message.into(), help.into());
+        Self { word, message, help }
     }
 }
 
@@ -275,11 +313,14 @@ struct Piece<'a> {
     section: Section,
     libraries: Vec<(String, usize)>,
     remarks: Remarks,
+    wrong: Vec<FileError>,
+    wrong_count: usize,
+    keep_lines: bool,
 }
 
 impl<'a> Piece<'a> {
     /// Reads a piece of a file that has `total` counts, `before` of them before the piece.
-    fn parse(text: &str, before: &'a Counts, total: &'a Counts) -> Result<Self, (usize, Fault)> {
+    fn parse(path: &Path, text: &str, [before, total]: [&'a Counts; 2], keep_lines: bool) -> Self {
         let mut piece = Self {
             before,
             total,
@@ -287,15 +328,41 @@ impl<'a> Piece<'a> {
             section: Section::default(),
             libraries: Vec::new(),
             remarks: Remarks::default(),
+            wrong: Vec::new(),
+            wrong_count: 0,
+            keep_lines,
         };
         // The first switch changes nothing: faces may belong to what came before the piece.
         piece.section.switch();
         for (line, statement) in statements(text) {
-            let line = before.lines + line;
-            piece.read(&statement, line).map_err(|fault| (line, fault))?;
+            let Err(fault) = piece.read(&statement, before.lines + line) else {
+                continue;
+            };
+            piece.stand_in(&statement);
+            piece.wrong_count += 1;
+            if piece.wrong.len() < MAX_WRONG {
+                let place = place_of(text, line, &fault.word);
+                let place = Position {
+                    line: before.lines + place.line,
+                    ..place
+                };
+                piece
+                    .wrong
+                    .push(FileError::new(path, fault.message).at(place).help(fault.help));
+            }
         }
         piece.section.shrink_to_fit();
-        Ok(piece)
+        piece
+    }
+
+    /// Puts something in the place of what a wrong statement names, so that the indices of others keep their meaning.
+    fn stand_in(&mut self, statement: &str) {
+        match split_keyword(statement).0 {
+            "v" => self.vertices.positions.push(Vec3::ZERO),
+            "vt" => self.vertices.uvs.push(Vec2::ZERO),
+            "vn" => self.vertices.normals.push(Vec3::ZERO),
+            _ => {}
+        }
     }
 
     fn read(&mut self, statement: &str, line: usize) -> Result<(), Fault> {
@@ -326,7 +393,10 @@ impl<'a> Piece<'a> {
                 self.vertices.normals.push(normal);
             }
             "f" | "fo" => self.read_face(rest, line)?,
-            "usemtl" if !rest.is_empty() => self.section.switch().material = Some(rest.into()),
+            "usemtl" if !rest.is_empty() => {
+                let switch = self.section.switch();
+                (switch.material, switch.line) = (Some(rest.into()), line);
+            }
             "s" => self.section.switch().smoothing = Some(self.smoothing_group(rest, line)),
             "mtllib" => self.libraries.push((rest.into(), line)),
             // Names, lines and points, and how other programs should show the mesh
@@ -343,16 +413,22 @@ impl<'a> Piece<'a> {
             return Ok(());
         }
         for word in corners.split_ascii_whitespace() {
-            let corner = self.corner(word)?;
+            let corner = self.corner(word).inspect_err(|_| self.section.truncate(start))?;
             self.section.push_corner(corner);
         }
         let size = self.section.v.len() - start;
         if size > MAX_CLIPPED {
             self.remarks.add(Remark::LongFace, line);
         }
-        let size = u32::try_from(size)
-            .map_err(|_| Fault::new(format!("a face of {size} corners"), "cut the face into smaller ones"))?;
+        let Ok(size) = u32::try_from(size) else {
+            self.section.truncate(start);
+            let message = format!("a face of {size} corners");
+            return Err(Fault::new("f", message, "cut the face into smaller ones"));
+        };
         self.section.sizes.push(size);
+        if self.keep_lines {
+            self.section.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
+        }
         Ok(())
     }
 
@@ -363,7 +439,7 @@ impl<'a> Piece<'a> {
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
                 let message = format!("`{}` has too many parts", shown(word));
-                return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
+                return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
             };
             if !part.is_empty() || kind == 0 {
                 *slot = self.index(kind, part, word)?;
@@ -376,7 +452,7 @@ impl<'a> Piece<'a> {
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = format!("`{}` is no face corner", shown(word));
-            return Err(Fault::new(message, "write v, v/vt, v//vn or v/vt/vn"));
+            return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
         };
         let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
         let total = self.total.elements[kind] as i64;
@@ -387,10 +463,10 @@ impl<'a> Piece<'a> {
             return Ok((so_far + index) as u32);
         }
 
-        let (name, keyword, word) = (NAMES[kind], KEYWORDS[kind], shown(word));
+        let (name, keyword, shown) = (NAMES[kind], KEYWORDS[kind], shown(word));
         if index == 0 {
-            let message = format!("{name} index 0 in `{word}`");
-            return Err(Fault::new(message, "OBJ indices start at 1"));
+            let message = format!("{name} index 0 in `{shown}`");
+            return Err(Fault::new(word, message, "OBJ indices start at 1"));
         }
         let help = match (index < 0, total) {
             (_, 0) => format!("the file has no `{keyword}` line"),
@@ -398,10 +474,8 @@ impl<'a> Piece<'a> {
             (true, _) => format!("{so_far} came before this line: use -{so_far} to -1, or a positive index"),
             (false, _) => format!("the file has {total} `{keyword}` lines: use 1 to {total}"),
         };
-        Err(Fault::new(
-            format!("{name} index {index} in `{word}` is out of range"),
-            help,
-        ))
+        let message = format!("{name} index {index} in `{shown}` is out of range");
+        Err(Fault::new(word, message, help))
     }
 
     /// The number of a smoothing group, 0 for none.
@@ -426,7 +500,7 @@ fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result
     }
     if count < needed {
         let message = format!("{needed} numbers expected: `{}`", shown(statement));
-        return Err(Fault::new(message, "complete the line"));
+        return Err(Fault::new(split_keyword(statement).0, message, "complete the line"));
     }
     Ok(numbers)
 }
@@ -439,18 +513,17 @@ fn number(word: &str) -> Result<f32, Fault> {
     if word.contains(".#") || word.contains("nan(") {
         return Ok(f32::NAN);
     }
-    Err(Fault::new(
-        format!("`{}` is no number", shown(word)),
-        "write a decimal number",
-    ))
+    let message = format!("`{}` is no number", shown(word));
+    Err(Fault::new(word, message, "write a decimal number"))
 }
 
 /// That one of the numbers in `rest` is infinite or none.
 fn not_finite(rest: &str) -> Fault {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
-    let message = format!("`{}` is no finite number", shown(word.unwrap_or(rest)));
-    Fault::new(message, "write a finite coordinate")
+    let word = word.unwrap_or(rest);
+    let message = format!("`{}` is no finite number", shown(word));
+    Fault::new(word, message, "write a finite coordinate")
 }
 
 /// Text of the file as an error may show it: not too long, and without what would upset a terminal.

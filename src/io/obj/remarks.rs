@@ -1,5 +1,5 @@
 use super::polygon::MAX_CLIPPED;
-use crate::io::{FileError, Position};
+use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
 use std::path::Path;
 
 /// Keywords without effect that are named in the warning; more of them are only counted.
@@ -20,7 +20,7 @@ pub(super) enum Remark {
     BadSmoothing,
 }
 
-/// How often there was something to remark, and the line of the first.
+/// How often there was something to remark, and where.
 #[derive(Default)]
 pub(super) struct Remarks {
     /// By [`Remark`].
@@ -31,49 +31,66 @@ pub(super) struct Remarks {
     keywords: Vec<String>,
 }
 
-#[derive(Clone, Copy, Default)]
+#[derive(Default)]
 struct Tally {
-    count: usize,
-    first_line: usize,
+    count: u64,
+    /// The first ones.
+    lines: Vec<usize>,
 }
 
 impl Remarks {
     pub fn add(&mut self, remark: Remark, line: usize) {
-        self.tallies[remark as usize].add(1, line);
+        self.tallies[remark as usize].add(1, &[line]);
     }
 
     /// A statement that has no effect.
     pub fn add_unknown(&mut self, keyword: &str, line: usize) {
-        self.unknown.add(1, line);
+        self.unknown.add(1, &[line]);
         self.name(keyword);
     }
 
     /// Adds the remarks on what follows in the file.
     pub fn append(&mut self, later: &Self) {
         for (tally, more) in self.tallies.iter_mut().zip(&later.tallies) {
-            tally.add(more.count, more.first_line);
+            tally.add(more.count, &more.lines);
         }
-        self.unknown.add(later.unknown.count, later.unknown.first_line);
+        self.unknown.add(later.unknown.count, &later.unknown.lines);
         later.keywords.iter().for_each(|keyword| self.name(keyword));
     }
 
-    /// All of it in words.
-    pub fn warnings(&self, path: &Path) -> Vec<String> {
+    /// All of it.
+    pub fn findings(&self, path: &Path) -> Vec<Finding> {
         let words = [
-            "faces of fewer than 3 corners are left out".to_string(),
-            format!("faces of more than {MAX_CLIPPED} corners are cut as if they were convex"),
-            "normals are zero or not finite, and count as missing".to_string(),
-            "texture coordinates are not finite, and count as 0".to_string(),
-            "smoothing groups are neither a number nor `off`, and count as `off`".to_string(),
-            format!("statements have no effect ({})", self.keywords.join(", ")),
+            ("short-face", "faces of fewer than 3 corners are left out".to_string()),
+            (
+                "long-face",
+                format!("faces of more than {MAX_CLIPPED} corners are cut as if they were convex"),
+            ),
+            (
+                "bad-normal",
+                "normals are zero or not finite, and count as missing".to_string(),
+            ),
+            (
+                "bad-texture-coordinate",
+                "texture coordinates are not finite, and count as 0".to_string(),
+            ),
+            (
+                "bad-smoothing-group",
+                "smoothing groups are neither a number nor `off`, and count as `off`".to_string(),
+            ),
+            (
+                "unknown-statement",
+                format!("statements have no effect ({})", self.keywords.join(", ")),
+            ),
         ];
         let tallies = self.tallies.iter().chain([&self.unknown]);
-        let warning = |(words, tally): (String, &Tally)| {
+        let finding = |((code, words), tally): ((&'static str, String), &Tally)| {
+            let mut places = tally.lines.iter().map(|&line| Position::line(line));
             let message = format!("{} {words}, the first is here", tally.count);
-            let place = Position::line(tally.first_line);
-            (tally.count > 0).then(|| FileError::new(path, message).at(place).to_string())
+            let first = FileError::new(path, message).at(places.next()?);
+            Some(Finding::new(Severity::Warning, code, first).repeated(tally.count, places))
         };
-        words.into_iter().zip(tallies).filter_map(warning).collect()
+        words.into_iter().zip(tallies).filter_map(finding).collect()
     }
 
     fn name(&mut self, keyword: &str) {
@@ -84,10 +101,9 @@ impl Remarks {
 }
 
 impl Tally {
-    fn add(&mut self, count: usize, first_line: usize) {
-        if self.count == 0 {
-            self.first_line = first_line;
-        }
+    fn add(&mut self, count: u64, lines: &[usize]) {
         self.count += count;
+        let free = (1 + MOST_PLACES).saturating_sub(self.lines.len());
+        self.lines.extend(lines.iter().take(free));
     }
 }

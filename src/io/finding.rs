@@ -1,0 +1,147 @@
+use super::{FileError, Position};
+use std::fmt;
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Wrong: it cannot be what is meant.
+    Error,
+    /// Likely not meant; it was repaired, replaced or left out.
+    Warning,
+    /// What was assumed.
+    Note,
+}
+
+impl Severity {
+    /// The word that users read.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+            Self::Note => "note",
+        }
+    }
+}
+
+/// Something worth a word about a scene's files.
+///
+/// Shown as `file:line:column: severity: message [code]`, with the remedy on a line of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// A name that stays the same, whatever the words.
+    pub code: &'static str,
+    /// What it is, where it is for the first time, and the remedy.
+    pub error: FileError,
+    /// How many there are of it.
+    pub count: u64,
+    /// Places of the next ones in the same file, not all of them if there are many.
+    pub more: Vec<Position>,
+}
+
+/// Places that a finding names besides the first.
+pub const MOST_PLACES: usize = 5;
+
+impl Finding {
+    /// Something that is there once.
+    pub fn new(severity: Severity, code: &'static str, error: FileError) -> Self {
+        Self {
+            severity,
+            code,
+            error,
+            count: 1,
+            more: Vec::new(),
+        }
+    }
+
+    /// Something that is there `count` times, at the places `more` besides the first.
+    pub fn repeated(mut self, count: u64, more: impl IntoIterator<Item = Position>) -> Self {
+        self.count = count;
+        self.more = more.into_iter().take(MOST_PLACES).collect();
+        self
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { severity, error, .. } = self;
+        let (place, severity) = (error.place(), severity.name());
+        write!(f, "{place}: {severity}: {} [{}]", error.message, self.code)?;
+        if !self.more.is_empty() {
+            let lines: Vec<String> = self.more.iter().map(|p| p.line.to_string()).collect();
+            let told = 1 + self.more.len() as u64;
+            let rest = if self.count > told { ", …" } else { "" };
+            write!(f, "\n  also: lines {}{rest}", lines.join(", "))?;
+        }
+        match &error.help {
+            Some(help) => write!(f, "\n  help: {help}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What readers find, in the order in which they do.
+#[derive(Clone, Debug, Default)]
+pub struct Findings(Vec<Finding>);
+
+impl Findings {
+    /// Adds something that is there once.
+    pub fn add(&mut self, severity: Severity, code: &'static str, error: FileError) {
+        self.push(Finding::new(severity, code, error));
+    }
+
+    /// Adds a finding.
+    pub fn push(&mut self, finding: Finding) {
+        self.0.push(finding);
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &Finding> {
+        self.0.iter()
+    }
+
+    /// The first thing that is wrong.
+    pub fn first_error(&self) -> Option<&FileError> {
+        let mut wrong = self.0.iter().filter(|f| f.severity == Severity::Error);
+        wrong.next().map(|f| &f.error)
+    }
+
+    /// In sentences, what a render should not keep to itself. Of what is assumed that is the light alone: it changes every pixel.
+    pub fn warnings(&self) -> Vec<String> {
+        let told = |f: &&Finding| f.severity == Severity::Warning || f.code == "default-light";
+        self.0.iter().filter(told).map(|f| f.error.to_string()).collect()
+    }
+}
+
+impl IntoIterator for Findings {
+    type Item = Finding;
+    type IntoIter = std::vec::IntoIter<Finding>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl Extend<Finding> for Findings {
+    fn extend<T: IntoIterator<Item = Finding>>(&mut self, more: T) {
+        self.0.extend(more);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn findings_are_shown_as_editors_read_them() {
+        let place = |line| Position { line, column: Some(4) };
+        let error = FileError::new(Path::new("a.obj"), "two").at(place(3)).help("less");
+        let finding = Finding::new(Severity::Warning, "some-name", error).repeated(9, [5, 8].map(place));
+        assert_eq!(
+            finding.to_string(),
+            "a.obj:3:4: warning: two [some-name]\n  also: lines 5, 8, …\n  help: less"
+        );
+    }
+}

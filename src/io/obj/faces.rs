@@ -1,0 +1,116 @@
+use super::parse::{FaceRange, Outline, parse};
+use super::polygon::triangulate;
+use super::{PIECE_BYTES, read_text};
+use crate::io::FileError;
+use crate::io::statements::{split_keyword, statements};
+use crate::math::{Vec2, Vec3};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// The faces of an OBJ file as it writes them, each with its line: before they are cut into triangles.
+pub struct ObjFaces {
+    outline: Outline,
+    materials: Vec<FaceMaterial>,
+    /// Section, faces, and the index of their material, in the file's order.
+    runs: Vec<(usize, FaceRange, usize)>,
+}
+
+/// What faces name as their material.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FaceMaterial {
+    /// Name in `usemtl`; `None` before the first one.
+    pub name: Option<String>,
+    /// Line of the first `usemtl` with that name; 0 where there is none.
+    pub line: usize,
+}
+
+/// A face of at least three corners, by indices that are there.
+#[derive(Clone, Copy, Debug)]
+pub struct Face<'a> {
+    /// The line it stands on.
+    pub line: usize,
+    /// Index of its material, for [`ObjFaces::materials`].
+    pub material: usize,
+    /// Index of each corner's position.
+    pub positions: &'a [u32],
+    /// Index of each corner's normal, out of range where it has none; empty where no corner has one.
+    pub normals: &'a [u32],
+    /// Whether every corner has texture coordinates.
+    pub has_uvs: bool,
+}
+
+impl ObjFaces {
+    /// Reads a file as a render does. Statements that are wrong are left out.
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let text = read_text(path)?;
+        let outline = parse(path, &text, PIECE_BYTES, true)?;
+        let (mut materials, mut runs) = (Vec::new(), Vec::new());
+        let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
+        let (mut name, mut line) = (None, 0);
+        for (section, content) in outline.sections.iter().enumerate() {
+            for (switch, faces) in content.states() {
+                if switch.material.is_some() {
+                    (name, line) = (switch.material.as_deref(), switch.line);
+                }
+                if faces.is_empty() {
+                    continue;
+                }
+                let index = *index_of.entry(name).or_insert_with(|| {
+                    let name = name.map(str::to_string);
+                    materials.push(FaceMaterial { name, line });
+                    materials.len() - 1
+                });
+                runs.push((section, faces, index));
+            }
+        }
+        Ok(Self {
+            outline,
+            materials,
+            runs,
+        })
+    }
+
+    /// Materials in the order of first use.
+    pub fn materials(&self) -> &[FaceMaterial] {
+        &self.materials
+    }
+
+    /// Values of all `v` lines.
+    pub fn positions(&self) -> &[Vec3] {
+        &self.outline.vertices.positions
+    }
+
+    /// Values of all `vt` lines.
+    pub fn uvs(&self) -> &[Vec2] {
+        &self.outline.vertices.uvs
+    }
+
+    /// Values of all `vn` lines, of unit length; zero where the file's are none.
+    pub fn normals(&self) -> &[Vec3] {
+        &self.outline.vertices.normals
+    }
+
+    /// The faces, in the file's order.
+    pub fn faces(&self) -> impl Iterator<Item = Face<'_>> {
+        self.runs.iter().flat_map(|(section, range, material)| {
+            let section = &self.outline.sections[*section];
+            let faces = section.faces(range).zip(section.lines(range));
+            faces.map(|(corners, line)| section.face(corners, line, *material))
+        })
+    }
+
+    /// Whether the polygon of these corners could be cut into triangles that do not overlap.
+    pub fn is_simple(corners: &[Vec3]) -> bool {
+        !triangulate(corners, &mut |_| {})
+    }
+
+    /// The lines of these `v` statements of a file, counted from 0 and sorted: it is read once more. Empty where it cannot be.
+    pub fn lines_of_positions(path: &Path, indices: &[usize]) -> Vec<usize> {
+        let Ok(text) = read_text(path) else {
+            return Vec::new();
+        };
+        let all = statements(&text).filter(|(_, statement)| split_keyword(statement).0 == "v");
+        let wanted = all.enumerate().filter(|(i, _)| indices.binary_search(i).is_ok());
+        wanted.map(|(_, (line, _))| line).take(indices.len()).collect()
+    }
+}

@@ -6,7 +6,8 @@
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
-//! - [`render`], [`io`], [`cli`]: passes and tiles, files, and the command line
+//! - [`render`], [`io`]: passes and tiles, and files
+//! - [`lint`], [`cli`]: what is likely not meant in a scene, and the command line
 
 pub mod accel;
 pub mod bsdf;
@@ -18,6 +19,7 @@ pub mod geometry;
 pub mod integrator;
 pub mod io;
 pub mod light;
+pub mod lint;
 pub mod material;
 pub mod math;
 pub mod render;

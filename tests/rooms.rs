@@ -13,6 +13,7 @@ const ROWS: &[&[&str]] = &[
     &["accel"],
     &["integrator"],
     &["io", "render"],
+    &["lint"],
     &["cli"],
 ];
 

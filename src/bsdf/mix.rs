@@ -32,6 +32,12 @@ impl Mix {
         weights.map(|w| if total > 0.0 { w / total } else { 0.0 })
     }
 
+    /// Probability of choosing each of the lobes that there are.
+    pub(super) fn probabilities(&self, wo: Vec3) -> Vec<f32> {
+        let choice = self.lobes.iter().zip(self.choice(wo));
+        choice.filter(|(lobe, _)| lobe.is_some()).map(|(_, p)| p).collect()
+    }
+
     /// Sum over lobes.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         self.lobes().fold(Spectrum::ZERO, |f, lobe| f + lobe.eval(wo, wi))

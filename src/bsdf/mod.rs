@@ -111,6 +111,14 @@ impl Bsdf {
         single.into_iter().chain(mix.into_iter().flat_map(Mix::lobes))
     }
 
+    /// Probability with which [`Bsdf::sample`] chooses each of [`Bsdf::lobes`].
+    pub fn lobe_probabilities(&self, wo: Vec3) -> Vec<f32> {
+        match self {
+            Self::Single(_) => vec![1.0],
+            Self::Mix(mix) => mix.probabilities(wo),
+        }
+    }
+
     /// Whether all its lobes are delta lobes: then light can be found by following them only.
     pub fn is_delta(&self) -> bool {
         match self {

@@ -26,6 +26,10 @@ pub(super) enum Command {
     Bench(BenchArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     Info(InfoArgs),
+    /// Say what is wrong with a scene's files, and what is assumed: file:line:column
+    Check(CheckArgs),
+    /// Say what a material does with light, and render a sphere of it
+    Explain(ExplainArgs),
 }
 
 #[derive(Debug, Parser)]
@@ -178,6 +182,64 @@ pub(super) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
+Examples:
+  embrasure check scenes/cornell-box.toml
+  embrasure check room.obj --json")]
+pub(super) struct CheckArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
+  embrasure explain scenes/cornell-box.toml red
+  embrasure explain room.obj \"Window Glass\" -o glass.png --size 256x256")]
+pub(super) struct ExplainArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Name of a material that the scene uses
+    pub material: String,
+
+    /// Render a sphere of it here, .exr or .png
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// Samples a pixel of the sphere
+    #[arg(long, value_name = "N", default_value = "64")]
+    pub spp: std::num::NonZeroU32,
+
+    /// Size of the sphere's image in pixels
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "512x512")]
+    pub size: [u32; 2],
+
+    /// Threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
 
     #[command(flatten)]
     pub load: LoadArgs,

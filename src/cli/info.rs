@@ -1,16 +1,14 @@
 use super::args::InfoArgs;
+use super::backend::Backend;
 use super::error::CliError;
 use super::job::read_scene;
-use crate::film::{Film, Rect};
-use crate::io::{Loaded, load_scene};
+use crate::film::Rect;
+use crate::io::{Loaded, SceneFile, load_scene};
+use crate::lint::Forecast;
 use crate::math::UVec2;
-use crate::scene::SceneBuilder;
+use crate::scene::{Scene, SceneBuilder};
 use serde_json::json;
 use std::process::ExitCode;
-
-/// Bytes a triangle takes in an acceleration structure: 64 to 70 were measured with Embree on rooms and meshes of 3·10⁴ to 10⁶
-/// triangles, 76 to 79 with obvhs.
-const BVH_BYTES_PER_TRIANGLE: u64 = if cfg!(feature = "embree") { 70 } else { 79 };
 
 /// Prints what is in a scene.
 pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
@@ -19,6 +17,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
     let bounds = scene.bounds();
     let resolution = |value: &Option<toml::Spanned<u32>>| value.as_ref().map_or(512, |v| *v.get_ref());
     let size = UVec2::new(resolution(&file.image.width), resolution(&file.image.height));
+    let (memory, backend) = (forecast(&file, &scene, size), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let info = json!({
         "scene": args.scene.display().to_string(),
@@ -48,9 +47,10 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
         },
         "bounds": [decimal(bounds.min.to_array()), decimal(bounds.max.to_array())],
         "memory_forecast_bytes": {
-            "scene": scene.bytes(),
-            "bvh": scene.triangle_count() * BVH_BYTES_PER_TRIANGLE,
-            "film": Film::bytes(Rect::full(size)),
+            "scene": memory.scene(),
+            "bvh": memory.accel(backend),
+            "film": memory.film,
+            "peak": memory.peak(backend),
         },
         "warnings": warnings,
     });
@@ -62,8 +62,15 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// What a render of the scene at this size will take.
+pub(super) fn forecast(file: &SceneFile, scene: &Scene, size: UVec2) -> Forecast {
+    let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
+    let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
+    Forecast::new(scene, Rect::full(size), sizes.max().unwrap_or(0))
+}
+
 /// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.
-fn decimal(values: [f32; 3]) -> [f64; 3] {
+pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }
 
@@ -91,10 +98,11 @@ fn print_text(info: &serde_json::Value) {
     println!("  lights     {}", kinds.join(", "));
     let memory = &info["memory_forecast_bytes"];
     println!(
-        "  memory     scene {:.1} MB, acceleration structure about {:.1} MB, film {:.1} MB",
+        "  memory     scene {:.1} MB, acceleration structure about {:.1} MB, film {:.1} MB; about {:.0} MB at the peak of a render",
         megabytes(&memory["scene"]),
         megabytes(&memory["bvh"]),
-        megabytes(&memory["film"])
+        megabytes(&memory["film"]),
+        megabytes(&memory["peak"])
     );
     println!("  materials");
     for m in info["materials"].as_array().into_iter().flatten() {

@@ -54,7 +54,11 @@ struct CameraArgs {
 impl Job {
     /// Reads the scene file and resolves everything.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
-        let scene = read_scene(&args.scene, &args.load)?;
+        Self::of_scene(args, read_scene(&args.scene, &args.load)?)
+    }
+
+    /// Resolves everything for a scene file that was read.
+    pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
         let resolution = resolution(args, &scene)?;
         let crop = crop(args, resolution)?;
         let kind = choose(&scene, "filter", &args.filter, &scene.image.filter, FilterKind::NAMES)?;
@@ -106,9 +110,7 @@ impl Job {
             estimator,
             sampler,
             backend,
-            threads: args
-                .threads
-                .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())),
+            threads: args.threads.unwrap_or_else(all_threads),
             quiet: args.quiet,
             verbose: args.verbose,
             camera: CameraArgs {
@@ -239,6 +241,11 @@ impl Job {
     }
 }
 
+/// As many threads as the machine runs at a time.
+pub(super) fn all_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get())
+}
+
 /// So many threads.
 pub(super) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, CliError> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -247,33 +254,63 @@ pub(super) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, CliError>
 
 /// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.
 pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliError> {
-    let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
-    if path.is_dir() {
-        return Err(refused("this is a directory, not a scene").into());
-    }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let mut scene = match extension.as_deref() {
-        Some("toml") => SceneFile::load(path)?,
-        Some("obj") => SceneFile::of_obj(path),
-        _ => return Err(refused("not a scene by its name").into()),
+    let mut scene = match kind_of(path)? {
+        SceneKind::Toml => SceneFile::load(path)?,
+        SceneKind::Obj => SceneFile::of_obj(path),
     };
-    let settings = &scene.render;
-    scene.options = LoadOptions {
-        mtl_dialect: choose(
-            &scene,
-            "mtl-dialect",
-            &args.mtl_dialect,
-            &settings.mtl_dialect,
-            MtlDialect::NAMES,
-        )?,
-        smooth: positive(&scene, "smooth", args.smooth, &settings.smooth)?,
-    };
+    scene.options = load_options(&scene, args)?;
     Ok(scene)
 }
 
+/// What describes a scene.
+pub(super) enum SceneKind {
+    Toml,
+    Obj,
+}
+
+/// What the file is, by its name.
+pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
+    let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
+    if path.is_dir() {
+        return Err(refused("this is a directory, not a scene"));
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("toml") => Ok(SceneKind::Toml),
+        Some("obj") => Ok(SceneKind::Obj),
+        _ => Err(refused("not a scene by its name")),
+    }
+}
+
+/// How the files of a scene are read.
+pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOptions, CliError> {
+    let settings = &scene.render;
+    let dialect = (&args.mtl_dialect, &settings.mtl_dialect);
+    Ok(LoadOptions {
+        mtl_dialect: choose(scene, "mtl-dialect", dialect.0, dialect.1, MtlDialect::NAMES)?,
+        smooth: positive(scene, "smooth", args.smooth, &settings.smooth)?,
+    })
+}
+
+/// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
+const MAX: u32 = 1 << 16;
+
+/// What `--size` says, if an image can have it.
+pub(super) fn checked_size([width, height]: [u32; 2]) -> Result<UVec2, CliError> {
+    if width == 0 || height == 0 {
+        return Err(CliError::Usage(format!(
+            "--size {width}x{height}: the image has no pixels\n  help: use 1x1 or more"
+        )));
+    }
+    if width > MAX || height > MAX {
+        return Err(CliError::Usage(format!(
+            "--size {width}x{height}\n  help: at most {MAX} pixels a side"
+        )));
+    }
+    Ok(UVec2::new(width, height))
+}
+
 fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {
-    // EXR counts pixels in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
-    const MAX: u32 = 1 << 16;
     let from_file = |value: &Option<Spanned<u32>>| -> Result<u32, CliError> {
         match value {
             Some(n) if *n.get_ref() > MAX => Err(scene
@@ -288,21 +325,13 @@ fn resolution(args: &RenderArgs, scene: &SceneFile) -> Result<UVec2, CliError> {
             None => Ok(512),
         }
     };
-    let [width, height] = match args.size {
-        Some(size) => size,
-        None => [from_file(&scene.image.width)?, from_file(&scene.image.height)?],
-    };
-    if width == 0 || height == 0 {
-        return Err(CliError::Usage(format!(
-            "--size {width}x{height}: the image has no pixels\n  help: use 1x1 or more"
-        )));
+    match args.size {
+        Some(size) => checked_size(size),
+        None => Ok(UVec2::new(
+            from_file(&scene.image.width)?,
+            from_file(&scene.image.height)?,
+        )),
     }
-    if width > MAX || height > MAX {
-        return Err(CliError::Usage(format!(
-            "--size {width}x{height}\n  help: at most {MAX} pixels a side"
-        )));
-    }
-    Ok(UVec2::new(width, height))
 }
 
 fn crop(args: &RenderArgs, resolution: UVec2) -> Result<Rect, CliError> {

@@ -5,8 +5,10 @@ mod audit;
 mod backend;
 mod bench;
 mod bench_tables;
+mod check;
 mod error;
 mod estimator;
+mod explain;
 mod hash;
 mod info;
 mod job;
@@ -53,6 +55,8 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Audit(args)) => audit::audit(&args),
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Info(args)) => info::info(&args),
+        Some(Command::Check(args)) => check::check(&args),
+        Some(Command::Explain(args)) => explain::explain(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),
         )),

@@ -1,0 +1,299 @@
+//! `embrasure check`: what is wrong with a scene's files, what was assumed, and what a render of it will take.
+
+use super::args::{CheckArgs, RenderArgs};
+use super::backend::{Backend, BackendTask};
+use super::error::CliError;
+use super::info::forecast;
+use super::job::{Job, SceneKind, all_threads, kind_of, load_options, thread_pool};
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::io::{FileError, Finding, Inspection, Position, SceneFile, Severity, inspect_scene};
+use crate::lint::{self, Forecast};
+use crate::math::UVec2;
+use crate::scene::{Scene, SceneBuilder};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+/// Prints what is worth a word about a scene. The exit code is 1 where something is wrong.
+pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, CliError> {
+    let mut report = Report::default();
+    if let Some(file) = report.open(args)? {
+        report.look_at(args, file)?;
+    }
+    report.sort();
+    if args.json {
+        println!("{:#}", report.json(args));
+    } else {
+        report.print(args);
+    }
+    Ok(ExitCode::from(u8::from(report.count(Severity::Error) > 0)))
+}
+
+/// What was found out.
+#[derive(Default)]
+struct Report {
+    findings: Vec<Finding>,
+    meshes: usize,
+    triangles: u64,
+    materials: usize,
+    /// Watts by type of light.
+    power: BTreeMap<&'static str, f64>,
+    memory: Option<Forecast>,
+}
+
+impl Report {
+    /// What of the scene file can be read; wrong flags are an error.
+    fn open(&mut self, args: &CheckArgs) -> Result<Option<SceneFile>, CliError> {
+        let file = match kind_of(&args.scene) {
+            Err(error) => {
+                self.add(Severity::Error, "unreadable-file", error);
+                None
+            }
+            Ok(SceneKind::Obj) => Some(SceneFile::of_obj(&args.scene)),
+            Ok(SceneKind::Toml) => {
+                let (file, errors) = SceneFile::inspect(&args.scene);
+                for error in errors {
+                    self.add(Severity::Error, "scene-file", error);
+                }
+                file
+            }
+        };
+        let Some(mut file) = file else { return Ok(None) };
+        match load_options(&file, &args.load) {
+            Ok(options) => file.options = options,
+            Err(CliError::File(error)) => self.add(Severity::Error, "wrong-setting", error),
+            Err(error) => return Err(error),
+        }
+        Ok(Some(file))
+    }
+
+    fn look_at(&mut self, args: &CheckArgs, file: SceneFile) -> Result<(), CliError> {
+        let pool = thread_pool(all_threads())?;
+        let (inspection, linted) = pool.install(|| {
+            let inspection = inspect_scene(&file, SceneBuilder::new());
+            let linted = lint::inspect(&file, &inspection);
+            (inspection, linted)
+        });
+        let Inspection { scene, findings, .. } = inspection;
+        // Where single faces are named, their sum says nothing more.
+        let names_faces = linted
+            .iter()
+            .any(|f| matches!(f.code, "degenerate-face" | "repeated-vertex"));
+        let told = |f: &Finding| !(names_faces && f.code == "degenerate-triangles");
+        self.findings.extend(findings.into_iter().filter(told));
+        self.findings.extend(linted);
+
+        let args = RenderArgs {
+            scene: args.scene.clone(),
+            ..RenderArgs::default()
+        };
+        let whole = file.whole("");
+        self.note_defaults(&file);
+        let job = match Job::of_scene(&args, file) {
+            Ok(job) => job,
+            Err(error) => {
+                self.refused("wrong-setting", &whole, error);
+                return Ok(());
+            }
+        };
+        let Some(scene) = scene else { return Ok(()) };
+        self.measure(&job, &scene);
+        match job.estimator.check_lights(&scene) {
+            Ok(Some(warning)) => self.add(Severity::Warning, "unmet-light", job.scene.whole(warning)),
+            Ok(None) => {}
+            Err(error) => self.refused("unmet-light", &whole, error),
+        }
+        match job.camera(scene.bounds()) {
+            Err(error) => self.refused("wrong-camera", &whole, error),
+            Ok(_) if scene.triangle_count() == 0 => {}
+            Ok((_, camera)) => {
+                let view = View {
+                    scene: &scene,
+                    camera: &camera,
+                    resolution: job.resolution,
+                    file: &job.scene,
+                };
+                self.findings.extend(job.backend.with(&scene, &pool, view)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn measure(&mut self, job: &Job, scene: &Scene) {
+        self.meshes = scene.meshes().len();
+        self.triangles = scene.triangle_count();
+        self.materials = scene.materials().len();
+        let radius = scene.bounds().radius();
+        for light in scene.lights() {
+            *self.power.entry(light.kind()).or_default() += light.power(radius);
+        }
+        self.memory = Some(forecast(&job.scene, scene, job.resolution));
+    }
+
+    /// What the scene leaves to the program.
+    fn note_defaults(&mut self, file: &SceneFile) {
+        if file.camera.is_none() {
+            let message = "no camera: the scene is framed from +z, with a vertical field of view of 40 degrees";
+            self.add(Severity::Note, "default-camera", file.whole(message));
+        }
+        let (image, render) = (&file.image, &file.render);
+        let defaults = [
+            (image.width.is_none(), "width 512"),
+            (image.height.is_none(), "height 512"),
+            (render.samples.is_none(), "64 samples a pixel"),
+            (render.integrator.is_none(), "integrator path"),
+            (render.sampler.is_none(), "sampler sobol"),
+            (render.max_depth.is_none(), "at most 16 scattering events"),
+        ];
+        let taken: Vec<&str> = defaults.iter().filter(|(is, _)| *is).map(|(_, words)| *words).collect();
+        if !taken.is_empty() {
+            let message = format!("not said, and taken as the default: {}", taken.join(", "));
+            self.add(Severity::Note, "default-setting", file.whole(message));
+        }
+    }
+
+    fn add(&mut self, severity: Severity, code: &'static str, error: FileError) {
+        self.findings.push(Finding::new(severity, code, error));
+    }
+
+    /// Adds why a render would be refused.
+    fn refused(&mut self, code: &'static str, whole: &FileError, error: CliError) {
+        let error = match error {
+            CliError::File(error) => error,
+            error => FileError {
+                message: error.to_string(),
+                ..whole.clone()
+            },
+        };
+        self.add(Severity::Error, code, error);
+    }
+
+    /// By file, line and column.
+    fn sort(&mut self) {
+        let place = |p: Option<Position>| p.map(|p| (p.line, p.column));
+        let key = |f: &Finding| (f.error.file.clone(), place(f.error.position));
+        self.findings.sort_by_cached_key(key);
+    }
+
+    fn count(&self, severity: Severity) -> usize {
+        self.findings.iter().filter(|f| f.severity == severity).count()
+    }
+
+    fn print(&self, args: &CheckArgs) {
+        self.findings.iter().for_each(|finding| println!("{finding}"));
+        let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
+            let count = self.count(severity);
+            format!("{count} {}{}", severity.name(), if count == 1 { "" } else { "s" })
+        });
+        println!("{}: {}", args.scene.display(), counts.join(", "));
+        let Some(memory) = &self.memory else { return };
+        println!(
+            "  {} triangles in {} meshes, {} materials",
+            self.triangles, self.meshes, self.materials
+        );
+        let kinds: Vec<String> = self
+            .power
+            .iter()
+            .map(|(kind, watts)| format!("{kind} {watts:.4}"))
+            .collect();
+        let total: f64 = self.power.values().sum();
+        println!("  light: {total:.4} W ({})", kinds.join(", "));
+        let parts: Vec<String> = parts(memory)
+            .iter()
+            .map(|(name, bytes)| format!("{} {:.1}", name.replace('_', " "), *bytes as f64 / 1e6))
+            .collect();
+        println!(
+            "  memory: about {:.0} MB at the peak of a render with {}\n    MB: {}",
+            memory.peak(backend()) as f64 / 1e6,
+            backend(),
+            parts.join(", ")
+        );
+    }
+
+    fn json(&self, args: &CheckArgs) -> Value {
+        let mut power: serde_json::Map<String, Value> = self
+            .power
+            .iter()
+            .map(|(kind, watts)| (kind.to_string(), json!(watts)))
+            .collect();
+        power.insert("total".into(), json!(self.power.values().sum::<f64>()));
+        let memory = self.memory.as_ref().map(|memory| {
+            let mut all: serde_json::Map<String, Value> = parts(memory)
+                .iter()
+                .map(|(name, bytes)| (name.to_string(), json!(bytes)))
+                .collect();
+            let accel = memory.accel.iter().map(|a| (a.backend.to_string(), json!(a.bytes)));
+            all.insert("acceleration_by_backend".into(), Value::Object(accel.collect()));
+            all.insert("backend".into(), json!(backend()));
+            all.insert("peak".into(), json!(memory.peak(backend())));
+            all
+        });
+        json!({
+            "scene": args.scene.display().to_string(),
+            "findings": self.findings.iter().map(finding_json).collect::<Vec<_>>(),
+            "summary": {
+                "errors": self.count(Severity::Error),
+                "warnings": self.count(Severity::Warning),
+                "notes": self.count(Severity::Note),
+            },
+            "meshes": self.meshes,
+            "triangles": self.triangles,
+            "materials": self.materials,
+            "light_power_w": power,
+            "memory": memory,
+        })
+    }
+}
+
+/// The backend of a render that names none.
+fn backend() -> &'static str {
+    Backend::ALL.first().map_or("", |backend| backend.name())
+}
+
+/// Bytes of each part of a render's memory, with the default backend.
+fn parts(memory: &Forecast) -> [(&'static str, u64); 9] {
+    [
+        ("process", memory.process),
+        ("meshes", memory.meshes),
+        ("facets_and_lights", memory.facets_and_lights),
+        ("textures", memory.textures),
+        ("reading", memory.reading),
+        ("acceleration", memory.accel(backend())),
+        ("building", memory.building),
+        ("film", memory.film),
+        ("writing", memory.writing),
+    ]
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    let error = &finding.error;
+    let place = |p: &Position| json!({ "line": p.line, "column": p.column });
+    json!({
+        "severity": finding.severity.name(),
+        "code": finding.code,
+        "file": error.file.display().to_string(),
+        "line": error.position.map(|p| p.line),
+        "column": error.position.and_then(|p| p.column),
+        "message": error.message,
+        "help": error.help,
+        "count": finding.count,
+        "places": error.position.iter().chain(&finding.more).map(place).collect::<Vec<_>>(),
+    })
+}
+
+/// Looks through the camera.
+struct View<'a> {
+    scene: &'a Scene,
+    camera: &'a Camera,
+    resolution: UVec2,
+    file: &'a SceneFile,
+}
+
+impl BackendTask for View<'_> {
+    type Output = Option<Finding>;
+
+    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
+        lint::inspect_view(accel, self.scene, self.camera, self.resolution, self.file)
+    }
+}

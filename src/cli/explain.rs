@@ -1,0 +1,337 @@
+//! `embrasure explain`: a material as it is understood, what its lobes do with light, and a sphere of it.
+
+use super::args::ExplainArgs;
+use super::backend::{Backend, BackendTask};
+use super::error::{CliError, INTERRUPTED};
+use super::estimator::Estimator;
+use super::hash::scene_hash;
+use super::info::decimal;
+use super::job::{all_threads, checked_size, name_of, read_scene, thread_pool};
+use super::progress::{Progress, catch_interrupts};
+use crate::accel::Accel;
+use crate::camera::{Camera, CameraParameters};
+use crate::color::Spectrum;
+use crate::film::{Film, Filter, FilterKind, Rect};
+use crate::integrator::World;
+use crate::io::{FileError, Format, Inspection, MaterialSource, Metadata, Output, inspect_scene};
+use crate::light::LightId;
+use crate::lint::{LobeAlbedo, albedos, portrait_camera, portrait_scene};
+use crate::material::{Material, MaterialId};
+use crate::math::UVec2;
+use crate::render::Outcome;
+use crate::sampler::SamplerKind;
+use crate::scene::{Scene, SceneBuilder};
+use serde_json::{Value, json};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Names that an error suggests.
+const MOST_SUGGESTED: usize = 5;
+/// Angles of the albedos, in words.
+const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
+
+/// Explains one material of a scene.
+pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
+    let size = checked_size(args.size)?;
+    let threads = args.threads.unwrap_or_else(all_threads);
+    if threads == 0 {
+        return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
+    }
+    let output = args.output.as_deref().map(|path| {
+        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
+        Ok::<_, CliError>((format, Output::prepare(path)?))
+    });
+    let output = output.transpose()?;
+    let pool = thread_pool(threads)?;
+    let file = read_scene(&args.scene, &args.load)?;
+    let inspection = pool.install(|| inspect_scene(&file, SceneBuilder::new()));
+    let Inspection {
+        scene,
+        findings,
+        materials,
+        ..
+    } = inspection;
+    if let Some(error) = findings.first_error() {
+        return Err(error.clone().into());
+    }
+    let Some(scene) = scene else {
+        return Err(file.whole("there is no scene").into());
+    };
+    let mut found = materials
+        .iter()
+        .zip(scene.materials())
+        .enumerate()
+        .filter(|(_, (s, _))| s.name == args.material);
+    let Some((index, (source, material))) = found.next() else {
+        return Err(unknown(args, &file.whole(""), &materials).into());
+    };
+    if found.next().is_some() {
+        eprintln!("warning: several OBJ files of the scene have a material of this name; this is the first one's");
+    }
+
+    let facts = facts(&scene, MaterialId(index as u32), source, material);
+    if args.json {
+        println!("{facts:#}");
+    } else {
+        print_text(&facts);
+    }
+    match output {
+        None => Ok(ExitCode::SUCCESS),
+        Some((format, output)) => {
+            let failed = |e: &dyn std::fmt::Display| CliError::Failed(e.to_string());
+            let (parameters, camera) = portrait_camera(size).map_err(|e| failed(&e))?;
+            let estimator = Estimator::default();
+            let portrait =
+                portrait_scene(estimator.scene_builder(), material, scene.textures()).map_err(|e| failed(&e))?;
+            let task = Portrait {
+                args,
+                estimator,
+                scene: &portrait,
+                camera: (&parameters, &camera),
+                size,
+                pool: &pool,
+                output: (format, &output),
+            };
+            let backend = Backend::ALL.first().ok_or_else(|| failed(&"no backend is built in"))?;
+            backend.with(&portrait, &pool, task)?
+        }
+    }
+}
+
+/// That there is no such material, with names that are nearly what was asked for.
+fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) -> FileError {
+    let mut names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
+    names.sort_by_cached_key(|name| (distance(name, &args.material), name.to_string()));
+    names.dedup();
+    names.truncate(MOST_SUGGESTED);
+    let error = FileError {
+        message: format!("no face of the scene uses a material `{}`", args.material),
+        ..whole.clone()
+    };
+    error.help(format!("the nearest names are {}", names.join(", ")))
+}
+
+/// How many letters must be put in, left out or changed to make one name of the other (Levenshtein 1966); case counts nothing.
+fn distance(a: &str, b: &str) -> usize {
+    let [a, b] = [a, b].map(|s| s.to_lowercase().chars().collect::<Vec<char>>());
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (slot, y) in row.iter_mut().skip(1).zip(&b) {
+            let changed = diagonal + usize::from(x != y);
+            diagonal = *slot;
+            *slot = changed.min(left + 1).min(*slot + 1);
+            left = *slot;
+        }
+        if let Some(first) = row.first_mut() {
+            *first = i + 1;
+        }
+    }
+    row.last().copied().unwrap_or(0)
+}
+
+/// Everything that is said of a material.
+fn facts(scene: &Scene, id: MaterialId, source: &MaterialSource, material: &Material) -> Value {
+    let place = source
+        .place
+        .as_ref()
+        .map(|(file, position)| FileError::new(file, "").at(*position).place());
+    let maps = &material.maps;
+    let textures = [
+        ("diffuse", maps.diffuse),
+        ("specular", maps.specular),
+        ("exponent", maps.exponent),
+        ("roughness", maps.roughness),
+        ("metallic", maps.metallic),
+        ("opacity", maps.opacity),
+        ("bump", maps.bump),
+        ("normal", maps.normal),
+    ];
+    let texture = |(name, map): (&str, Option<crate::material::Map>)| {
+        let map = map?;
+        let (width, height) = scene.textures().get(map.texture.0 as usize)?.size();
+        Some((name.to_string(), json!([width, height])))
+    };
+    let textures: serde_json::Map<String, Value> = textures.into_iter().filter_map(texture).collect();
+    let shapes = scene
+        .geom_ids()
+        .zip(scene.meshes())
+        .filter(|(geom, _)| scene.shape(*geom).material == id);
+    let (mut triangles, mut power) = (0, 0.0);
+    for (geom, mesh) in shapes {
+        triangles += mesh.triangles.len();
+        if let Some(LightId(first)) = scene.shape(geom).first_light {
+            let lights = scene.lights().iter().skip(first as usize).take(mesh.triangles.len());
+            power += lights.map(|light| light.power(1.0)).sum::<f64>();
+        }
+    }
+    json!({
+        "name": material.name,
+        "defined": place,
+        "triangles": triangles,
+        "diffuse": colour(material.diffuse),
+        "specular": colour(material.specular),
+        "gloss": format!("{:?}", material.gloss),
+        "roughness": number(material.roughness),
+        "transmission": colour(material.transmission),
+        "ior": number(material.ior),
+        "thin": material.thin,
+        "opacity": number(material.opacity),
+        "emission": colour(material.emission),
+        "power_w": power,
+        "texture_sizes": textures,
+        "lobes": albedos(&material.bsdf()).iter().map(lobe).collect::<Vec<_>>(),
+    })
+}
+
+fn lobe(lobe: &LobeAlbedo) -> Value {
+    // The name and the parameters of the lobe's own type, colours as they are written elsewhere
+    let text = format!("{:?}", lobe.lobe);
+    let (name, parameters) = text.split_once('(').unwrap_or((&text, ""));
+    let braced = parameters
+        .split_once("{ ")
+        .and_then(|(_, rest)| rest.strip_suffix(" })"));
+    let parameters = braced
+        .unwrap_or(parameters)
+        .replace("Spectrum(Vec3A(", "[")
+        .replace("))", "]");
+    let rounded = |v: f32| (v as f64 * 1e4).round() / 1e4;
+    let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(rounded)));
+    let probability = VIEWS.iter().zip(lobe.probability.map(rounded));
+    json!({
+        "name": name,
+        "parameters": parameters,
+        "delta": lobe.lobe.is_delta(),
+        "albedo": albedo.map(|(view, a)| (view.to_string(), json!(a))).collect::<serde_json::Map<_, _>>(),
+        "probability": probability.map(|(view, p)| (view.to_string(), json!(p))).collect::<serde_json::Map<_, _>>(),
+    })
+}
+
+fn colour(value: Spectrum) -> [f64; 3] {
+    decimal(value.to_array())
+}
+
+fn number(value: f32) -> f64 {
+    decimal([value; 3])[0]
+}
+
+fn print_text(facts: &Value) {
+    let text = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
+    let defined = facts["defined"].as_str().unwrap_or("nowhere: it is the default");
+    println!("{} ({defined})", text(&facts["name"]));
+    for key in [
+        "triangles",
+        "diffuse",
+        "specular",
+        "gloss",
+        "roughness",
+        "transmission",
+        "ior",
+        "thin",
+        "opacity",
+        "emission",
+    ] {
+        println!("  {key:<13} {}", text(&facts[key]));
+    }
+    println!("  {:<13} {} W from all its triangles", "power", facts["power_w"]);
+    for (slot, size) in facts["texture_sizes"].as_object().into_iter().flatten() {
+        println!(
+            "  {:<13} {slot}, {}x{} texels: multiplies the constant",
+            "texture", size[0], size[1]
+        );
+    }
+    for lobe in facts["lobes"].as_array().into_iter().flatten() {
+        println!("  lobe {} {}", text(&lobe["name"]), text(&lobe["parameters"]));
+        for view in VIEWS {
+            let probability = lobe["probability"][view].as_f64();
+            let chosen = probability.map_or_else(String::new, |p| format!(", chosen with probability {p}"));
+            println!(
+                "    {:<13} albedo {}{chosen}",
+                view.replace('_', " "),
+                lobe["albedo"][view]
+            );
+        }
+    }
+}
+
+/// Renders the sphere with the backend that was chosen.
+struct Portrait<'a> {
+    args: &'a ExplainArgs,
+    estimator: Estimator,
+    scene: &'a Scene,
+    camera: (&'a CameraParameters, &'a Camera),
+    size: UVec2,
+    pool: &'a rayon::ThreadPool,
+    output: (Format, &'a Output),
+}
+
+impl BackendTask for Portrait<'_> {
+    type Output = Result<ExitCode, CliError>;
+
+    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
+        let Self {
+            estimator,
+            scene,
+            camera,
+            size,
+            ..
+        } = self;
+        let filter = Filter::new(FilterKind::Box, FilterKind::Box.usual_radius());
+        let world = World {
+            scene,
+            accel,
+            camera: camera.1,
+            filter: &filter,
+        };
+        let spp = self.args.spp.get();
+        let kind = SamplerKind::Sobol;
+        let sampler = estimator.sampler(kind, 0, spp);
+        let mut film = Film::new(size, Rect::full(size));
+        let progress = Progress::new(film.crop().area() * u64::from(spp), self.args.quiet);
+        catch_interrupts();
+        let start = Instant::now();
+        let (outcome, _) = self
+            .pool
+            .install(|| estimator.render(world, &sampler, &mut film, 0..spp, None, &progress));
+        progress.finish();
+        let info = accel.info();
+        let metadata = Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: scene_hash(scene, camera.0),
+            settings: format!("{} sampler={}", estimator.settings(), name_of(SamplerKind::NAMES, kind)),
+            first_sample: 0,
+            end_sample: spp,
+            seed: 0,
+            backend: info.name.into(),
+            backend_version: format!("{} {}", info.version, info.isa),
+            render_seconds: start.elapsed().as_secs_f64(),
+            complete: outcome == Outcome::Complete,
+        };
+        let (format, output) = self.output;
+        output.write_image(format, &film.develop(), &metadata)?;
+        Ok(match outcome {
+            Outcome::Complete => ExitCode::SUCCESS,
+            Outcome::Stopped => ExitCode::from(INTERRUPTED),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_count_letters() {
+        for (a, b, expected) in [
+            ("", "", 0),
+            ("", "abc", 3),
+            ("kitten", "sitting", 3),
+            ("Red", "red", 0),
+            ("glas", "glass", 1),
+            ("wood", "stone", 4),
+        ] {
+            assert_eq!((distance(a, b), distance(b, a)), (expected, expected), "{a}, {b}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+use super::Use;
+use super::tally::{Tally, counted};
+use crate::io::{Face, FileError, Finding, MOST_PLACES, ObjFaces, Position, Severity, area_vector, weld};
+use crate::math::{Vec3, hash::mix};
+use std::path::Path;
+
+/// Share of faces with normals against their winding above which that is told as a warning.
+const FLIPPED_SHARE: f64 = 0.01;
+
+/// Looks at the faces of an OBJ file, one by one.
+pub(super) struct FaceLint<'a> {
+    path: &'a Path,
+    faces: &'a ObjFaces,
+    uses: &'a [Use],
+    /// For each position the first one that is equal to it.
+    points: Vec<u32>,
+}
+
+impl<'a> FaceLint<'a> {
+    pub fn new(path: &'a Path, faces: &'a ObjFaces, uses: &'a [Use]) -> Self {
+        Self {
+            path,
+            faces,
+            uses,
+            points: weld(faces.positions()),
+        }
+    }
+
+    /// For each position the first one that is equal to it.
+    pub fn points(&self) -> &[u32] {
+        &self.points
+    }
+
+    pub fn findings(&self) -> Vec<Finding> {
+        let (mut repeated, mut degenerate, mut crossing, mut flipped) = <(Tally, Tally, Tally, Tally)>::default();
+        let mut without_uvs: Vec<Tally> = self.uses.iter().map(|_| Tally::default()).collect();
+        let mut with_normals = 0u64;
+        let mut corners: Vec<Vec3> = Vec::new();
+        let mut points: Vec<u32> = Vec::new();
+        for face in self.faces.faces() {
+            corners.clear();
+            corners.extend(
+                face.positions
+                    .iter()
+                    .filter_map(|&i| self.faces.positions().get(i as usize)),
+            );
+            self.sorted_points(&face, &mut points);
+            let normal = area_vector(&corners);
+            if points.windows(2).any(|pair| pair[0] == pair[1]) {
+                repeated.add(face.line);
+            } else if normal.length() == 0.0 {
+                degenerate.add(face.line);
+            } else if corners.len() > 3 && !ObjFaces::is_simple(&corners) {
+                crossing.add(face.line);
+            }
+            let given = face
+                .normals
+                .iter()
+                .filter_map(|&i| self.faces.normals().get(i as usize));
+            let mut given = given.filter(|n| **n != Vec3::ZERO).peekable();
+            if given.peek().is_some() {
+                with_normals += 1;
+                if given.all(|n| n.as_dvec3().dot(normal) < 0.0) {
+                    flipped.add(face.line);
+                }
+            }
+            if let (Some(tally), false) = (without_uvs.get_mut(face.material), face.has_uvs) {
+                tally.add(face.line);
+            }
+        }
+
+        let warning = Severity::Warning;
+        let share = flipped.count as f64 / with_normals.max(1) as f64;
+        let flipped_severity = if share > FLIPPED_SHARE { warning } else { Severity::Note };
+        let mut findings: Vec<Finding> = [
+            repeated.finding((warning, "repeated-vertex"), self.path, |n| {
+                let message = format!("{} with the same point at several corners", counted(n, "face"));
+                (message, "name each point once; what has no area is left out")
+            }),
+            degenerate.finding((warning, "degenerate-face"), self.path, |n| {
+                let message = format!("{} without area", counted(n, "face"));
+                (message, "delete what cannot be seen; it is left out")
+            }),
+            crossing.finding((warning, "crossing-face"), self.path, |n| {
+                let message = format!("{} whose outline crosses itself: triangles overlap", counted(n, "face"));
+                (message, "cut it into triangles in the program it is from")
+            }),
+            flipped.finding((flipped_severity, "flipped-normal"), self.path, |n| {
+                let message = format!(
+                    "{} of {with_normals} with normals ({:.1} %) have them against their winding; the winding counts",
+                    counted(n, "face"),
+                    100.0 * share
+                );
+                (message, "turn the faces over, or compute their normals anew")
+            }),
+            self.duplicates(),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        for (tally, used) in without_uvs.iter().zip(self.uses) {
+            if used.has_maps {
+                findings.extend(tally.finding((warning, "missing-texture-coordinates"), self.path, |n| {
+                    let faces = counted(n, "face");
+                    let message = format!(
+                        "{faces} of `{}`, which has textures, without texture coordinates",
+                        used.name
+                    );
+                    (
+                        message,
+                        "export them (`vt`); all of such a face shows the texel at (0, 0)",
+                    )
+                }));
+            }
+        }
+        findings.extend(self.unused_vertices());
+        findings
+    }
+
+    /// The points of a face, sorted.
+    fn sorted_points(&self, face: &Face, points: &mut Vec<u32>) {
+        points.clear();
+        points.extend(face.positions.iter().filter_map(|&i| self.points.get(i as usize)));
+        points.sort_unstable();
+    }
+
+    /// Faces of the same points, in whatever order.
+    fn duplicates(&self) -> Option<Finding> {
+        let mut points: Vec<u32> = Vec::new();
+        let key = |face: Face| {
+            self.sorted_points(&face, &mut points);
+            (key_of(&points), face.line)
+        };
+        let mut keys: Vec<([u32; 4], usize)> = self.faces.faces().map(key).collect();
+        keys.sort_unstable();
+        let pairs = keys.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        let mut lines: Vec<(usize, usize)> = pairs.map(|pair| (pair[1].1, pair[0].1)).collect();
+        lines.sort_unstable();
+        let mut tally = Tally::default();
+        lines.iter().for_each(|&(line, _)| tally.add(line));
+        let first = lines.first()?.1;
+        tally.finding((Severity::Warning, "duplicate-face"), self.path, |n| {
+            let faces = counted(n, "face");
+            let message = format!("{faces} of the same points as another one; the first repeats that of line {first}");
+            (message, "delete one of them: which of them is seen is left to chance")
+        })
+    }
+
+    /// Positions that no face uses.
+    fn unused_vertices(&self) -> Option<Finding> {
+        let mut is_used = vec![false; self.faces.positions().len()];
+        for &i in self.faces.faces().flat_map(|face| face.positions) {
+            if let Some(used) = is_used.get_mut(i as usize) {
+                *used = true;
+            }
+        }
+        let unused = || is_used.iter().enumerate().filter(|(_, used)| !**used).map(|(i, _)| i);
+        let count = unused().count() as u64;
+        if count == 0 {
+            return None;
+        }
+        let first: Vec<usize> = unused().take(1 + MOST_PLACES).collect();
+        let mut places = ObjFaces::lines_of_positions(self.path, &first)
+            .into_iter()
+            .map(Position::line);
+        let message = match count {
+            1 => "1 vertex is used by no face".into(),
+            _ => format!("{count} vertices are used by no face"),
+        };
+        let mut error = FileError::new(self.path, message);
+        error.position = places.next();
+        Some(Finding::new(Severity::Note, "unused-vertex", error).repeated(count, places))
+    }
+}
+
+/// What faces of the same points have in common: up to four of them as they are, else 128 bits of hashes.
+fn key_of(points: &[u32]) -> [u32; 4] {
+    let mut key = [u32::MAX; 4];
+    if points.len() <= key.len() {
+        key[..points.len()].copy_from_slice(points);
+        return key;
+    }
+    let hash = |seed: u64| points.iter().fold(seed, |hash, &point| mix(hash ^ u64::from(point)));
+    let [a, b] = [hash(1), hash(2)];
+    [(a >> 32) as u32, a as u32, (b >> 32) as u32, b as u32]
+}

@@ -1,0 +1,79 @@
+//! What in a scene is likely not meant: materials (`definitions`), faces (`faces`), shells that emit or refract (`shells`), what the
+//! camera sees (`view`); what a render of it takes (`memory`), and what a material does with light (`portrait`).
+//!
+//! What the readers of files find themselves is not looked for again.
+
+mod definitions;
+mod faces;
+mod memory;
+mod portrait;
+mod shells;
+mod tally;
+mod view;
+
+pub use memory::{AccelMemory, Forecast};
+pub use portrait::{LobeAlbedo, albedos, portrait_camera, portrait_scene};
+pub use view::inspect_view;
+
+use crate::io::{Finding, Inspection, ObjFaces, SceneFile};
+use crate::material::Material;
+use faces::FaceLint;
+use std::path::Path;
+
+/// What is likely not meant in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
+/// lines of their faces.
+pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
+    let mut findings = definitions::inspect(inspection);
+    findings.extend(
+        inspection
+            .scene
+            .iter()
+            .flat_map(|scene| view::inspect_extent(file, scene)),
+    );
+    for obj in &inspection.objs {
+        // What cannot be read is among the findings of the reader.
+        let Ok(faces) = ObjFaces::read(&obj.path) else { continue };
+        let uses = uses(inspection, &obj.path, &faces);
+        let lint = FaceLint::new(&obj.path, &faces, &uses);
+        findings.extend(lint.findings());
+        findings.extend(shells::inspect(&obj.path, &faces, &uses, lint.points()));
+    }
+    findings
+}
+
+/// What the material of faces means for their shape.
+#[derive(Clone, Debug, Default)]
+struct Use {
+    name: String,
+    emits: bool,
+    /// Whether it is the boundary of a body that light enters.
+    refracts: bool,
+    has_maps: bool,
+}
+
+/// The materials of an OBJ's faces.
+fn uses(inspection: &Inspection, path: &Path, faces: &ObjFaces) -> Vec<Use> {
+    let materials = inspection.scene.as_ref().map_or(&[][..], |scene| scene.materials());
+    let find = |name: &str| {
+        let is_here = |obj: &Option<_>| obj.as_deref().is_none_or(|obj: &Path| obj == path);
+        let sources = inspection.materials.iter().zip(materials);
+        let found = sources
+            .filter(|(s, _)| s.name == name && is_here(&s.obj))
+            .map(|(_, m)| m);
+        found.last()
+    };
+    let material = |name: &Option<String>| name.as_deref().and_then(find).map_or_else(Use::default, Use::of);
+    faces.materials().iter().map(|m| material(&m.name)).collect()
+}
+
+impl Use {
+    fn of(material: &Material) -> Self {
+        let maps = &material.maps;
+        Self {
+            name: material.name.clone(),
+            emits: !material.emission.is_black(),
+            refracts: !material.transmission.is_black() && !material.thin,
+            has_maps: maps.varies_bsdf() || maps.has_relief() || maps.opacity.is_some(),
+        }
+    }
+}

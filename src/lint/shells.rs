@@ -1,0 +1,218 @@
+use super::Use;
+use super::tally::{Tally, counted};
+use crate::io::{Face, Finding, ObjFaces, Severity};
+use crate::math::{Bounds3, DVec3};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Looks at the shells of faces that refract, and at those of faces that emit: parts that hang together by common points, where points of
+/// one place (`points`, by position) are one.
+pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    if uses.iter().any(|u| u.refracts) {
+        let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.refracts));
+        findings.extend(shells.refracting(path));
+    }
+    if uses.iter().any(|u| u.emits) {
+        let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.emits));
+        findings.extend(shells.emitting(path));
+    }
+    findings
+}
+
+/// Faces that hang together.
+struct Shell {
+    /// Of its first face.
+    line: usize,
+    faces: u64,
+    bounds: Bounds3,
+    /// Six times the volume inside, negative where the faces look inwards.
+    volume: f64,
+    /// Line of a face with an edge that no other face has, if there is one.
+    open: Option<usize>,
+    /// The same of an edge that more than two faces have.
+    crowded: Option<usize>,
+    /// The same of an edge along which two faces run the same way.
+    turned: Option<usize>,
+}
+
+struct Shells {
+    shells: Vec<Shell>,
+    /// Around all faces of the file, whether they take part or not, and their number.
+    whole: (Bounds3, u64),
+}
+
+/// Shells that are looked at as what may hold a cavity: the largest.
+const MOST_BODIES: usize = 64;
+
+/// An edge from its point of the lower index to the other one, whether the face runs against that, and the face's line.
+type Edge = (u32, u32, bool, u32);
+
+impl Shells {
+    fn of(faces: &ObjFaces, points: &[u32], takes_part: impl Fn(usize) -> bool) -> Self {
+        let all = || faces.faces().filter(|face| takes_part(face.material));
+        let ring = |face: &Face<'_>| -> Vec<u32> {
+            let found = face.positions.iter().filter_map(|&i| points.get(i as usize));
+            let mut ring: Vec<u32> = found.copied().collect();
+            // A corner that is there twice makes no edge.
+            ring.dedup();
+            while ring.len() > 1 && ring.first() == ring.last() {
+                ring.pop();
+            }
+            ring
+        };
+        let mut sets = Sets::new(points.len());
+        let mut edges: Vec<Edge> = Vec::new();
+        for face in all() {
+            let ring = ring(&face);
+            let next = ring.iter().cycle().skip(1);
+            for (&a, &b) in ring.iter().zip(next).filter(|(a, b)| a != b) {
+                sets.join(a, b);
+                edges.push((a.min(b), a.max(b), a > b, face.line as u32));
+            }
+        }
+
+        // Shells by the root of their points; volumes as of cones to the first point (the divergence theorem).
+        let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
+        let mut shells: Vec<Shell> = Vec::new();
+        let mut apexes: Vec<DVec3> = Vec::new();
+        let position = |i: u32| faces.positions().get(i as usize).copied().unwrap_or_default();
+        for face in all() {
+            let ring = ring(&face);
+            let Some(&first) = ring.first() else { continue };
+            let index = *index_of.entry(sets.root(first)).or_insert_with(|| {
+                apexes.push(position(first).as_dvec3());
+                shells.push(Shell {
+                    line: face.line,
+                    faces: 0,
+                    bounds: Bounds3::EMPTY,
+                    volume: 0.0,
+                    open: None,
+                    crowded: None,
+                    turned: None,
+                });
+                shells.len() - 1
+            });
+            let (shell, apex) = (&mut shells[index], apexes[index]);
+            shell.faces += 1;
+            ring.iter().for_each(|&i| shell.bounds.extend(position(i)));
+            let from_apex = |i: &u32| position(*i).as_dvec3() - apex;
+            let p0 = from_apex(&first);
+            for pair in ring.windows(2).skip(1) {
+                let [p1, p2] = [from_apex(&pair[0]), from_apex(&pair[1])];
+                shell.volume += p0.dot(p1.cross(p2));
+            }
+        }
+
+        edges.sort_unstable();
+        for same in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+            let Some(&index) = index_of.get(&sets.root(same[0].0)) else {
+                continue;
+            };
+            let shell = &mut shells[index];
+            let line = same.iter().map(|edge| edge.3 as usize).max().unwrap_or(0);
+            let fault = match same {
+                [_] => &mut shell.open,
+                [a, b] if a.2 == b.2 => &mut shell.turned,
+                [_, _] => continue,
+                _ => &mut shell.crowded,
+            };
+            *fault = Some(fault.map_or(line, |known| known.min(line)));
+        }
+        let corners = faces.faces().flat_map(|face| face.positions);
+        let whole = (corners.map(|&i| position(i)).collect(), faces.faces().count() as u64);
+        Self { shells, whole }
+    }
+
+    /// Where `fault` is, shell by shell.
+    fn tally(&self, fault: impl Fn(&Shell) -> Option<usize>) -> Tally {
+        let mut lines: Vec<usize> = self.shells.iter().filter_map(fault).collect();
+        lines.sort_unstable();
+        let mut tally = Tally::default();
+        lines.into_iter().for_each(|line| tally.add(line));
+        tally
+    }
+
+    /// Shells that are closed but inside out, and not a cavity in another one or what surrounds everything else.
+    fn inside_out(&self) -> Tally {
+        let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
+        let mut bodies: Vec<&Shell> = self.shells.iter().filter(|shell| shell.volume > 0.0).collect();
+        bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+        bodies.truncate(MOST_BODIES);
+        self.tally(|shell| {
+            let is_closed = shell.open.is_none() && shell.crowded.is_none() && shell.turned.is_none();
+            if !is_closed || shell.volume >= 0.0 {
+                return None;
+            }
+            let is_cavity = bodies.iter().any(|body| contains(&body.bounds, &shell.bounds));
+            let is_around_all = contains(&shell.bounds, &self.whole.0) && shell.faces < self.whole.1;
+            (!is_cavity && !is_around_all).then_some(shell.line)
+        })
+    }
+
+    fn refracting(&self, path: &Path) -> Vec<Finding> {
+        let warning = |code| (Severity::Warning, code);
+        let bodies = |n| counted(n, "refracting part");
+        let open = self.tally(|s| s.open).finding(warning("open-shell"), path, |n| {
+            let message = format!("{}: not closed; light enters a body that it never leaves", bodies(n));
+            (message, "close it, or make the material thin")
+        });
+        let crowded = self.tally(|s| s.crowded).finding(warning("non-manifold"), path, |n| {
+            let message = format!("{}: more than two faces at one edge", bodies(n));
+            (message, "inside and outside must be clear: separate the bodies")
+        });
+        let turned = self.tally(|s| s.turned).finding(warning("mixed-winding"), path, |n| {
+            let message = format!("{}: faces of opposite winding side by side", bodies(n));
+            (message, "wind all faces counter-clockwise as seen from outside")
+        });
+        let inside_out = self.inside_out().finding(warning("inside-out"), path, |n| {
+            let message = format!("{}: closed, but wound inside out; the body is outside of it", bodies(n));
+            (message, "turn the faces over")
+        });
+        [open, crowded, turned, inside_out].into_iter().flatten().collect()
+    }
+
+    /// Lamps may be open: they are often single faces.
+    fn emitting(&self, path: &Path) -> Vec<Finding> {
+        let warning = |code| (Severity::Warning, code);
+        let lamps = |n| counted(n, "emitting part");
+        let turned = self.tally(|s| s.turned).finding(warning("mixed-winding"), path, |n| {
+            let message = format!(
+                "{}: faces of opposite winding side by side, which shine to opposite sides",
+                lamps(n)
+            );
+            (message, "light leaves the side from which a face is counter-clockwise")
+        });
+        let inside_out = self.inside_out().finding(warning("light-inwards"), path, |n| {
+            let message = format!("{}: closed, and wound so that all light leaves inwards", lamps(n));
+            (message, "turn the faces over")
+        });
+        [turned, inside_out].into_iter().flatten().collect()
+    }
+}
+
+/// Disjoint sets of points (Tarjan 1975), by path halving.
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn new(len: usize) -> Self {
+        Self((0..len as u32).collect())
+    }
+
+    fn root(&mut self, mut point: u32) -> u32 {
+        loop {
+            let parent = self.0[point as usize];
+            if parent == point {
+                return point;
+            }
+            let above = self.0[parent as usize];
+            self.0[point as usize] = above;
+            point = above;
+        }
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}

@@ -1,0 +1,40 @@
+use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
+use std::path::Path;
+
+/// How often something was found in a file, and the first lines.
+#[derive(Default)]
+pub(super) struct Tally {
+    pub count: u64,
+    lines: Vec<usize>,
+}
+
+impl Tally {
+    pub fn add(&mut self, line: usize) {
+        self.count += 1;
+        if self.lines.len() <= MOST_PLACES {
+            self.lines.push(line);
+        }
+    }
+
+    /// All of it as one finding, if there is anything; `words` are told the count.
+    pub fn finding(
+        &self,
+        (severity, code): (Severity, &'static str),
+        path: &Path,
+        words: impl FnOnce(u64) -> (String, &'static str),
+    ) -> Option<Finding> {
+        let mut places = self.lines.iter().map(|&line| Position::line(line));
+        let first = places.next()?;
+        let (message, help) = words(self.count);
+        let error = FileError::new(path, message).at(first).help(help);
+        Some(Finding::new(severity, code, error).repeated(self.count, places))
+    }
+}
+
+/// `1 face`, `2 faces`.
+pub(super) fn counted(count: u64, what: &str) -> String {
+    match count {
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    }
+}

@@ -1,0 +1,70 @@
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::io::{Finding, SceneFile, Severity};
+use crate::math::{Ray, UVec2, Vec2, Vec3};
+use crate::sampling::warp::uniform_sphere;
+use crate::scene::Scene;
+
+/// Camera rays along a side of the image.
+const RAYS: u32 = 16;
+/// Digits of the scene's size that coordinates must keep: positions are rounded to a part in 2²⁴.
+const LEAST_STEPS: f32 = 1e5;
+/// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
+const WALL_SHARE: f32 = 0.05;
+
+/// Whether coordinates are so much larger than the scene that f32 rounds its shapes away.
+pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding> {
+    let bounds = scene.bounds();
+    let (size, largest) = (
+        2.0 * bounds.radius(),
+        bounds.min.abs().max(bounds.max.abs()).max_element(),
+    );
+    // Steps of f32 at the largest coordinate
+    let steps = size / (largest * f32::EPSILON);
+    if bounds.is_empty() || !(steps < LEAST_STEPS) {
+        return None;
+    }
+    let message = format!(
+        "the scene is {size} wide, but {largest} from the origin: coordinates have only {steps:.0} steps across it"
+    );
+    let error = file.whole(message).help("move it to the origin");
+    Some(Finding::new(Severity::Warning, "far-from-origin", error))
+}
+
+/// Whether the camera sees anything, and is not inside of a wall. `file` is what the finding is about.
+pub fn inspect_view(
+    accel: &impl Accel,
+    scene: &Scene,
+    camera: &Camera,
+    resolution: UVec2,
+    file: &SceneFile,
+) -> Option<Finding> {
+    let cells = || (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32);
+    let film = |cell: Vec2| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5));
+    let rays: Vec<Ray> = cells().map(film).collect();
+    let finding = |code, message: String, help: &str| {
+        let error = file.whole(message).help(help);
+        Some(Finding::new(Severity::Warning, code, error))
+    };
+    if rays.iter().all(|ray| accel.intersect(ray).is_none()) {
+        let message = format!("the camera sees nothing: none of {} rays meets a surface", rays.len());
+        return finding(
+            "empty-view",
+            message,
+            "turn it, or leave out [camera] to have the scene framed",
+        );
+    }
+
+    // The backs of surfaces on all sides, near by
+    let origin = rays.first()?.origin;
+    let within = WALL_SHARE * scene.bounds().radius();
+    let is_back = |direction: Vec3| {
+        let hit = accel.intersect(&Ray::new(origin, direction));
+        hit.is_some_and(|hit| hit.t < within && scene.surface_point(&hit).ng.dot(direction) > 0.0)
+    };
+    if cells().all(|cell| is_back(uniform_sphere(cell))) {
+        let message = "the camera is inside of a body: on all sides it sees the backs of surfaces, near by";
+        return finding("camera-inside", message.into(), "move it");
+    }
+    None
+}

@@ -171,7 +171,7 @@ impl Report {
 
     /// By file, line and column.
     fn sort(&mut self) {
-        let place = |p: Option<Position>| p.map(|p| (p.line, p.column));
+        let place = |p: Option<Position>| p.map(|p| (p.line, p.column.unwrap_or(usize::MAX)));
         let key = |f: &Finding| (f.error.file.clone(), place(f.error.position));
         self.findings.sort_by_cached_key(key);
     }

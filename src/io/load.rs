@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Name of the material of faces that name none.
-const DEFAULT_MATERIAL: &str = "default";
+pub const DEFAULT_MATERIAL: &str = "default";
 
 /// How files are read where their formats leave something open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -469,14 +469,14 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
         let error = file.whole(format!("{count} triangles have no area and are left out"));
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
+    let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
     for (name, largest) in &report.scaled_materials {
         let message = format!(
             "material `{name}` scatters {largest} of the light in some channel; all its lobes are divided by that"
         );
-        let place = materials.iter().find(|m| m.name == *name).and_then(|m| m.place.clone());
-        let error = match place {
-            Some((path, position)) => FileError::new(&path, message).at(position),
-            None => file.whole(message),
+        let error = match places.get(name.as_str()) {
+            Some(Some((path, position))) => FileError::new(path, message).at(*position),
+            _ => file.whole(message),
         };
         findings.add(Severity::Warning, "scaled-material", error);
     }

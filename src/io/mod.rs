@@ -27,7 +27,9 @@ pub use error::{FileError, Position};
 pub use exr::Metadata;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_section::{LightSection, Rotation};
-pub use load::{Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene};
+pub use load::{
+    DEFAULT_MATERIAL, Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene,
+};
 pub use material_section::MaterialSection;
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};

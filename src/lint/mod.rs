@@ -15,9 +15,12 @@ pub use memory::{AccelMemory, Forecast};
 pub use portrait::{LobeAlbedo, albedos, portrait_camera, portrait_scene};
 pub use view::inspect_view;
 
-use crate::io::{Finding, Inspection, ObjFaces, SceneFile};
+use crate::io::{DEFAULT_MATERIAL, Finding, Inspection, MaterialSource, ObjFaces, SceneFile};
 use crate::material::Material;
+use crate::math::Vec3;
+use crate::scene::Scene;
 use faces::FaceLint;
+use std::collections::HashMap;
 use std::path::Path;
 
 /// What is likely not meant in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
@@ -30,13 +33,23 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
             .iter()
             .flat_map(|scene| view::inspect_extent(file, scene)),
     );
+    // Who looks from inside means walls to shine inwards.
+    let eye = file
+        .camera
+        .as_ref()
+        .map(|camera| Vec3::from(*camera.position.get_ref()));
+    let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
+    let is_inside = eye
+        .zip(inspection.scene.as_ref())
+        .is_some_and(|(eye, scene)| contains(scene, eye));
     for obj in &inspection.objs {
         // What cannot be read is among the findings of the reader.
         let Ok(faces) = ObjFaces::read(&obj.path) else { continue };
         let uses = uses(inspection, &obj.path, &faces);
         let lint = FaceLint::new(&obj.path, &faces, &uses);
         findings.extend(lint.findings());
-        findings.extend(shells::inspect(&obj.path, &faces, &uses, lint.points()));
+        let is_around = is_inside && inspection.objs.len() == 1;
+        findings.extend(shells::inspect(&obj.path, &faces, &uses, lint.points(), is_around));
     }
     findings
 }
@@ -54,16 +67,16 @@ struct Use {
 /// The materials of an OBJ's faces.
 fn uses(inspection: &Inspection, path: &Path, faces: &ObjFaces) -> Vec<Use> {
     let materials = inspection.scene.as_ref().map_or(&[][..], |scene| scene.materials());
-    let find = |name: &str| {
-        let is_here = |obj: &Option<_>| obj.as_deref().is_none_or(|obj: &Path| obj == path);
-        let sources = inspection.materials.iter().zip(materials);
-        let found = sources
-            .filter(|(s, _)| s.name == name && is_here(&s.obj))
-            .map(|(_, m)| m);
-        found.last()
-    };
-    let material = |name: &Option<String>| name.as_deref().and_then(find).map_or_else(Use::default, Use::of);
-    faces.materials().iter().map(|m| material(&m.name)).collect()
+    let is_here = |source: &MaterialSource| source.obj.as_deref().is_none_or(|obj| obj == path);
+    let sources = inspection.materials.iter().zip(materials).filter(|(s, _)| is_here(s));
+    let by_name: HashMap<&str, &Material> = sources.map(|(s, m)| (s.name.as_str(), m)).collect();
+    let names = faces
+        .materials()
+        .iter()
+        .map(|m| m.name.as_deref().unwrap_or(DEFAULT_MATERIAL));
+    names
+        .map(|name| by_name.get(name).map_or_else(Use::default, |m| Use::of(m)))
+        .collect()
 }
 
 impl Use {

@@ -6,16 +6,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Looks at the shells of faces that refract, and at those of faces that emit: parts that hang together by common points, where points of
-/// one place (`points`, by position) are one.
-pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32]) -> Vec<Finding> {
+/// one place (`points`, by position) are one. A shell around all of the file may look inwards where other faces are in it, or where
+/// the camera is (`is_around`).
+pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
         let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.refracts));
-        findings.extend(shells.refracting(path));
+        findings.extend(shells.refracting(path, is_around));
     }
     if uses.iter().any(|u| u.emits) {
         let shells = Shells::of(faces, points, |material| uses.get(material).is_some_and(|u| u.emits));
-        findings.extend(shells.emitting(path));
+        findings.extend(shells.emitting(path, is_around));
     }
     findings
 }
@@ -134,7 +135,7 @@ impl Shells {
     }
 
     /// Shells that are closed but inside out, and not a cavity in another one or what surrounds everything else.
-    fn inside_out(&self) -> Tally {
+    fn inside_out(&self, is_around: bool) -> Tally {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
         let mut bodies: Vec<&Shell> = self.shells.iter().filter(|shell| shell.volume > 0.0).collect();
         bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
@@ -145,12 +146,12 @@ impl Shells {
                 return None;
             }
             let is_cavity = bodies.iter().any(|body| contains(&body.bounds, &shell.bounds));
-            let is_around_all = contains(&shell.bounds, &self.whole.0) && shell.faces < self.whole.1;
+            let is_around_all = contains(&shell.bounds, &self.whole.0) && (is_around || shell.faces < self.whole.1);
             (!is_cavity && !is_around_all).then_some(shell.line)
         })
     }
 
-    fn refracting(&self, path: &Path) -> Vec<Finding> {
+    fn refracting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let bodies = |n| counted(n, "refracting part");
         let open = self.tally(|s| s.open).finding(warning("open-shell"), path, |n| {
@@ -165,7 +166,7 @@ impl Shells {
             let message = format!("{}: faces of opposite winding side by side", bodies(n));
             (message, "wind all faces counter-clockwise as seen from outside")
         });
-        let inside_out = self.inside_out().finding(warning("inside-out"), path, |n| {
+        let inside_out = self.inside_out(is_around).finding(warning("inside-out"), path, |n| {
             let message = format!("{}: closed, but wound inside out; the body is outside of it", bodies(n));
             (message, "turn the faces over")
         });
@@ -173,7 +174,7 @@ impl Shells {
     }
 
     /// Lamps may be open: they are often single faces.
-    fn emitting(&self, path: &Path) -> Vec<Finding> {
+    fn emitting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let lamps = |n| counted(n, "emitting part");
         let turned = self.tally(|s| s.turned).finding(warning("mixed-winding"), path, |n| {
@@ -183,7 +184,7 @@ impl Shells {
             );
             (message, "light leaves the side from which a face is counter-clockwise")
         });
-        let inside_out = self.inside_out().finding(warning("light-inwards"), path, |n| {
+        let inside_out = self.inside_out(is_around).finding(warning("light-inwards"), path, |n| {
             let message = format!("{}: closed, and wound so that all light leaves inwards", lamps(n));
             (message, "turn the faces over")
         });

@@ -21,7 +21,7 @@ pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding>
     );
     // Steps of f32 at the largest coordinate
     let steps = size / (largest * f32::EPSILON);
-    if bounds.is_empty() || !(steps < LEAST_STEPS) {
+    if bounds.is_empty() || steps.is_nan() || steps >= LEAST_STEPS {
         return None;
     }
     let message = format!(

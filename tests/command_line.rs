@@ -631,7 +631,7 @@ fn a_color_may_be_a_single_number() {
     let out = run(folder.path(), &["render", "s.toml"]);
     assert_eq!(code(&out), 1, "{}", words(&out));
     assert!(
-        words(&out).contains("a.mtl:8: material `floor`: Kd is `0.25 0.5`, which is no colour"),
+        words(&out).contains("a.mtl:8:4: material `floor`: Kd is `0.25 0.5`, which is no colour"),
         "{}",
         words(&out)
     );

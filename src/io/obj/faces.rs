@@ -2,10 +2,14 @@ use super::parse::{FaceRange, Outline, parse};
 use super::polygon::triangulate;
 use super::{PIECE_BYTES, read_text};
 use crate::io::FileError;
+use crate::io::normals::area_vector;
 use crate::io::statements::{split_keyword, statements};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
 use std::path::Path;
+
+/// Share of a polygon's area that roundings of f64 make of nothing, with room to spare.
+const ROUNDING: f64 = 1e-9;
 
 /// The faces of an OBJ file as it writes them, each with its line: before they are cut into triangles.
 pub struct ObjFaces {
@@ -99,9 +103,16 @@ impl ObjFaces {
         })
     }
 
-    /// Whether the polygon of these corners could be cut into triangles that do not overlap.
+    /// Whether the polygon of these corners is cut into triangles that all look the same way, so that none overlap.
     pub fn is_simple(corners: &[Vec3]) -> bool {
-        !triangulate(corners, &mut |_| {})
+        let normal = area_vector(corners);
+        let least = -ROUNDING * normal.length_squared();
+        let mut is_simple = true;
+        triangulate(corners, &mut |triangle| {
+            let [a, b, c] = triangle.map(|i| corners.get(i).copied().unwrap_or_default());
+            is_simple &= area_vector(&[a, b, c]).dot(normal) >= least;
+        });
+        is_simple
     }
 
     /// The lines of these `v` statements of a file, counted from 0 and sorted: it is read once more. Empty where it cannot be.

@@ -10,15 +10,15 @@ pub(super) const MAX_CLIPPED: usize = 10_000;
 /// A fan from the first corner does wherever all its triangles have the polygon's orientation, so in every convex
 /// polygon; then they cannot overlap, since their areas sum to the polygon's. Other polygons lose one ear after the
 /// other (Meisters 1975), in the plane of Newell's normal. One that crosses itself still gives its triangles, some of
-/// which overlap. Whether that was so is returned.
-pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) -> bool {
+/// which overlap.
+pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
     let n = points.len();
     let normal = area_vector(points);
     let triangles = (2..n).map(|i| [0, i - 1, i]);
     let keeps_winding = |t: [usize; 3]| area_vector(&t.map(|i| points[i])).dot(normal) > 0.0;
     if n <= 3 || n > MAX_CLIPPED || triangles.clone().all(keeps_winding) {
         triangles.for_each(emit);
-        return false;
+        return;
     }
 
     // Leaving out the axis along which the normal is longest keeps the other two coordinates exact.
@@ -30,7 +30,7 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) ->
     };
     let turn = if along < 0.0 { -1.0 } else { 1.0 };
     let flat = |p: &Vec3| [p[first] as f64, turn * p[second] as f64];
-    Ring::new(points.iter().map(flat).collect()).clip_ears(emit)
+    Ring::new(points.iter().map(flat).collect()).clip_ears(emit);
 }
 
 /// What is left of a polygon while ears are clipped; counter-clockwise.
@@ -58,17 +58,15 @@ impl Ring {
     /// Clips ears until no corner is left.
     ///
     /// A corner is looked at again only where its neighbours have changed: clipping an ear of a simple polygon makes no
-    /// ear elsewhere. The time is quadratic. Returns whether the polygon turned out to cross itself.
-    fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) -> bool {
+    /// ear elsewhere. The time is quadratic.
+    fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) {
         let mut is_no_ear = vec![false; self.len];
         let mut corner = 0;
         let mut passed = 0;
-        let mut crosses_itself = false;
         while self.len > 3 {
             if passed == self.len {
                 // The polygon crosses itself: the corner that is most convex will do.
                 corner = self.most_convex(corner);
-                crosses_itself = true;
             } else if !self.is_spike(corner) && (is_no_ear[corner] || !self.is_ear(corner)) {
                 is_no_ear[corner] = true;
                 corner = self.next[corner];
@@ -85,7 +83,6 @@ impl Ring {
             passed = 0;
         }
         emit(self.triangle(corner));
-        crosses_itself
     }
 
     /// A corner between its neighbours.

@@ -20,7 +20,7 @@ use crate::material::{Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
 use crate::sampler::SamplerKind;
-use crate::scene::{Scene, SceneBuilder};
+use crate::scene::{Instance, Scene, SceneBuilder};
 use serde_json::{Value, json};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -160,10 +160,32 @@ fn facts(scene: &Scene, id: MaterialId, source: &MaterialSource, material: &Mate
         .filter(|(geom, _)| scene.shape(*geom).material == id);
     let (mut triangles, mut power) = (0, 0.0);
     for (geom, mesh) in shapes {
-        triangles += mesh.triangles.len();
-        if let Some(LightId(first)) = scene.shape(geom).first_light {
-            let lights = scene.lights().iter().skip(first as usize).take(mesh.triangles.len());
-            power += lights.map(|light| light.power(1.0)).sum::<f64>();
+        // The lights of a prototype count from those of each of its instances.
+        let of_prototype = |i: &&Instance| {
+            scene
+                .prototypes()
+                .get(i.prototype as usize)
+                .is_some_and(|p| p.contains(&geom.0))
+        };
+        let bases: Vec<u32> = match scene.standing().contains(&geom.0) {
+            true => vec![0],
+            false => scene
+                .instances()
+                .iter()
+                .filter(of_prototype)
+                .map(|i| i.first_light.0)
+                .collect(),
+        };
+        triangles += mesh.triangles.len() * bases.len();
+        let Some(LightId(first)) = scene.shape(geom).first_light else {
+            continue;
+        };
+        for base in bases {
+            let lights = scene.lights().iter().skip((base + first) as usize);
+            power += lights
+                .take(mesh.triangles.len())
+                .map(|light| light.power(1.0))
+                .sum::<f64>();
         }
     }
     json!({
@@ -298,7 +320,7 @@ impl BackendTask for Portrait<'_> {
         let info = accel.info();
         let metadata = Metadata {
             version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: scene_hash(scene, camera.0),
+            scene_hash: scene_hash(scene, &format!("{:?}", camera.0)),
             settings: format!("{} sampler={}", estimator.settings(), name_of(SamplerKind::NAMES, kind)),
             first_sample: 0,
             end_sample: spp,

@@ -165,7 +165,10 @@ impl<'a> Loader<'a> {
         let mut tried = HashSet::new();
         let mut sources = Vec::new();
         for object in &self.file.object {
-            let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()].into_iter().flatten().collect();
+            let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()]
+                .into_iter()
+                .flatten()
+                .collect();
             for name in &names {
                 let path = self.file.resolve(name.get_ref());
                 if !tried.insert(path.clone()) {
@@ -182,7 +185,10 @@ impl<'a> Loader<'a> {
             if self.is_over() {
                 return sources;
             }
-            if names.iter().all(|name| objs.contains_key(&self.file.resolve(name.get_ref()))) {
+            if names
+                .iter()
+                .all(|name| objs.contains_key(&self.file.resolve(name.get_ref())))
+            {
                 if let Err(error) = self.add_object(object, &objs) {
                     self.wrong("wrong-object", error);
                 }
@@ -247,6 +253,7 @@ impl Loader<'_> {
             let added = self.builder.add_instance(prototype, placement);
             added.map_err(|error| self.file.error(object.obj.span(), error.to_string()))?;
         }
+        Ok(())
     }
 
     fn shapes(&self, object: &ObjectSection) -> Shapes {

@@ -31,7 +31,7 @@ pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding>
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
 }
 
-/// Whether the camera sees anything, and is not inside of a wall. `file` is what the finding is about.
+/// Whether the camera sees anything when it starts to look, and is not inside of a wall. `file` is what the finding is about.
 pub fn inspect_view(
     accel: &impl Accel,
     scene: &Scene,
@@ -40,7 +40,7 @@ pub fn inspect_view(
     file: &SceneFile,
 ) -> Option<Finding> {
     let cells = || (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32);
-    let film = |cell: Vec2| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5));
+    let film = |cell: Vec2| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0);
     let rays: Vec<Ray> = cells().map(film).collect();
     let finding = |code, message: String, help: &str| {
         let error = file.whole(message).help(help);
@@ -60,7 +60,7 @@ pub fn inspect_view(
     let within = WALL_SHARE * scene.bounds().radius();
     let is_back = |direction: Vec3| {
         let hit = accel.intersect(&Ray::new(origin, direction));
-        hit.is_some_and(|hit| hit.t < within && scene.surface_point(&hit).ng.dot(direction) > 0.0)
+        hit.is_some_and(|hit| hit.t < within && scene.surface_point(&hit, 0.0).ng.dot(direction) > 0.0)
     };
     if cells().all(|cell| is_back(uniform_sphere(cell))) {
         let message = "the camera is inside of a body: on all sides it sees the backs of surfaces, near by";

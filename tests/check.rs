@@ -395,6 +395,23 @@ fn many_findings_of_a_kind_are_one() {
     let places = duplicate["places"].as_array().unwrap();
     assert!((2..10).contains(&places.len()) && places[1]["line"] == 9, "{places:?}");
     assert_eq!(code, 0);
+    let library: String = (0..500)
+        .map(|i| format!("newmtl m{i}\nKd 1\nd 0.1\nTr 0.5\nNs x\n"))
+        .collect();
+    fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let (report, _) = check(folder.path(), "a.obj");
+    let opacity: Vec<&Value> = findings(&report).iter().filter(|f| f["code"] == "opacity").collect();
+    assert_eq!((opacity.len(), &opacity[0]["count"]), (1, &500.into()));
+    let wrong: Vec<&Value> = findings(&report)
+        .iter()
+        .filter(|f| f["code"] == "wrong-statement")
+        .collect();
+    assert_eq!(
+        (wrong.len(), &wrong[0]["count"]),
+        (21, &480.into()),
+        "the file comes before its lines"
+    );
+    fs::write(folder.path().join("a.mtl"), "newmtl m\nKd 0.5\n").unwrap();
     let wrong = format!("{SQUARE}f 1 2 3\n{}", "f 1 2 9\n".repeat(1000));
     fs::write(folder.path().join("a.obj"), wrong).unwrap();
     let out = run(folder.path(), &["check", "a.obj"]);

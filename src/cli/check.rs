@@ -7,12 +7,13 @@ use super::info::forecast;
 use super::job::{Job, SceneKind, all_threads, kind_of, load_options, thread_pool};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::io::{FileError, Finding, Inspection, Position, SceneFile, Severity, inspect_scene};
+use crate::io::{FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, Severity, inspect_scene};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::scene::{Scene, SceneBuilder};
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Prints what is worth a word about a scene. The exit code is 1 where something is wrong.
@@ -22,6 +23,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, CliError> {
         report.look_at(args, file)?;
     }
     report.sort();
+    report.gather();
     if args.json {
         println!("{:#}", report.json(args));
     } else {
@@ -30,12 +32,17 @@ pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::from(u8::from(report.count(Severity::Error) > 0)))
 }
 
+/// Findings of a kind in a file that are told one by one.
+const MOST_ALIKE: usize = 12;
+
 /// What was found out.
 #[derive(Default)]
 struct Report {
     findings: Vec<Finding>,
     meshes: usize,
     triangles: u64,
+    instances: usize,
+    placed_triangles: u64,
     materials: usize,
     /// Watts by type of light.
     power: BTreeMap<&'static str, f64>,
@@ -123,6 +130,8 @@ impl Report {
     fn measure(&mut self, job: &Job, scene: &Scene) {
         self.meshes = scene.meshes().len();
         self.triangles = scene.triangle_count();
+        self.instances = scene.instances().len();
+        self.placed_triangles = scene.placed_triangle_count();
         self.materials = scene.materials().len();
         let radius = scene.bounds().radius();
         for light in scene.lights() {
@@ -176,6 +185,35 @@ impl Report {
         self.findings.sort_by_cached_key(key);
     }
 
+    /// Makes one of those that are alike and many.
+    fn gather(&mut self) {
+        type Kind = (PathBuf, &'static str);
+        let kind = |f: &Finding| -> Kind { (f.error.file.clone(), f.code) };
+        let mut counts: HashMap<Kind, usize> = HashMap::new();
+        for finding in &self.findings {
+            *counts.entry(kind(finding)).or_default() += 1;
+        }
+        let mut first: HashMap<Kind, usize> = HashMap::new();
+        let mut gathered: Vec<Finding> = Vec::new();
+        for mut finding in std::mem::take(&mut self.findings) {
+            let kind = kind(&finding);
+            let count = counts.get(&kind).copied().unwrap_or(0);
+            // The reader bounds wrong statements itself.
+            if count <= MOST_ALIKE || finding.code == "wrong-statement" {
+                gathered.push(finding);
+            } else if let Some(known) = first.get(&kind).and_then(|&i| gathered.get_mut(i)) {
+                known.count += finding.count;
+                let free = MOST_PLACES.saturating_sub(known.more.len());
+                known.more.extend(finding.error.position.into_iter().take(free));
+            } else {
+                finding.error.message += &format!(" (and {} more findings of this kind)", count - 1);
+                first.insert(kind, gathered.len());
+                gathered.push(finding);
+            }
+        }
+        self.findings = gathered;
+    }
+
     fn count(&self, severity: Severity) -> usize {
         self.findings.iter().filter(|f| f.severity == severity).count()
     }
@@ -188,8 +226,12 @@ impl Report {
         });
         println!("{}: {}", args.scene.display(), counts.join(", "));
         let Some(memory) = &self.memory else { return };
+        let placed = match self.instances {
+            0 => String::new(),
+            n => format!(" ({} with {n} instances)", self.placed_triangles),
+        };
         println!(
-            "  {} triangles in {} meshes, {} materials",
+            "  {} triangles{placed} in {} meshes, {} materials",
             self.triangles, self.meshes, self.materials
         );
         let kinds: Vec<String> = self
@@ -239,6 +281,8 @@ impl Report {
             },
             "meshes": self.meshes,
             "triangles": self.triangles,
+            "instances": self.instances,
+            "placed_triangles": self.placed_triangles,
             "materials": self.materials,
             "light_power_w": power,
             "memory": memory,

@@ -1,5 +1,6 @@
 use super::{FileError, Position};
 use std::fmt;
+use std::path::Path;
 
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,6 +43,9 @@ pub struct Finding {
 
 /// Places that a finding names besides the first.
 pub const MOST_PLACES: usize = 5;
+
+/// Wrong statements of a file that are told one by one.
+pub(super) const MAX_WRONG: usize = 20;
 
 impl Finding {
     /// Something that is there once.
@@ -96,6 +100,15 @@ impl Findings {
         self.0.push(finding);
     }
 
+    /// That a file has `count` wrong statements more than were told.
+    pub(super) fn add_untold(&mut self, file: &Path, count: usize) {
+        if count > 0 {
+            let error = FileError::new(file, format!("{count} more statements are wrong"));
+            let error = error.help("correct those above, and check again");
+            self.push(Finding::new(Severity::Error, "wrong-statement", error).repeated(count as u64, []));
+        }
+    }
+
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = &Finding> {
         self.0.iter()
@@ -132,7 +145,6 @@ impl Extend<Finding> for Findings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     #[test]
     fn findings_are_shown_as_editors_read_them() {

@@ -25,6 +25,7 @@ mod texture;
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use error::{FileError, Position};
 pub use exr::Metadata;
+use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_section::{LightSection, Rotation};
 pub use load::{

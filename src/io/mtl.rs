@@ -1,6 +1,6 @@
 use super::mtl_map::{MapSlot, MapStatement};
 use super::statements::{place_of, split_keyword, statements};
-use super::{FileError, Finding, Findings, Position, Severity};
+use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::material::{Gloss, Material};
@@ -124,6 +124,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
     let text = String::from_utf8_lossy(&bytes);
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
+    let mut wrong_count = 0;
     for (line, statement) in statements(&text) {
         let (key, rest) = split_keyword(&statement);
         if key.eq_ignore_ascii_case("newmtl") {
@@ -133,6 +134,10 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
         // Statements before the first material belong to none.
         let Some(section) = sections.last_mut() else { continue };
         let mut wrong = |(message, help): Complaint, name: &str| {
+            wrong_count += 1;
+            if wrong_count > MAX_WRONG {
+                return;
+            }
             let error = FileError::new(path, format!("material `{name}`: {message}"));
             let error = error.at(place_of(&text, line, suspect(key, rest))).help(help);
             findings.add(Severity::Error, "wrong-statement", error);
@@ -164,6 +169,8 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
             Err(complaint) => wrong(complaint, &section.name),
         }
     }
+
+    findings.add_untold(path, wrong_count.saturating_sub(MAX_WRONG));
 
     if let Some((first, line)) = skipped.first() {
         let keys: Vec<&str> = skipped.iter().map(|(key, _)| key.as_str()).collect();

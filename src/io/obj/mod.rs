@@ -11,7 +11,7 @@ mod smoothing;
 use super::find_file::{case_differs, find_file};
 use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
 use super::normals::smooth_by_angle;
-use super::{FileError, Finding, Findings, LoadOptions, Position, Severity};
+use super::{FileError, Findings, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 use parse::Outline;
@@ -53,11 +53,7 @@ pub(super) fn load_obj(path: &Path, options: &LoadOptions, findings: &mut Findin
     for error in outline.wrong.drain(..) {
         findings.add(Severity::Error, "wrong-statement", error);
     }
-    if untold > 0 {
-        let error = FileError::new(path, format!("{untold} more statements are wrong"));
-        let error = error.help("correct those above, and check again");
-        findings.push(Finding::new(Severity::Error, "wrong-statement", error).repeated(untold as u64, []));
-    }
+    findings.add_untold(path, untold);
     let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, findings);
     findings.extend(outline.remarks.findings(path));
     let is_wrong = outline.wrong_count > 0;
@@ -132,6 +128,9 @@ fn load_libraries(
                 let other_case = remark(format!("material library `{name}` is called `{}`", path.display()));
                 let help = "write its name as it is: other systems may not find it";
                 findings.add(Severity::Warning, "other-case", other_case.help(help));
+            } else if name.contains('\\') {
+                let error = remark(format!("material library `{name}` is found as `{}`", path.display()));
+                findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
             materials.extend(load_mtl(&path, dialect, findings));
         }

@@ -2,7 +2,7 @@ use super::faces::Face;
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
 use crate::io::statements::{pieces, place_of, split_keyword, statements};
-use crate::io::{FileError, Position};
+use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -12,9 +12,6 @@ use std::str;
 
 /// The index of what a corner does not have.
 pub(super) const NONE: u32 = u32::MAX;
-
-/// Wrong statements that are named; more of them are only counted.
-const MAX_WRONG: usize = 20;
 
 /// Characters of a word that an error shows.
 const MAX_SHOWN: usize = 60;

@@ -259,6 +259,14 @@ fn textures_need_coordinates_and_their_names() {
         "{found:?}"
     );
     assert_eq!(code, 0);
+    let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
+    let facts: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let map = &facts["textures"]["diffuse"];
+    assert_eq!(
+        (&map["file"], &map["width"]),
+        (&"wall.png".into(), &1.into()),
+        "{facts:#}"
+    );
 }
 
 #[test]
@@ -597,6 +605,15 @@ fn explain_tells_lobes_and_renders_a_sphere() {
         let share = lobe["albedo"]["normal"][0].as_f64().unwrap();
         assert!((share / albedo - 1.0).abs() < 0.06, "{lobe}");
     }
+    // Twice in the world
+    let twice = format!("{SCENE}[[object]]\nobj = \"a.obj\"\ntransform = {{ translate = [3, 0, 0], scale = 2 }}\n");
+    fs::write(folder.path().join("s.toml"), twice).unwrap();
+    let out = run(folder.path(), &["explain", "s.toml", "m", "--json"]);
+    let facts: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let power = facts["power_w"].as_f64().unwrap();
+    assert!((power - 10.0 * std::f64::consts::PI).abs() < 1e-4, "{facts:#}");
+    assert_eq!(facts["triangles"], 4);
+
     for name in ["x.exr", "x.png"] {
         let args = [
             "explain", "a.obj", "m", "-o", name, "--size", "32x24", "--spp", "4", "-q",

@@ -22,6 +22,7 @@ use crate::render::Outcome;
 use crate::sampler::SamplerKind;
 use crate::scene::{Instance, Scene, SceneBuilder};
 use serde_json::{Value, json};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -49,6 +50,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         scene,
         findings,
         materials,
+        textures,
         ..
     } = inspection;
     if let Some(error) = findings.first_error() {
@@ -69,7 +71,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         eprintln!("warning: several OBJ files of the scene have a material of this name; this is the first one's");
     }
 
-    let facts = facts(&scene, MaterialId(index as u32), source, material);
+    let facts = facts(&scene, &textures, MaterialId(index as u32), source, material);
     if args.json {
         println!("{facts:#}");
     } else {
@@ -132,7 +134,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// Everything that is said of a material.
-fn facts(scene: &Scene, id: MaterialId, source: &MaterialSource, material: &Material) -> Value {
+fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSource, material: &Material) -> Value {
     let place = source
         .place
         .as_ref()
@@ -150,8 +152,13 @@ fn facts(scene: &Scene, id: MaterialId, source: &MaterialSource, material: &Mate
     ];
     let texture = |(name, map): (&str, Option<crate::material::Map>)| {
         let map = map?;
-        let (width, height) = scene.textures().get(map.texture.0 as usize)?.size();
-        Some((name.to_string(), json!([width, height])))
+        let index = map.texture.0 as usize;
+        let (width, height) = scene.textures().get(index)?.size();
+        let file = files.get(index).map(|file| file.display().to_string());
+        Some((
+            name.to_string(),
+            json!({ "file": file, "width": width, "height": height }),
+        ))
     };
     let textures: serde_json::Map<String, Value> = textures.into_iter().filter_map(texture).collect();
     let shapes = scene
@@ -202,7 +209,7 @@ fn facts(scene: &Scene, id: MaterialId, source: &MaterialSource, material: &Mate
         "opacity": number(material.opacity),
         "emission": colour(material.emission),
         "power_w": power,
-        "texture_sizes": textures,
+        "textures": textures,
         "lobes": albedos(&material.bsdf()).iter().map(lobe).collect::<Vec<_>>(),
     })
 }
@@ -257,10 +264,13 @@ fn print_text(facts: &Value) {
         println!("  {key:<13} {}", text(&facts[key]));
     }
     println!("  {:<13} {} W from all its triangles", "power", facts["power_w"]);
-    for (slot, size) in facts["texture_sizes"].as_object().into_iter().flatten() {
+    for (slot, map) in facts["textures"].as_object().into_iter().flatten() {
         println!(
-            "  {:<13} {slot}, {}x{} texels: multiplies the constant",
-            "texture", size[0], size[1]
+            "  {:<13} {slot}: {}, {}x{} texels",
+            "texture",
+            text(&map["file"]),
+            map["width"],
+            map["height"]
         );
     }
     for lobe in facts["lobes"].as_array().into_iter().flatten() {

@@ -49,6 +49,8 @@ pub struct Inspection {
     pub materials: Vec<MaterialSource>,
     /// The OBJ files that could be read.
     pub objs: Vec<ObjSource>,
+    /// Files of the scene's textures, by their id.
+    pub textures: Vec<PathBuf>,
 }
 
 /// Where a material of the scene is from.
@@ -108,6 +110,8 @@ struct Loader<'a> {
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
+    /// Files of those that were read, by their id in the scene.
+    texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
     prototypes: HashMap<Shapes, PrototypeId>,
 }
@@ -126,6 +130,7 @@ impl<'a> Loader<'a> {
             materials: Vec::new(),
             textures: Vec::new(),
             asked: Vec::new(),
+            texture_files: Vec::new(),
             prototypes: HashMap::new(),
         }
     }
@@ -137,6 +142,7 @@ impl<'a> Loader<'a> {
             findings: self.findings,
             materials: self.materials,
             objs,
+            textures: self.texture_files,
         };
         let findings = &mut inspection.findings;
         if findings.first_error().is_some() && !self.goes_on {
@@ -404,10 +410,16 @@ impl Loader<'_> {
             self.warn("bad-texels", warning);
         }
         let mut ids = Vec::with_capacity(loaded.ids.len());
-        for (result, request) in loaded.ids.into_iter().zip(&self.asked) {
+        for ((result, request), file) in loaded.ids.into_iter().zip(&self.asked).zip(&self.textures) {
+            // Ids are given in the order of the first requests.
+            if matches!(result, Ok(TextureId(id)) if id as usize == self.texture_files.len()) {
+                self.texture_files.push(file.path.clone());
+            }
             if let Err(error) = &result {
-                let unread = request.remark("cannot be used; the material's constant counts alone");
-                let unread = unread.help(error.to_string());
+                let (place, message) = (error.place(), &error.message);
+                let words = format!("cannot be used; the material's constant counts alone: {place}: {message}");
+                let mut unread = request.remark(&words);
+                unread.help.clone_from(&error.help);
                 self.findings.add(Severity::Warning, "unreadable-texture", unread);
             }
             ids.push(result.ok());

@@ -127,11 +127,13 @@ impl<'a> FaceLint<'a> {
     /// Faces of the same points, in whatever order.
     fn duplicates(&self) -> Option<Finding> {
         let mut points: Vec<u32> = Vec::new();
+        // What has no area is told elsewhere.
         let key = |face: Face| {
             self.sorted_points(&face, &mut points);
-            (key_of(&points), face.line)
+            let is_whole = points.windows(2).all(|pair| pair[0] != pair[1]);
+            is_whole.then(|| (key_of(&points), face.line))
         };
-        let mut keys: Vec<([u32; 4], usize)> = self.faces.faces().map(key).collect();
+        let mut keys: Vec<([u32; 4], usize)> = self.faces.faces().filter_map(key).collect();
         keys.sort_unstable();
         let pairs = keys.windows(2).filter(|pair| pair[0].0 == pair[1].0);
         let mut lines: Vec<(usize, usize)> = pairs.map(|pair| (pair[1].1, pair[0].1)).collect();

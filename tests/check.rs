@@ -264,7 +264,7 @@ fn textures_need_coordinates_and_their_names() {
     let map = &facts["textures"]["diffuse"];
     assert_eq!(
         (&map["file"], &map["width"]),
-        (&"wall.png".into(), &1.into()),
+        (&"./wall.png".into(), &1.into()),
         "{facts:#}"
     );
 }

@@ -464,7 +464,7 @@ fn what_is_repaired_is_reported() {
         kind: TextureKind::Color,
         wrap: Wrap::Repeat,
     };
-    let loaded = load_textures(&[request]);
+    let loaded = load_textures(&[request], &());
     assert!(
         loaded.warnings[0]
             .to_string()
@@ -515,7 +515,7 @@ fn each_texture_is_read_once_whatever_the_threads() {
 
     let load = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| load_textures(&requests))
+        pool.install(|| load_textures(&requests, &()))
     };
     let (one, four) = (load(1), load(4));
     assert_eq!(one.ids, four.ids);

@@ -255,6 +255,14 @@ pub(super) struct LoadArgs {
     /// Smooth edges between facets that meet at less than so many degrees, in place of the file's normals
     #[arg(long, value_name = "DEG")]
     pub smooth: Option<f32>,
+
+    /// Refuse to take more memory than this, such as 8G or 500M, before it is taken
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Take less memory and more time; also done where only so --max-memory is kept
+    #[arg(long)]
+    pub compact: bool,
 }
 
 /// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
@@ -432,6 +440,23 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     let seconds = digits.parse().ok().map(|n: f64| n * unit);
     let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
+}
+
+/// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[number.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KB" => 1e3,
+        "M" | "MB" => 1e6,
+        "G" | "GB" => 1e9,
+        "T" | "TB" => 1e12,
+        _ => return Err("a size such as 500M or 8G is expected".into()),
+    };
+    let bytes = number.parse().ok().map(|n: f64| n * unit);
+    let good = bytes.filter(|bytes| *bytes >= 1.0 && *bytes < u64::MAX as f64);
+    good.map(|bytes| bytes as u64)
+        .ok_or_else(|| "a size above 0 is expected, such as 500M or 8G".into())
 }
 
 fn parse_share(text: &str) -> Result<f64, String> {

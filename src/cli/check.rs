@@ -137,7 +137,7 @@ impl Report {
         for light in scene.lights() {
             *self.power.entry(light.kind()).or_default() += light.power(radius);
         }
-        self.memory = Some(forecast(&job.scene, scene, job.resolution));
+        self.memory = Some(forecast(&job.scene, scene, job.crop));
     }
 
     /// What the scene leaves to the program.

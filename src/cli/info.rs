@@ -17,7 +17,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
     let bounds = scene.bounds();
     let resolution = |value: &Option<toml::Spanned<u32>>| value.as_ref().map_or(512, |v| *v.get_ref());
     let size = UVec2::new(resolution(&file.image.width), resolution(&file.image.height));
-    let (memory, backend) = (forecast(&file, &scene, size), Backend::ALL[0].name());
+    let (memory, backend) = (forecast(&file, &scene, Rect::full(size)), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let info = json!({
         "scene": args.scene.display().to_string(),
@@ -62,11 +62,11 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a render of the scene at this size will take.
-pub(super) fn forecast(file: &SceneFile, scene: &Scene, size: UVec2) -> Forecast {
+/// What a render of these pixels of the scene will take.
+pub(super) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast {
     let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
     let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
-    Forecast::new(scene, Rect::full(size), sizes.max().unwrap_or(0))
+    Forecast::new(scene, crop, sizes.max().unwrap_or(0))
 }
 
 /// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.

@@ -2,11 +2,13 @@ use super::args::{LoadArgs, RenderArgs};
 use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
+use super::info::forecast;
 use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::film::{BLOCK, Filter, FilterKind, Rect};
-use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile};
+use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in_words};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{RenderSampler, SamplerKind};
+use crate::scene::Scene;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -38,6 +40,7 @@ pub(super) struct Job {
     pub threads: usize,
     pub quiet: bool,
     pub verbose: bool,
+    pub compact: bool,
     camera: CameraArgs,
 }
 
@@ -113,6 +116,7 @@ impl Job {
             threads: args.threads.unwrap_or_else(all_threads),
             quiet: args.quiet,
             verbose: args.verbose,
+            compact: args.load.compact,
             camera: CameraArgs {
                 position: args.position.map(Vec3::from),
                 look_at: args.look_at.map(Vec3::from),
@@ -208,6 +212,29 @@ impl Job {
         }
     }
 
+    /// The scene, compact if that is asked for or if only then its render keeps to `--max-memory`, and about how many bytes that takes at
+    /// most. An error, before they are taken, where that is too much.
+    pub fn within_memory(&self, scene: Scene) -> Result<(Scene, u64), CliError> {
+        let peak = |scene: &Scene| forecast(&self.scene, scene, self.crop).peak(self.backend.name());
+        let scene = if self.compact { scene.into_compact() } else { scene };
+        let (usual, limit) = (peak(&scene), self.scene.options.max_memory);
+        let Some(limit) = limit.filter(|limit| usual > *limit) else {
+            return Ok((scene, usual));
+        };
+        let scene = scene.into_compact();
+        let compact = peak(&scene);
+        if compact > limit {
+            return Err(CliError::Failed(format!(
+                "{}: the render takes about {}: more than the {} of --max-memory\n  help: allow more, render a smaller \
+                 picture or a --crop, or let objects share their OBJ",
+                self.scene_path.display(),
+                in_words(compact),
+                in_words(limit)
+            )));
+        }
+        Ok((scene, compact))
+    }
+
     /// The threads that render.
     pub fn thread_pool(&self) -> Result<rayon::ThreadPool, CliError> {
         thread_pool(self.threads)
@@ -289,6 +316,7 @@ pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOpt
     Ok(LoadOptions {
         mtl_dialect: choose(scene, "mtl-dialect", dialect.0, dialect.1, MtlDialect::NAMES)?,
         smooth: positive(scene, "smooth", args.smooth, &settings.smooth)?,
+        max_memory: args.max_memory,
     })
 }
 

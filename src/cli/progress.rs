@@ -1,3 +1,4 @@
+use crate::io::LoadObserver;
 use crate::render::Observer;
 use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
@@ -48,6 +49,43 @@ impl Progress {
     /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// A bar for each part of reading a scene on a terminal; nothing elsewhere.
+pub(super) struct Loading {
+    bar: ProgressBar,
+}
+
+impl Loading {
+    /// Shows nothing yet.
+    pub fn new(quiet: bool) -> Self {
+        let style = ProgressStyle::with_template("{wide_bar:.cyan/blue} {percent:>3} %  {msg}  {elapsed}");
+        let bar = if quiet {
+            ProgressBar::hidden()
+        } else {
+            ProgressBar::no_length()
+        };
+        Self {
+            bar: bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())),
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl LoadObserver for Loading {
+    fn begin(&self, what: &str, units: u64) {
+        self.bar.reset();
+        self.bar.set_length(units);
+        self.bar.set_message(what.to_string());
+    }
+
+    fn advance(&self, units: u64) {
+        self.bar.inc(units);
     }
 }
 

@@ -4,13 +4,13 @@ use super::backend::{BackendTask, PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::pixel;
-use super::progress::{Progress, catch_interrupts};
+use super::progress::{Loading, Progress, catch_interrupts};
 use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use crate::accel::{Accel, Auditor};
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
-use crate::io::{FileError, Format, Loaded, Metadata, Output, load_scene};
+use crate::io::{FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
 use crate::render::{Outcome, Statistics};
 use crate::scene::Scene;
 use std::path::PathBuf;
@@ -27,7 +27,14 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
     };
     let pool = job.thread_pool()?;
-    let Loaded { scene, mut warnings } = pool.install(|| load_scene(&job.scene, job.estimator.scene_builder()))?;
+    let loading = Loading::new(job.quiet);
+    let loaded = pool.install(|| load_scene_watched(&job.scene, job.estimator.scene_builder(), &loading));
+    loading.finish();
+    let Loaded { scene, mut warnings } = loaded?;
+    let (scene, forecast) = job.within_memory(scene)?;
+    if job.verbose {
+        eprintln!("memory: about {} at most", in_words(forecast));
+    }
     let (parameters, camera) = job.camera(scene.bounds())?;
     warnings.extend(job.estimator.check_lights(&scene)?);
     for warning in &warnings {

@@ -1,11 +1,12 @@
 use super::find_file::{case_differs, find_file};
+use super::memory::Allowance;
 use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
 use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures};
-use super::{FileError, Finding, Findings, Position, Severity};
+use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::material::{Map, Material, MaterialId};
@@ -27,6 +28,8 @@ pub struct LoadOptions {
     pub mtl_dialect: MtlDialect,
     /// Edges between facets that meet at less than so many degrees are smooth; `None` goes by the file's normals.
     pub smooth: Option<f32>,
+    /// Bytes that reading may take at most; `None` for all there are.
+    pub max_memory: Option<u64>,
 }
 
 /// A scene read from files.
@@ -84,7 +87,16 @@ impl ObjSource {
 /// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already. What is wrong first is the
 /// error.
 pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
-    let Inspection { scene, findings, .. } = Loader::new(file, builder, false).load();
+    load_scene_watched(file, builder, &())
+}
+
+/// The same; `observer` is told how far it is.
+pub fn load_scene_watched(
+    file: &SceneFile,
+    builder: SceneBuilder,
+    observer: &dyn LoadObserver,
+) -> Result<Loaded, FileError> {
+    let Inspection { scene, findings, .. } = Loader::new(file, builder, observer, false).load();
     let warnings = findings.warnings();
     match (findings.first_error(), scene) {
         (None, Some(scene)) => Ok(Loaded { scene, warnings }),
@@ -95,12 +107,21 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
 
 /// Reads the same in the same way, but goes on after what is wrong.
 pub fn inspect_scene(file: &SceneFile, builder: SceneBuilder) -> Inspection {
-    Loader::new(file, builder, true).load()
+    Loader::new(file, builder, &(), true).load()
 }
 
 struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
+    observer: &'a dyn LoadObserver,
+    /// Bytes of what has been read and is kept.
+    kept: u64,
+    /// The files of each object.
+    shapes: Vec<Shapes>,
+    /// How many objects have these files.
+    copies: HashMap<Shapes, usize>,
+    /// The last object for which a file is needed.
+    last_use: HashMap<PathBuf, usize>,
     findings: Findings,
     /// Whether to go on after what is wrong.
     goes_on: bool,
@@ -120,10 +141,29 @@ struct Loader<'a> {
 type Shapes = (PathBuf, Option<PathBuf>);
 
 impl<'a> Loader<'a> {
-    fn new(file: &'a SceneFile, builder: SceneBuilder, goes_on: bool) -> Self {
+    fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
+        let path = |name: &Spanned<PathBuf>| file.resolve(name.get_ref());
+        let of = |object: &ObjectSection| (path(&object.obj), object.obj_close.as_ref().map(path));
+        let shapes: Vec<Shapes> = file.object.iter().map(of).collect();
+        let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
+        for (index, (obj, close)) in shapes.iter().enumerate() {
+            let copies = copies.entry((obj.clone(), close.clone())).or_insert(0);
+            *copies += 1;
+            // Copies share what the first one needs.
+            if *copies == 1 {
+                for path in [Some(obj), close.as_ref()].into_iter().flatten() {
+                    last_use.insert(path.clone(), index);
+                }
+            }
+        }
         Self {
             file,
             builder,
+            observer,
+            kept: 0,
+            shapes,
+            copies,
+            last_use,
             goes_on,
             findings: Findings::default(),
             used: HashMap::new(),
@@ -170,7 +210,7 @@ impl<'a> Loader<'a> {
         let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
         let mut sources = Vec::new();
-        for object in &self.file.object {
+        for (index, object) in self.file.object.iter().enumerate() {
             let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()]
                 .into_iter()
                 .flatten()
@@ -180,10 +220,15 @@ impl<'a> Loader<'a> {
                 if !tried.insert(path.clone()) {
                     continue;
                 }
-                match load_obj(&path, &self.file.options, &mut self.findings) {
+                let allowance = Allowance {
+                    limit: self.file.options.max_memory,
+                    kept: self.kept,
+                };
+                match load_obj(&path, &self.file.options, allowance, self.observer, &mut self.findings) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(obj) => {
                         sources.push(ObjSource::new(path.clone(), &obj));
+                        self.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
                         objs.insert(path, obj);
                     }
                 }
@@ -195,7 +240,7 @@ impl<'a> Loader<'a> {
                 .iter()
                 .all(|name| objs.contains_key(&self.file.resolve(name.get_ref())))
             {
-                if let Err(error) = self.add_object(object, &objs) {
+                if let Err(error) = self.add_object(index, object, &mut objs) {
                     self.wrong("wrong-object", error);
                 }
             }
@@ -222,10 +267,15 @@ impl<'a> Loader<'a> {
 }
 
 impl Loader<'_> {
-    fn add_object(&mut self, object: &ObjectSection, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
+    fn add_object(
+        &mut self,
+        index: usize,
+        object: &ObjectSection,
+        objs: &mut BTreeMap<PathBuf, ObjFile>,
+    ) -> Result<(), FileError> {
         let place = place(self.file, object)?;
-        let shapes = self.shapes(object);
-        let is_shared = self.file.object.iter().filter(|o| self.shapes(o) == shapes).count() > 1;
+        let shapes = self.shapes[index].clone();
+        let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
         let path = &shapes.0;
         let refused = |error: BuildError| FileError::new(path, error.to_string());
 
@@ -237,7 +287,7 @@ impl Loader<'_> {
             Place::Instances(_) => None,
         };
         if let Some(transform) = transform {
-            for (mesh, material) in self.meshes_of(object, objs)? {
+            for (mesh, material) in self.meshes_of(index, object, objs)? {
                 let mesh = match transform {
                     None => mesh,
                     Some(transform) => transformed(&mesh, transform),
@@ -249,7 +299,7 @@ impl Loader<'_> {
         let prototype = match self.prototypes.get(&shapes) {
             Some(&prototype) => prototype,
             None => {
-                let meshes = self.meshes_of(object, objs)?;
+                let meshes = self.meshes_of(index, object, objs)?;
                 let prototype = self.builder.add_prototype(meshes).map_err(refused)?;
                 self.prototypes.insert(shapes.clone(), prototype);
                 prototype
@@ -262,22 +312,24 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn shapes(&self, object: &ObjectSection) -> Shapes {
-        let path = |name: &Spanned<PathBuf>| self.file.resolve(name.get_ref());
-        (path(&object.obj), object.obj_close.as_ref().map(path))
-    }
-
-    /// The meshes of an object with their materials, as its files have them.
+    /// The meshes of an object with their materials, as its files have them: taken out of `objs` where no later object needs them.
     fn meshes_of(
         &mut self,
+        index: usize,
         object: &ObjectSection,
-        objs: &BTreeMap<PathBuf, ObjFile>,
+        objs: &mut BTreeMap<PathBuf, ObjFile>,
     ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
-        let (path, close) = self.shapes(object);
+        let (path, close) = self.shapes[index].clone();
+        let is_last = self.last_use.get(&path) == Some(&index) && close.as_ref() != Some(&path);
+        let mut taken = Vec::new();
+        if let Some(obj) = objs.get_mut(&path).filter(|_| is_last) {
+            taken.extend(obj.groups.iter_mut().map(|group| std::mem::take(&mut group.mesh)));
+        }
         let obj = &objs[&path];
+        let mut taken = taken.into_iter();
         let mut meshes = Vec::with_capacity(obj.groups.len());
         for (i, group) in obj.groups.iter().enumerate() {
-            let mut mesh = group.mesh.clone();
+            let mut mesh = taken.next().unwrap_or_else(|| group.mesh.clone());
             if let (Some(close), Some(name)) = (&close, &object.obj_close) {
                 let last = objs[close].groups.get(i).filter(|last| {
                     last.mesh.triangles == mesh.triangles && last.mesh.positions.len() == mesh.positions.len()
@@ -405,7 +457,7 @@ impl Loader<'_> {
     }
 
     fn load_textures(&mut self) {
-        let loaded = load_textures(&self.textures);
+        let loaded = load_textures(&self.textures, self.observer);
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
         }

@@ -9,6 +9,7 @@ mod finding;
 mod light_section;
 mod load;
 mod material_section;
+mod memory;
 mod mtl;
 mod mtl_map;
 mod normals;
@@ -30,8 +31,10 @@ pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_section::{LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene,
+    load_scene_watched,
 };
 pub use material_section::MaterialSection;
+pub use memory::{LoadObserver, in_words};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces};

@@ -1,5 +1,5 @@
-use super::FileError;
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
+use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
 use rayon::prelude::*;
@@ -48,7 +48,7 @@ impl LoadedTextures {
 
 /// Reads what is asked for in the current rayon pool. Requests for one file, also by different names, that agree in all else
 /// share a texture. The number of threads has no influence on anything.
-pub fn load_textures(requests: &[TextureRequest]) -> LoadedTextures {
+pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     // Requests by the first that asks for the same
     let mut firsts = HashMap::new();
     let mut distinct = Vec::new();
@@ -62,7 +62,14 @@ pub fn load_textures(requests: &[TextureRequest]) -> LoadedTextures {
             })
         })
         .collect();
-    let load = |request: &&TextureRequest| load_texture(&request.path, request.kind, request.wrap);
+    if !distinct.is_empty() {
+        observer.begin("reading textures", distinct.len() as u64);
+    }
+    let load = |request: &&TextureRequest| {
+        let texture = load_texture(&request.path, request.kind, request.wrap);
+        observer.advance(1);
+        texture
+    };
     let results: Vec<Result<Texture, FileError>> = distinct.par_iter().map(load).collect();
 
     let (mut textures, mut warnings) = (Vec::new(), Vec::new());

@@ -6,6 +6,8 @@ use crate::texture::Texture;
 // `--stats` at different sizes of the image.
 /// Bytes a triangle takes in Embree's structure: 64 to 70.
 const EMBREE_BYTES_PER_TRIANGLE: u64 = 70;
+/// The same in a compact scene.
+const EMBREE_COMPACT_BYTES_PER_TRIANGLE: u64 = 42;
 /// The same in that of obvhs: 76 to 79.
 const OBVHS_BYTES_PER_TRIANGLE: u64 = 79;
 /// The same in the oracle's list of corners.
@@ -74,7 +76,14 @@ impl Forecast {
                 largest_file
             },
             accel: [
-                accel("embree", EMBREE_BYTES_PER_TRIANGLE),
+                accel(
+                    "embree",
+                    if scene.is_compact() {
+                        EMBREE_COMPACT_BYTES_PER_TRIANGLE
+                    } else {
+                        EMBREE_BYTES_PER_TRIANGLE
+                    },
+                ),
                 accel("obvhs", OBVHS_BYTES_PER_TRIANGLE),
                 accel("brute", BRUTE_BYTES_PER_TRIANGLE),
             ],

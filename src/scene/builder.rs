@@ -382,6 +382,7 @@ impl SceneBuilder {
                 .materials
                 .iter()
                 .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),
+            is_compact: false,
             is_moving: false,
             textures: self.textures,
             materials: self.materials,

@@ -44,12 +44,13 @@ pub struct Scene {
     /// The meshes of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
-    /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them.
+    /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them, and in compact scenes.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
     /// The BSDF of each material by its constants.
     bsdfs: Vec<Bsdf>,
+    is_compact: bool,
     has_holes: bool,
     is_moving: bool,
     textures: Vec<Texture>,
@@ -88,6 +89,18 @@ impl Scene {
     /// Box around all vertices.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
+    }
+
+    /// The same in less memory: what can be made of the rest at each hit is, and acceleration structures are to do so too.
+    pub fn into_compact(mut self) -> Self {
+        self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
+        self.is_compact = true;
+        self
+    }
+
+    /// Whether memory counts more than time.
+    pub fn is_compact(&self) -> bool {
+        self.is_compact
     }
 
     /// Number of triangles that are kept; those of a prototype once.
@@ -157,11 +170,28 @@ impl Scene {
     /// The point that was hit at `time`.
     pub fn surface_point(&self, hit: &Hit, time: f32) -> SurfacePoint {
         let geom = hit.geom.0 as usize;
-        let point = match self.facets[geom].get(hit.prim.0 as usize) {
-            Some(facet) => self.meshes[geom].surface_point_on(*facet, hit.prim, hit.b1, hit.b2),
-            None => self.placed(hit, time).point(hit.b1, hit.b2),
+        let mesh = &self.meshes[geom];
+        let point = if hit.inst != InstanceId::NONE || mesh.deforms() {
+            self.placed(hit, time).point(hit.b1, hit.b2)
+        } else {
+            mesh.surface_point_on(self.facet(hit), hit.prim, hit.b1, hit.b2)
         };
         SurfacePoint { time, ..point }
+    }
+
+    /// What the points of a triangle that stands in the world share.
+    #[inline(always)]
+    fn facet(&self, hit: &Hit) -> Facet {
+        let geom = hit.geom.0 as usize;
+        match self.facets[geom].get(hit.prim.0 as usize) {
+            Some(facet) => *facet,
+            None => self.facet_anew(hit),
+        }
+    }
+
+    #[inline(never)]
+    fn facet_anew(&self, hit: &Hit) -> Facet {
+        self.mesh(hit.geom).facet(hit.prim)
     }
 
     /// The triangle that was hit, where it is at `time`.
@@ -196,9 +226,8 @@ impl Scene {
         if !shape.is_plain {
             return None;
         }
-        let geom = hit.geom.0 as usize;
-        let facet = self.facets[geom][hit.prim.0 as usize];
-        let point = SurfacePoint::new(self.meshes[geom].corners(hit.prim), facet, hit.b1, hit.b2);
+        let corners = self.mesh(hit.geom).corners(hit.prim);
+        let point = SurfacePoint::new(corners, self.facet(hit), hit.b1, hit.b2);
         Some((SurfacePoint { time, ..point }, &self.bsdfs[shape.material.0 as usize]))
     }
 

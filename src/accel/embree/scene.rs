@@ -37,13 +37,17 @@ unsafe impl Sync for SceneHandle {}
 
 impl SceneHandle {
     /// An empty scene.
-    fn new(device: &Device) -> Result<Self, EmbreeError> {
+    fn new(device: &Device, is_compact: bool) -> Result<Self, EmbreeError> {
         // SAFETY: the device is live; null is checked below.
         let handle = Self(unsafe { rtcNewScene(device.handle()) });
         device.check("creating a scene")?;
+        let flags = match is_compact {
+            false => RTCSceneFlags::RTC_SCENE_FLAG_ROBUST,
+            true => RTCSceneFlags::RTC_SCENE_FLAG_ROBUST | RTCSceneFlags::RTC_SCENE_FLAG_COMPACT,
+        };
         // SAFETY: the scene is live, not yet committed, and known to this thread alone.
         unsafe {
-            rtcSetSceneFlags(handle.0, RTCSceneFlags::RTC_SCENE_FLAG_ROBUST);
+            rtcSetSceneFlags(handle.0, flags);
             rtcSetSceneBuildQuality(handle.0, RTCBuildQuality::RTC_BUILD_QUALITY_HIGH);
         }
         device.check("configuring a scene")?;
@@ -90,12 +94,12 @@ impl<'a> EmbreeAccel<'a> {
         // Prototypes are scenes of their own, which the instances then refer to.
         let mut prototypes = Vec::with_capacity(scene.prototypes().len());
         for meshes in scene.prototypes() {
-            let prototype = SceneHandle::new(&device)?;
+            let prototype = SceneHandle::new(&device, scene.is_compact())?;
             attach_all(&prototype, meshes.clone())?;
             prototype.commit(&device)?;
             prototypes.push(prototype);
         }
-        let handle = SceneHandle::new(&device)?;
+        let handle = SceneHandle::new(&device, scene.is_compact())?;
         attach_all(&handle, scene.standing())?;
         let standing = scene.standing().end;
         for (id, instance) in (standing..).zip(scene.instances()) {

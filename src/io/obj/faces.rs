@@ -1,4 +1,4 @@
-use super::parse::{FaceRange, Outline, parse};
+use super::parse::{FaceRange, Outline, Pieces, parse};
 use super::polygon::triangulate;
 use super::{PIECE_BYTES, read_text};
 use crate::io::FileError;
@@ -47,7 +47,7 @@ impl ObjFaces {
     /// Reads a file as a render does. Statements that are wrong are left out.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let text = read_text(path)?;
-        let outline = parse(path, &text, PIECE_BYTES, true)?;
+        let outline = parse(path, &Pieces::count(&text, PIECE_BYTES), true, &|_| ())?;
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();
         let (mut name, mut line) = (None, 0);

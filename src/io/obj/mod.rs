@@ -9,12 +9,13 @@ mod remarks;
 mod smoothing;
 
 use super::find_file::{case_differs, find_file};
+use super::memory::Allowance;
 use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
 use super::normals::smooth_by_angle;
-use super::{FileError, Findings, LoadOptions, Position, Severity};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
-use parse::Outline;
+use parse::{Outline, Pieces};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::fs;
@@ -45,9 +46,22 @@ pub(super) struct ObjFile {
 
 /// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
 /// everything else that is wrong, missing or assumed is among the findings.
-pub(super) fn load_obj(path: &Path, options: &LoadOptions, findings: &mut Findings) -> Result<ObjFile, FileError> {
+pub(super) fn load_obj(
+    path: &Path,
+    options: &LoadOptions,
+    allowance: Allowance,
+    observer: &dyn LoadObserver,
+    findings: &mut Findings,
+) -> Result<ObjFile, FileError> {
+    // What it takes is known, and refused where that is too much, step by step before it is taken.
+    let length = fs::metadata(path).map_or(0, |data| data.len());
+    allowance.check(path, length)?;
     let text = read_text(path)?;
-    let mut outline = parse::parse(path, &text, PIECE_BYTES, false)?;
+    observer.begin(&format!("reading {}", path.display()), text.len() as u64);
+    let pieces = Pieces::count(&text, PIECE_BYTES);
+    allowance.check(path, length + pieces.bytes())?;
+    let mut outline = parse::parse(path, &pieces, false, &|bytes| observer.advance(bytes))?;
+    drop(pieces);
     drop(text);
     let untold = outline.wrong_count - outline.wrong.len();
     for error in outline.wrong.drain(..) {
@@ -161,7 +175,7 @@ mod tests {
 
     fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
         let mut findings = Findings::default();
-        let ObjFile { groups, materials } = load_obj(path, options, &mut findings)?;
+        let ObjFile { groups, materials } = load_obj(path, options, Allowance::default(), &(), &mut findings)?;
         match findings.first_error() {
             Some(error) => Err(error.clone()),
             None => Ok(Read {
@@ -656,7 +670,7 @@ mod tests {
 
     /// What comes of a text that is read in pieces of so many bytes.
     fn read(text: &str, piece_bytes: usize) -> Result<Vec<Group>, FileError> {
-        let mut outline = parse::parse(Path::new("t.obj"), text, piece_bytes, false)?;
+        let mut outline = parse::parse(Path::new("t.obj"), &Pieces::count(text, piece_bytes), false, &|_| ())?;
         match outline.wrong.pop() {
             Some(last) => Err(outline.wrong.into_iter().next().unwrap_or(last)),
             None => Ok(into_groups(outline)),

@@ -185,25 +185,65 @@ fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     }
 }
 
-/// Reads the statements of an OBJ file in pieces of some `piece_bytes`, in parallel; the result does not depend on
-/// their size.
+/// A text cut into pieces whose statements have been counted: each knows its line and what indices mean in it.
+pub(super) struct Pieces<'a> {
+    texts: Vec<&'a str>,
+    /// Counts of all that is before each piece.
+    before: Vec<Counts>,
+    total: Counts,
+}
+
+impl<'a> Pieces<'a> {
+    /// Cuts and counts a text in pieces of some `piece_bytes`, in parallel.
+    pub fn count(text: &'a str, piece_bytes: usize) -> Self {
+        let texts = pieces(text, piece_bytes);
+        let counts: Vec<Counts> = texts.par_iter().map(|piece| Counts::of(piece)).collect();
+        let mut total = Counts::default();
+        let running = |&counts: &Counts| {
+            let before = total;
+            total = before.plus(counts);
+            before
+        };
+        let before = counts.iter().map(running).collect();
+        Self { texts, before, total }
+    }
+
+    /// About how many bytes reading takes at most, besides the text.
+    pub fn bytes(&self) -> u64 {
+        let [v, vt, vn] = self.total.elements.map(|n| n as u64);
+        let (faces, corners) = (self.total.faces as u64, self.total.corners as u64);
+        let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
+        let values = 16 * v + 8 * vt + 16 * vn;
+        let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
+        // Pieces have their values until they are joined.
+        let reading = outline + values;
+        // Then faces become triangles, and corners vertices, by an index of those that there are.
+        let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
+        let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
+        let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);
+        reading.max(outline + mesh + index * vertices)
+    }
+}
+
+/// Reads the statements of an OBJ file, in parallel; the result does not depend on the size of the pieces.
 ///
-/// Lines are counted first, so that each piece knows its line and what indices mean in it. `keep_lines` keeps the line of each
-/// face. An error is a file that is too large as a whole; statements that are wrong are collected.
-pub(super) fn parse(path: &Path, text: &str, piece_bytes: usize, keep_lines: bool) -> Result<Outline, FileError> {
-    let texts = pieces(text, piece_bytes);
-    let counts: Vec<Counts> = texts.par_iter().map(|piece| Counts::of(piece)).collect();
-    let mut total = Counts::default();
-    let running = |&counts: &Counts| {
-        let before = total;
-        total = before.plus(counts);
-        before
-    };
-    let before: Vec<Counts> = counts.iter().map(running).collect();
+/// `keep_lines` keeps the line of each face; `advance` is told of the bytes that have been read. An error is a file that is too large as a
+/// whole; statements that are wrong are collected.
+pub(super) fn parse(
+    path: &Path,
+    pieces: &Pieces,
+    keep_lines: bool,
+    advance: &(dyn Fn(u64) + Sync),
+) -> Result<Outline, FileError> {
+    let Pieces { texts, before, total } = pieces;
     let parsed: Vec<Piece> = texts
         .par_iter()
-        .zip(&before)
-        .map(|(text, before)| Piece::parse(path, text, [before, &total], keep_lines))
+        .zip(before)
+        .map(|(text, before)| {
+            let piece = Piece::parse(path, text, [before, total], keep_lines);
+            advance(text.len() as u64);
+            piece
+        })
         .collect();
 
     let mut outline = Outline {
@@ -263,18 +303,23 @@ const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 struct Counts {
     lines: usize,
     elements: [usize; 3],
+    faces: usize,
+    corners: usize,
 }
 
 impl Counts {
     fn of(text: &str) -> Self {
         let mut counts = Self {
             lines: text.bytes().filter(|&b| b == b'\n').count(),
-            elements: [0; 3],
+            ..Self::default()
         };
         for (_, statement) in statements(text) {
-            let (keyword, _) = split_keyword(&statement);
+            let (keyword, rest) = split_keyword(&statement);
             if let Some(kind) = KEYWORDS.iter().position(|&k| k == keyword) {
                 counts.elements[kind] += 1;
+            } else if keyword == "f" {
+                counts.faces += 1;
+                counts.corners += rest.split_ascii_whitespace().count();
             }
         }
         counts
@@ -284,6 +329,8 @@ impl Counts {
         Self {
             lines: self.lines + other.lines,
             elements: [0, 1, 2].map(|kind| self.elements[kind] + other.elements[kind]),
+            faces: self.faces + other.faces,
+            corners: self.corners + other.corners,
         }
     }
 }

@@ -270,6 +270,22 @@ fn textures_need_coordinates_and_their_names() {
 }
 
 #[test]
+fn libraries_of_doubtful_names_are_told() {
+    let plain = "newmtl m\nKd 0.5\n";
+    let obj = format!("{SQUARE}f 1 2 3 4\n");
+    let folder = folder(&[("a.obj", &obj), ("A.mtl", plain), ("A.MTL", plain)]);
+    if folder.path().join("a.mtl").exists() {
+        println!("skipped: names of files have no case here");
+        return;
+    }
+    let (report, _) = check(folder.path(), "a.obj");
+    let finding = findings(&report).iter().find(|f| f["code"] == "other-case").unwrap();
+    assert_eq!(key(finding), "warning other-case a.obj:1:0");
+    let message = finding["message"].as_str().unwrap();
+    assert!(message.contains("`A.MTL`, the first of 2 files"), "{message}");
+}
+
+#[test]
 fn shells_that_refract_or_emit_must_be_sound() {
     let glass = "newmtl m\nNi 1.5\nTf 1 1 1\nillum 7\n";
     let lamp = "newmtl m\nKe 1 1 1\n";

@@ -26,6 +26,29 @@ pub(super) fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
+/// How many files of its folder have the name of `found`, in whatever case.
+pub(super) fn count_alike(found: &Path) -> usize {
+    let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
+    let Some(wanted) = found.file_name().map(lowercase) else {
+        return 0;
+    };
+    let entries = fs::read_dir(listed(found.parent().unwrap_or(Path::new(""))));
+    let names = entries
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.file_name()));
+    names.filter(|name| lowercase(name) == wanted).count()
+}
+
+/// The folder, by a name that the system lists.
+fn listed(folder: &Path) -> &Path {
+    if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    }
+}
+
 fn with_slashes(name: &str) -> String {
     name.replace('\\', "/")
 }
@@ -38,12 +61,7 @@ fn find_entry(folder: &Path, name: &OsStr) -> Option<PathBuf> {
     }
     let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
     let wanted = lowercase(name);
-    let listed = if folder == Path::new("") {
-        Path::new(".")
-    } else {
-        folder
-    };
-    let names = fs::read_dir(listed)
+    let names = fs::read_dir(listed(folder))
         .ok()?
         .filter_map(|entry| Some(entry.ok()?.file_name()));
     let found = names.filter(|name| lowercase(name) == wanted).min()?;
@@ -94,6 +112,10 @@ mod tests {
                     "{name}"
                 );
             }
+        }
+        if !folder.join("A.MTL").exists() {
+            let counts = ["a.mtl", "b.MTL", "gone.mtl"].map(|name| count_alike(&folder.join(name)));
+            assert_eq!(counts, [1, 2, 0]);
         }
         let absolute = folder.join("A.mtl");
         assert!(find_file(Path::new("elsewhere"), absolute.to_str().unwrap()).is_some());

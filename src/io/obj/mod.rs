@@ -8,7 +8,7 @@ mod polygon;
 mod remarks;
 mod smoothing;
 
-use super::find_file::{case_differs, find_file};
+use super::find_file::{case_differs, count_alike, find_file};
 use super::memory::Allowance;
 use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
 use super::normals::smooth_by_angle;
@@ -139,7 +139,14 @@ fn load_libraries(
                 continue;
             };
             if case_differs(folder, &name, &path) {
-                let other_case = remark(format!("material library `{name}` is called `{}`", path.display()));
+                let others = match count_alike(&path) {
+                    0 | 1 => String::new(),
+                    n => format!(", the first of {n} files whose names differ by case"),
+                };
+                let other_case = remark(format!(
+                    "material library `{name}` is called `{}`{others}",
+                    path.display()
+                ));
                 let help = "write its name as it is: other systems may not find it";
                 findings.add(Severity::Warning, "other-case", other_case.help(help));
             } else if name.contains('\\') {

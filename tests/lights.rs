@@ -8,7 +8,8 @@ use chi_square::{chi_square, sidak};
 use embrasure::color::Spectrum;
 use embrasure::geometry::PrimId;
 use embrasure::light::*;
-use embrasure::math::{Quat, Vec2, Vec3};
+use embrasure::material::{Gloss, Material};
+use embrasure::math::{Quat, UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
 use embrasure::scene::SceneBuilder;
 use support::*;
@@ -255,9 +256,152 @@ fn every_choice_of_lights_gives_the_same_picture() {
         (film_mean(&film, 0), film_error(&film, 0))
     };
     let (reference, error) = render(SelectionMode::Power);
-    for mode in [SelectionMode::Uniform, SelectionMode::All] {
+    for mode in [
+        SelectionMode::Auto,
+        SelectionMode::Place,
+        SelectionMode::Uniform,
+        SelectionMode::All,
+    ] {
         let (mean, e) = render(mode);
         let z = (mean - reference) / error.hypot(e);
         assert!(z.abs() < 3.5, "{mode:?}: {mean} against {reference}, z {z}");
+    }
+}
+
+/// Lights are drawn by place as often as their probabilities say.
+#[test]
+fn choices_by_place_follow_their_probabilities() {
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+    const DRAWS: u32 = 200_000;
+    let lights: Vec<Light> = (0..200u32)
+        .map(|i| {
+            let u = at(i).extend(at(i + 1000).x);
+            Light::Point(PointLight {
+                position: 4.0 * Vec3::from(u) - 2.0,
+                intensity: Spectrum::splat(1.0 + 9.0 * at(i).x * at(i).y),
+            })
+        })
+        .collect();
+    let bounds = [Vec3::splat(-2.0), Vec3::splat(2.0)].into_iter().collect();
+    let selection = LightSelection::new(SelectionMode::Place, &lights, bounds, 3.5);
+    let level = sidak(0.01, 3);
+    for (p, n) in [
+        (Vec3::new(0.1, -1.9, 0.7), Vec3::Y),
+        (Vec3::new(-1.0, 0.3, 0.2), Vec3::ZERO),
+        (Vec3::new(9.0, 5.0, 3.0), Vec3::new(-0.8, -0.6, 0.0)),
+    ] {
+        let receiver = Receiver { p, n };
+        let mut counts = vec![0u32; lights.len()];
+        for i in 0..DRAWS {
+            let (id, pmf) = selection.sample(&lights, &receiver, at(i).x).unwrap();
+            assert_eq!(pmf, selection.pmf(&lights, &receiver, id));
+            counts[id.0 as usize] += 1;
+        }
+        // Lights that are hardly ever drawn count as one.
+        let (mut statistic, mut bins, mut rare) = (0.0, 0, [0.0; 2]);
+        for (i, &count) in (0..).zip(&counts) {
+            let expected = (selection.pmf(&lights, &receiver, LightId(i)) as f64) * DRAWS as f64;
+            if expected < 10.0 {
+                rare[0] += count as f64;
+                rare[1] += expected;
+            } else {
+                statistic += (count as f64 - expected).powi(2) / expected;
+                bins += 1;
+            }
+        }
+        if rare[1] > 0.0 {
+            statistic += (rare[0] - rare[1]).powi(2) / rare[1];
+            bins += 1;
+        }
+        let p_value = 1.0 - ChiSquared::new((bins - 1) as f64).unwrap().cdf(statistic);
+        assert!(p_value > level, "{p}: {p_value}, {bins} bins, rare {rare:?}");
+    }
+}
+
+/// By place and by power, pictures are the same in every integrator that samples lights, with shared paths and without, in a room with matte,
+/// glossy and clear things, a large lamp, many small ones, a sun and a sky.
+#[test]
+fn pictures_by_place_are_those_by_power() {
+    use embrasure::integrator::{DistributedIntegrator, PathIntegrator, Roulette, Strategy};
+    let scene = |mode| {
+        let mut b = SceneBuilder::new();
+        b.light_selection(mode);
+        // A room whose roof is open
+        let mut walls = room();
+        walls
+            .triangles
+            .retain(|t| t.iter().any(|&i| walls.positions[i as usize].y < 0.0));
+        add(&mut b, walls, material(0.6, 0.0));
+        add(
+            &mut b,
+            sphere(0.3, Vec3::new(-0.4, -0.6, -0.3), 2),
+            Material {
+                specular: Spectrum::splat(0.5),
+                gloss: Gloss::Phong(10.0),
+                ..material(0.3, 0.0)
+            },
+        );
+        add(
+            &mut b,
+            sphere(0.3, Vec3::new(0.5, -0.6, 0.2), 2),
+            Material {
+                transmission: Spectrum::splat(0.9),
+                ..material(0.0, 0.0)
+            },
+        );
+        for i in 0..90u32 {
+            let c = Vec3::new(at(i).x, 0.9 * at(i).y, at(i + 500).x) * 1.6 - Vec3::new(0.8, 0.5, 0.8);
+            let lamp = [c, c + Vec3::new(0.05, 0.0, 0.0), c + Vec3::new(0.0, 0.02, 0.05)];
+            add(&mut b, polygon(&lamp), material(0.0, 10.0));
+        }
+        let window = [
+            Vec3::new(-0.98, -0.5, -0.5),
+            Vec3::new(-0.98, 0.5, -0.5),
+            Vec3::new(-0.98, 0.5, 0.5),
+            Vec3::new(-0.98, -0.5, 0.5),
+        ];
+        add(&mut b, polygon(&window), material(0.2, 1.0));
+        b.add_directional_light(Vec3::new(0.3, -1.0, 0.2), Spectrum::splat(0.5))
+            .unwrap();
+        b.add_constant_light(Spectrum::splat(0.3)).unwrap();
+        b.build().unwrap().0
+    };
+    let scenes = [SelectionMode::Power, SelectionMode::Place].map(scene);
+    let resolution = UVec2::splat(16);
+    let camera = pinhole(Vec3::new(0.0, 0.2, 0.95), Vec3::new(0.0, -0.4, 0.0), 80.0);
+    for what in ["alone", "shared", "branching"] {
+        // By the same seed cameras look at the same points: differences say more than means, and of means of groups only seeds tell the error.
+        let means = scenes.each_ref().map(|scene| {
+            with_world(scene, camera, resolution, |world| -> Vec<f64> {
+                let path = PathIntegrator {
+                    world,
+                    strategy: Strategy::default(),
+                    max_depth: Some(5),
+                    roulette: Roulette::default(),
+                    light_samples: 2,
+                    reuse: what == "shared",
+                };
+                let branching = DistributedIntegrator {
+                    world,
+                    strategy: Strategy::default(),
+                    max_depth: 3,
+                    branching: 2,
+                };
+                let film = |seed| match what {
+                    "branching" => film_of(&branching, resolution, 32, seed),
+                    _ => film_of(&path, resolution, 64, seed),
+                };
+                (0..8).map(|seed| film_mean(&film(seed), 1)).collect()
+            })
+        });
+        let [power, place] = &means;
+        let ratios: Vec<f64> = power.iter().zip(place).map(|(a, b)| b / a - 1.0).collect();
+        let n = ratios.len() as f64;
+        let mean = ratios.iter().sum::<f64>() / n;
+        let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        let error = (variance / n).sqrt();
+        println!("{what}: by place {mean:.5} ± {error:.5} brighter");
+        // Student's t of 7 degrees of freedom: beyond 5.4 once in a thousand
+        assert!(error < 0.003 && mean.abs() < 5.4 * error, "{what}: {mean} ± {error}");
     }
 }

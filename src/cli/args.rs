@@ -399,7 +399,8 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub mis: Option<String>,
 
-    /// Which light is sampled: power (by its power), uniform, or all at every vertex [default: power]
+    /// Which light is sampled: place (by what it would send there), power (by its power), auto (place among more than two), uniform, or all at
+    /// every vertex [default: auto]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub light_selection: Option<String>,
 

@@ -69,7 +69,9 @@ const DIRECT: &[(&str, DirectLight)] = &[
 ];
 const HEURISTICS: &[(&str, Heuristic)] = &[("power", Heuristic::Power), ("balance", Heuristic::Balance)];
 const SELECTIONS: &[(&str, SelectionMode)] = &[
+    ("auto", SelectionMode::Auto),
     ("power", SelectionMode::Power),
+    ("place", SelectionMode::Place),
     ("uniform", SelectionMode::Uniform),
     ("all", SelectionMode::All),
 ];

@@ -3,7 +3,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
-use crate::light::LightId;
+use crate::light::{LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
@@ -20,6 +20,16 @@ pub(super) struct Vertex<'a> {
 }
 
 impl Vertex<'_> {
+    /// The point as one that light falls on.
+    #[inline(always)]
+    pub fn receiver(&self) -> Receiver {
+        let n = match self.bsdf.glossy_eta(self.wo) {
+            Some(_) => Vec3::ZERO,
+            None => self.point.ns * 1f32.copysign(self.wo.z),
+        };
+        Receiver { p: self.point.p, n }
+    }
+
     /// The ray that goes on in direction `wi` (local frame).
     #[inline(always)]
     pub fn ray_along(&self, wi: Vec3) -> Ray {
@@ -109,7 +119,7 @@ impl Direct {
             }
             return Self::Known(sum);
         }
-        match selection.sample(u.choice) {
+        match selection.sample(world.scene.lights(), &vertex.receiver(), u.choice) {
             Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
             None => Self::NONE,
         }

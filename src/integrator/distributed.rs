@@ -3,6 +3,7 @@ use super::strategy::Scattered;
 use super::{Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -54,8 +55,9 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         } else {
             RayKind::Bounce
         };
+        let from = scattered.map_or(Receiver::any_side(ray.origin), |s| s.from);
         let Some(hit) = world.intersect(ray, kind, out) else {
-            for light in world.scene.escaped(ray.direction) {
+            for light in world.scene.escaped(from, ray.direction) {
                 out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
             }
             return;
@@ -67,8 +69,10 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         if branch.depth == 0 {
             out.first_surface(world.first_surface(&vertex));
         }
-        let from = scattered.map_or(ray.origin, |s| s.p);
-        if let Some(light) = world.scene.emitted(&hit, from, vertex.point.p, ray.direction, ray.time) {
+        if let Some(light) = world
+            .scene
+            .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
+        {
             out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
         }
         if branch.depth >= self.max_depth {
@@ -92,7 +96,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                 node,
                 beta: branch.beta * sample.weight / self.branching as f32,
                 scattered: Some(Scattered {
-                    p: vertex.point.p,
+                    from: vertex.receiver(),
                     pdf: sample.pdf,
                     is_delta: sample.is_delta(),
                     light_samples: 1,

@@ -1,6 +1,7 @@
 use super::{Directions, Integrator, RayKind, Roulette, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -28,7 +29,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let Some(hit) = world.intersect(&ray, kind, out) else {
                 // Escaped: infinitely distant lights
-                for light in world.scene.escaped(ray.direction) {
+                for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
                     out.radiance(beta * light.radiance);
                 }
                 return;
@@ -40,9 +41,13 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.
-            let emitted = world
-                .scene
-                .emitted(&hit, ray.origin, vertex.point.p, ray.direction, ray.time);
+            let emitted = world.scene.emitted(
+                &hit,
+                &Receiver::any_side(ray.origin),
+                vertex.point.p,
+                ray.direction,
+                ray.time,
+            );
             let emitted = emitted.map(|light| light.radiance).filter(|e| !e.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let chance = match (emitted, reflects) {

@@ -6,6 +6,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -241,18 +242,18 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(always)]
     fn arrive<'v>(&'v self, path: &Segment, hit: Option<Hit>, slot: &'v BsdfSlot) -> (Spectrum, Option<Vertex<'v>>) {
         let (scene, strategy) = (self.world.scene, &self.strategy);
+        let from = path.scattered.map_or(Receiver::any_side(path.ray.origin), |s| s.from);
         let mut radiance = Spectrum::ZERO;
         let Some(met) = hit else {
             // Escaped: infinitely distant lights
-            for light in scene.escaped(path.ray.direction) {
+            for light in scene.escaped(from, path.ray.direction) {
                 radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
             }
             return (radiance, None);
         };
         // The surface, and the light it emits by itself
         let vertex = self.world.vertex(&met, &path.ray, slot);
-        let from = path.scattered.as_ref().map_or(path.ray.origin, |s| s.p);
-        if let Some(light) = scene.emitted(&met, from, vertex.point.p, path.ray.direction, path.ray.time) {
+        if let Some(light) = scene.emitted(&met, &from, vertex.point.p, path.ray.direction, path.ray.time) {
             radiance = path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
         }
         (radiance, Some(vertex))
@@ -352,7 +353,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             beta: beta * factor,
             roulette_scale,
             scattered: Some(Scattered {
-                p: vertex.point.p,
+                from: vertex.receiver(),
                 pdf: sample.pdf,
                 is_delta: sample.is_delta(),
                 light_samples,

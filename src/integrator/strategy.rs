@@ -1,4 +1,5 @@
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
+use crate::light::Receiver;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::mis::{balance_heuristic, power_heuristic};
 use crate::sampling::warp::{
@@ -57,7 +58,7 @@ pub struct Strategy {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered {
     /// Where it happened.
-    pub p: Vec3,
+    pub from: Receiver,
     /// Density of the ray's direction.
     pub pdf: f32,
     /// Whether no light sampling could have drawn this direction.

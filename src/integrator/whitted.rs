@@ -3,6 +3,7 @@ use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
+use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
@@ -55,7 +56,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             RayKind::Bounce
         };
         let Some(hit) = world.intersect(ray, kind, out) else {
-            for light in world.scene.escaped(ray.direction) {
+            for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
                 out.radiance(branch.beta * light.radiance);
             }
             return;
@@ -67,10 +68,13 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         if branch.depth == 0 {
             out.first_surface(world.first_surface(&vertex));
         }
-        if let Some(light) = world
-            .scene
-            .emitted(&hit, ray.origin, vertex.point.p, ray.direction, ray.time)
-        {
+        if let Some(light) = world.scene.emitted(
+            &hit,
+            &Receiver::any_side(ray.origin),
+            vertex.point.p,
+            ray.direction,
+            ray.time,
+        ) {
             out.radiance(branch.beta * light.radiance);
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {

@@ -6,9 +6,11 @@
 mod constant;
 mod directional;
 mod environment;
+mod places;
 mod point;
 mod selection;
 mod spot;
+mod tree;
 mod triangle;
 
 pub use constant::ConstantLight;
@@ -22,10 +24,28 @@ pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::math::{Ray, Vec2, Vec3};
+use std::f64::consts::PI;
+use tree::{Place, Source};
+
+/// A point that light falls on, as far as the choice of a light depends on it.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Where it is, world space.
+    pub p: Vec3,
+    /// Unit normal, on the side from which light counts; zero where it counts from either side.
+    pub n: Vec3,
+}
 
 /// A light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
+
+impl Receiver {
+    /// A point on which light counts from all directions.
+    pub fn any_side(p: Vec3) -> Self {
+        Self { p, n: Vec3::ZERO }
+    }
+}
 
 /// Incident light drawn from a light source.
 #[derive(Clone, Copy, Debug)]
@@ -115,6 +135,38 @@ impl Light {
             Self::Directional(light) => light.power(scene_radius),
             Self::Spot(light) => light.power(),
             Self::Environment(light) => light.power(scene_radius),
+        }
+    }
+
+    /// The light as a source somewhere; `None` at infinity.
+    fn source(&self) -> Option<Source> {
+        match self {
+            Self::Triangle(light) => Some(light.source()),
+            Self::MovingTriangle(light) => Some(light.at(0.5).source()),
+            Self::Point(light) => Some(Source::isotropic(light.position, light.intensity.luminance())),
+            Self::Spot(light) => Some(light.source()),
+            Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => None,
+        }
+    }
+
+    /// Estimate of the mean irradiance at `place`, shadows left out, of a light that is somewhere.
+    fn irradiance(&self, place: &Place) -> f32 {
+        match self {
+            Self::Triangle(light) => light.irradiance(place),
+            Self::MovingTriangle(light) => light.irradiance(place),
+            Self::Spot(light) => light.irradiance(place),
+            _ => self.source().map_or(0.0, |source| place.irradiance(&source)),
+        }
+    }
+
+    /// The same of a light at infinity, in a scene of that radius.
+    fn irradiance_from_infinity(&self, place: &Place, scene_radius: f32) -> f64 {
+        // What crosses a disk of the scene's size; light from all directions is counted for all disks.
+        let disk = PI * (scene_radius as f64).powi(2);
+        let irradiance = self.power(scene_radius) / disk;
+        match self {
+            Self::Directional(light) => irradiance * place.cosine(-light.direction, 0.0) as f64,
+            _ => 0.25 * irradiance,
         }
     }
 }

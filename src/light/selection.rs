@@ -1,14 +1,23 @@
-use super::{Light, LightId};
+use super::places::Places;
+use super::{Light, LightId, Receiver};
+use crate::math::Bounds3;
 use crate::sampling::AliasTable;
+
+/// So few lights are chosen by power: a lamp of two triangles looks the same from almost anywhere (docs/benchmarks.md).
+const FEW: usize = 2;
 
 /// How next-event estimation chooses among the lights of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionMode {
+    /// By place where there are more than two lights, by power among fewer.
+    #[default]
+    Auto,
     /// Each with the same probability.
     Uniform,
     /// Each with a probability proportional to its power.
-    #[default]
     Power,
+    /// Each with about the share that it has in the light that would arrive at the point if nothing were between.
+    Place,
     /// None is chosen: all are sampled at every vertex.
     All,
 }
@@ -20,25 +29,39 @@ pub struct LightSelection {
     table: Option<AliasTable>,
     /// Lights that are all sampled, if they are.
     all: Option<Vec<LightId>>,
+    /// The choice by place, if there is one.
+    places: Option<Places>,
 }
 
 impl LightSelection {
-    /// Among `lights`, in a scene of radius `scene_radius`.
-    pub fn new(mode: SelectionMode, lights: &[Light], scene_radius: f32) -> Self {
+    /// Among `lights`, in a scene of such bounds and radius.
+    pub fn new(mode: SelectionMode, lights: &[Light], bounds: Bounds3, scene_radius: f32) -> Self {
         let power = lights.iter().map(|l| l.power(scene_radius));
         let weights: Vec<f64> = match mode {
-            SelectionMode::Power => power.collect(),
+            SelectionMode::Auto | SelectionMode::Power | SelectionMode::Place => power.collect(),
             SelectionMode::Uniform | SelectionMode::All => power.map(|p| f64::from(u8::from(p > 0.0))).collect(),
         };
         let emitting = || (0..).zip(&weights).filter(|(_, w)| **w > 0.0).map(|(i, _)| LightId(i));
+        let by_place = match mode {
+            SelectionMode::Auto => emitting().count() > FEW,
+            SelectionMode::Place => true,
+            SelectionMode::Uniform | SelectionMode::Power | SelectionMode::All => false,
+        };
         Self {
             all: (mode == SelectionMode::All).then(|| emitting().collect()),
             table: AliasTable::new(&weights),
+            places: by_place
+                .then(|| Places::new(lights, &weights, bounds, scene_radius))
+                .flatten(),
         }
     }
 
-    /// Draws a light and its probability; `None` where nothing emits.
-    pub fn sample(&self, u: f32) -> Option<(LightId, f32)> {
+    /// Draws one of the scene's `lights` for `receiver`, and its probability; `None` where nothing emits.
+    #[inline(always)]
+    pub fn sample(&self, lights: &[Light], receiver: &Receiver, u: f32) -> Option<(LightId, f32)> {
+        if let Some(places) = &self.places {
+            return places.sample(lights, receiver, u);
+        }
         let (index, pmf) = self.table.as_ref()?.sample(u);
         Some((LightId(index as u32), pmf))
     }
@@ -48,8 +71,12 @@ impl LightSelection {
         self.all.as_deref()
     }
 
-    /// Probability that `light` is sampled at a vertex.
-    pub fn pmf(&self, light: LightId) -> f32 {
+    /// Probability that `light`, one of the scene's `lights`, is sampled at `receiver`.
+    #[inline(always)]
+    pub fn pmf(&self, lights: &[Light], receiver: &Receiver, light: LightId) -> f32 {
+        if let Some(places) = &self.places {
+            return places.pmf(lights, receiver, light);
+        }
         let pmf = self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize));
         if self.all.is_some() && pmf > 0.0 { 1.0 } else { pmf }
     }
@@ -73,36 +100,53 @@ mod tests {
             .to_vec()
     }
 
+    fn choice(mode: SelectionMode, lights: &[Light]) -> LightSelection {
+        LightSelection::new(mode, lights, Bounds3::EMPTY, 1.0)
+    }
+
+    const HERE: Receiver = Receiver {
+        p: Vec3::ONE,
+        n: Vec3::X,
+    };
+
     #[test]
     fn the_mean_of_one_over_p_counts_the_lights() {
-        for mode in [SelectionMode::Uniform, SelectionMode::Power] {
-            let selection = LightSelection::new(mode, &lights(), 1.0);
+        for mode in [
+            SelectionMode::Uniform,
+            SelectionMode::Power,
+            SelectionMode::Place,
+            SelectionMode::Auto,
+        ] {
+            let lights = lights();
+            let selection = choice(mode, &lights);
             const N: u32 = 1_000_000;
             let mut mean = 0.0;
             for i in 0..N {
-                let (id, pmf) = selection.sample((i as f32 + 0.5) / N as f32).unwrap();
-                assert_eq!(pmf, selection.pmf(id));
+                let (id, pmf) = selection.sample(&lights, &HERE, (i as f32 + 0.5) / N as f32).unwrap();
+                assert_eq!(pmf, selection.pmf(&lights, &HERE, id));
                 mean += 1.0 / (pmf as f64 * N as f64);
             }
             assert!((mean / 4.0 - 1.0).abs() < 0.02, "{mode:?}: {mean}");
-            assert_eq!(selection.pmf(LightId(2)), 0.0);
+            assert_eq!(selection.pmf(&lights, &HERE, LightId(2)), 0.0);
         }
     }
 
     #[test]
     fn all_means_every_light_that_emits() {
-        let selection = LightSelection::new(SelectionMode::All, &lights(), 1.0);
+        let lights = lights();
+        let selection = choice(SelectionMode::All, &lights);
         assert_eq!(selection.all().unwrap(), [0, 1, 3, 4].map(LightId));
-        assert_eq!((selection.pmf(LightId(1)), selection.pmf(LightId(2))), (1.0, 0.0));
-        assert!(
-            LightSelection::new(SelectionMode::Power, &lights(), 1.0)
-                .all()
-                .is_none()
-        );
-        assert!(
-            LightSelection::new(SelectionMode::Power, &lights()[2..3], 1.0)
-                .sample(0.5)
-                .is_none()
-        );
+        let pmf = |i| selection.pmf(&lights, &HERE, LightId(i));
+        assert_eq!((pmf(1), pmf(2)), (1.0, 0.0));
+    }
+
+    #[test]
+    fn nothing_is_chosen_where_nothing_emits() {
+        let dark = &lights()[2..3];
+        for mode in [SelectionMode::Power, SelectionMode::Place, SelectionMode::Auto] {
+            let selection = choice(mode, dark);
+            assert!(selection.all().is_none() && selection.sample(dark, &HERE, 0.5).is_none());
+            assert_eq!(selection.pmf(dark, &HERE, LightId(0)), 0.0);
+        }
     }
 }

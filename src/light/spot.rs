@@ -1,4 +1,5 @@
 use super::LightSample;
+use super::tree::{Place, Source};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 use std::f64::consts::PI;
@@ -39,6 +40,18 @@ impl SpotLight {
         }
         let t = ((cos - self.cos_outer) / (self.cos_inner - self.cos_outer)).clamp(0.0, 1.0);
         t * t * (3.0 - 2.0 * t)
+    }
+
+    /// As a source of light seen from afar: its power in all directions.
+    pub(super) fn source(&self) -> Source {
+        Source::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
+    }
+
+    /// Estimate of the mean irradiance at `place`, of which some part may be in the cone where its middle is not.
+    pub(super) fn irradiance(&self, place: &Place) -> f32 {
+        place.irradiance_by(self.position, 0.0, |wi, spread| {
+            self.intensity.luminance() * self.falloff((spread - wi.dot(self.direction)).min(1.0))
+        })
     }
 
     /// ∫ of the falloff over directions: the inner cone, and half of what lies between, since the smooth step is odd about

@@ -1,4 +1,5 @@
 use super::LightSample;
+use super::tree::{Place, Source};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};
 use crate::math::{DVec3, Vec2, Vec3};
@@ -152,11 +153,51 @@ impl TriangleLight {
         Some(((b1 / excess) as f32, (b2 / excess) as f32))
     }
 
+    /// As a source of light seen from afar.
+    pub(super) fn source(&self) -> Source {
+        let center = self.corners.iter().fold(Vec3::ZERO, |sum, &p| sum + p / 3.0);
+        let radius = self.corners.iter().fold(0.0, |r: f32, p| r.max(p.distance(center)));
+        Source {
+            center,
+            radius,
+            intensity: self.area * self.radiance.luminance(),
+            axis: self.normal,
+            spread: 0.0,
+        }
+    }
+
+    /// Estimate of the mean irradiance at `place`: that from points of the triangle, the more of them the larger it looks.
+    pub(super) fn irradiance(&self, place: &Place) -> f32 {
+        let whole = self.source();
+        let distance = whole.center.distance(place.center);
+        let n = match whole.radius / distance {
+            x if x < 0.1 => 1,
+            x if x < 0.4 => 2,
+            _ => 4,
+        };
+        let mut sum = 0.0;
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let u = (Vec2::new(i as f32, j as f32) + 0.5) / n as f32;
+            let (b1, b2) = uniform_triangle(u);
+            let [p0, p1, p2] = self.corners;
+            let center = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
+            sum += place.irradiance(&Source {
+                center,
+                radius: 0.0,
+                ..whole
+            });
+        }
+        sum / (n * n) as f32
+    }
+
     /// `π A L`.
     pub(super) fn power(&self) -> f64 {
         PI * self.area as f64 * self.radiance.luminance() as f64
     }
 }
+
+/// Times whose mean stands for all.
+const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// A triangle that emits while it moves.
 #[derive(Clone, Debug)]
@@ -187,9 +228,13 @@ impl MovingTriangle {
         TriangleLight::placed(&placed, self.radiance, self.sampling)
     }
 
+    /// Mean of [`TriangleLight::irradiance`] over the same times.
+    pub(super) fn irradiance(&self, place: &Place) -> f32 {
+        TIMES.iter().map(|&time| self.at(time).irradiance(place)).sum::<f32>() / TIMES.len() as f32
+    }
+
     /// Mean of `π A L` over a few times, none of which is likely to be the only one at which it has any size.
     pub(super) fn power(&self) -> f64 {
-        const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
         TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64
     }
 }

@@ -388,7 +388,7 @@ impl SceneBuilder {
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),
-            light_selection: LightSelection::new(self.selection, &[], 0.0),
+            light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
         };
 
         // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
@@ -435,7 +435,7 @@ impl SceneBuilder {
             .collect();
         // A scene without extent still has a sky of some power.
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-        scene.light_selection = LightSelection::new(self.selection, &scene.lights, radius);
+        scene.light_selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
         Ok((scene, self.report))
     }
 }
@@ -861,7 +861,10 @@ mod tests {
             .collect();
         assert_eq!(first, [Some(0), None, Some(2)]);
         assert_eq!(scene.lights().len(), 4);
-        let total: f32 = (0..4).map(|i| scene.light_selection().pmf(LightId(i))).sum();
+        let receiver = crate::light::Receiver::any_side(Vec3::ONE);
+        let total: f32 = (0..4)
+            .map(|i| scene.light_selection().pmf(scene.lights(), &receiver, LightId(i)))
+            .sum();
         assert!((total - 1.0).abs() < 1e-6);
     }
 }

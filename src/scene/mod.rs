@@ -7,7 +7,7 @@ pub use builder::{BuildError, PrototypeId, SceneBuilder, SceneReport};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{Light, LightId, LightSelection};
+use crate::light::{Light, LightId, LightSelection, Receiver};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Vec3};
 use crate::texture::Texture;
@@ -286,10 +286,10 @@ impl Scene {
         }
     }
 
-    /// What the surface at `hit`, whose point is `q`, sends to `p` against the unit direction `wi` from `p`, all at `time`.
+    /// What the surface at `hit`, whose point is `q`, sends to `receiver` against the unit direction `wi` from there, all at `time`.
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
-    pub fn emitted(&self, hit: &Hit, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
+    pub fn emitted(&self, hit: &Hit, receiver: &Receiver, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
         let first = self.shape(hit.geom).first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let id = LightId(before + first.0 + hit.prim.0);
@@ -304,19 +304,19 @@ impl Scene {
         };
         Some(Incident {
             radiance: light.emitted(-wi),
-            pdf: self.light_selection.pmf(id) * light.pdf(p, q, wi),
+            pdf: self.light_selection.pmf(&self.lights, receiver, id) * light.pdf(receiver.p, q, wi),
         })
     }
 
-    /// What infinitely distant lights send against the unit direction `wi` of a ray that leaves the scene, light by light.
-    pub fn escaped(&self, wi: Vec3) -> impl Iterator<Item = Incident> {
+    /// What infinitely distant lights send to `receiver` against the unit direction `wi` of a ray that leaves the scene, light by light.
+    pub fn escaped(&self, receiver: Receiver, wi: Vec3) -> impl Iterator<Item = Incident> {
         self.infinite_lights.iter().filter_map(move |&id| {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
                 _ => return None,
             };
-            let pdf = self.light_selection.pmf(id) * pdf;
+            let pdf = self.light_selection.pmf(&self.lights, &receiver, id) * pdf;
             Some(Incident { radiance, pdf })
         })
     }

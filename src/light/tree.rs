@@ -1,0 +1,314 @@
+use super::Light;
+use crate::math::{Bounds3, Vec3};
+
+/// Lights that are somewhere, as one source of light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source {
+    /// Middle of the sphere that holds them, world space.
+    pub center: Vec3,
+    /// Radius of that sphere.
+    pub radius: f32,
+    /// Luminous part of the largest radiant intensity they could have in one direction, W/sr.
+    pub intensity: f32,
+    /// Mean of the directions in which they emit most, weighted by intensity: the shorter the more they differ.
+    pub axis: Vec3,
+    /// How much the cosine with the axis, as they see it, differs from that with the mean.
+    pub spread: f32,
+}
+
+impl Source {
+    /// One that emits to all directions alike: [`soft_cosine`] is 1 for it.
+    pub fn isotropic(center: Vec3, intensity: f32) -> Self {
+        Self {
+            center,
+            radius: 0.0,
+            intensity,
+            axis: Vec3::ZERO,
+            spread: 4.0,
+        }
+    }
+
+    /// Both as one.
+    fn and(&self, other: &Self) -> Self {
+        let intensity = self.intensity + other.intensity;
+        let t = if intensity > 0.0 {
+            other.intensity / intensity
+        } else {
+            0.5
+        };
+        let mean = |a: Vec3, b: Vec3| a * (1.0 - t) + b * t;
+        let center = mean(self.center, other.center);
+        let reach = |s: &Self| s.center.distance(center) + s.radius;
+        let axis = mean(self.axis, other.axis);
+        // Directions that do not agree shorten the mean; by so much the cosine with one of them may be off.
+        let spread = |s: &Self| s.spread + s.axis.distance(axis);
+        Self {
+            center,
+            radius: reach(self).max(reach(other)),
+            intensity,
+            axis,
+            spread: (1.0 - t) * spread(self) + t * spread(other),
+        }
+    }
+}
+
+/// Points that light falls on: a ball of them, whose normals are near one direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// Middle of the ball, world space.
+    pub center: Vec3,
+    /// Radius of the ball.
+    pub radius: f32,
+    /// Unit direction near the normals; zero where light counts from either side.
+    pub normal: Vec3,
+}
+
+/// How much the cosine with a normal differs from that with [`Place::normal`].
+const NORMAL_SPREAD: f32 = 0.25;
+
+impl Place {
+    /// Cosine with the normals of directions that differ from `wi` by up to `spread`.
+    pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
+        if self.normal == Vec3::ZERO {
+            return 0.5;
+        }
+        soft_cosine(wi.dot(self.normal), spread + NORMAL_SPREAD)
+    }
+
+    /// Estimate of the mean irradiance from `source`, shadows left out.
+    pub fn irradiance(&self, source: &Source) -> f32 {
+        self.irradiance_by(source.center, source.radius, |wi, spread| {
+            source.intensity * soft_cosine(-wi.dot(source.axis), spread + source.spread)
+        })
+    }
+
+    /// The same for a ball of light whose intensity is known by the direction to it and by how much that direction varies.
+    pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
+        // The mean squared distance between points of two balls is larger than that between their middles. Directions shrink as much: where
+        // balls meet, there is none.
+        let d = center - self.center;
+        let squared = d.length_squared() + 0.5 * (self.radius * self.radius + radius * radius);
+        let inverse = 1.0 / squared.sqrt();
+        let (wi, spread) = (d * inverse, (self.radius + radius) * inverse);
+        intensity(wi, spread) * self.cosine(wi, spread) / squared
+    }
+
+    /// Radius of `source` over the distance to it.
+    fn angle(&self, source: &Source) -> f32 {
+        let distance = self.center.distance(source.center).max(self.radius);
+        if source.radius > 0.0 {
+            source.radius / distance
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Mean of `max(cos + x, 0)` for x uniform in [−spread, spread]: a clamped cosine that is not sure of its angle.
+pub(super) fn soft_cosine(cos: f32, spread: f32) -> f32 {
+    if cos >= spread {
+        cos
+    } else if cos <= -spread {
+        0.0
+    } else {
+        let x = cos + spread;
+        x * x / (4.0 * spread)
+    }
+}
+
+/// Lights that come one after the other in the order of a [`LightTree`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cluster {
+    /// The first one.
+    pub first: u32,
+    /// How many there are.
+    pub count: u32,
+    /// What they send to the place that the cluster was made for.
+    pub irradiance: f32,
+}
+
+/// A binary hierarchy of the lights that are somewhere (Walter et al. 2005, "Lightcuts"): near lights are told apart, far ones taken together.
+#[derive(Clone, Debug)]
+pub(super) struct LightTree {
+    /// Each before its parts, of which the first one follows at once.
+    nodes: Vec<Node>,
+    /// Light of each leaf, from left to right.
+    order: Vec<usize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    source: Source,
+    first: u32,
+    count: u32,
+    /// Its second part.
+    second: u32,
+}
+
+impl LightTree {
+    /// Over these lights, each given by its index and as a source. Halves have equally many lights, so that it is log₂ n deep.
+    pub fn new(mut sources: Vec<(usize, Source)>) -> Self {
+        let mut nodes = Vec::with_capacity(2 * sources.len());
+        if !sources.is_empty() {
+            build(&mut sources, 0, &mut nodes);
+        }
+        Self {
+            nodes,
+            order: sources.into_iter().map(|(index, _)| index).collect(),
+        }
+    }
+
+    /// Index of the light of each leaf, from left to right.
+    pub fn order(&self) -> &[usize] {
+        &self.order
+    }
+
+    /// Parts all lights into at most `most` clusters for `place`. Those go to pieces first of which most light would come from who knows where.
+    pub fn cut(&self, lights: &[Light], place: &Place, most: usize) -> Vec<Cluster> {
+        let Some(root) = self.nodes.first() else {
+            return Vec::new();
+        };
+        let part = |index: usize, node: &Node| self.part(lights, place, index, node);
+        let mut parts = Vec::with_capacity(most);
+        parts.push(part(0, root));
+        while parts.len() < most {
+            let (mut worst, mut error) = (0, 0.0);
+            for (i, part) in parts.iter().enumerate() {
+                if part.error > error {
+                    (worst, error) = (i, part.error);
+                }
+            }
+            if error <= 0.0 {
+                break;
+            }
+            let index = parts[worst].index;
+            let second = self.nodes[index].second as usize;
+            parts[worst] = part(index + 1, &self.nodes[index + 1]);
+            parts.push(part(second, &self.nodes[second]));
+        }
+        parts.sort_unstable_by_key(|part| part.cluster.first);
+        parts.into_iter().map(|part| part.cluster).collect()
+    }
+
+    fn part(&self, lights: &[Light], place: &Place, index: usize, node: &Node) -> Part {
+        let light = match node.count {
+            1 => self.order.get(node.first as usize).and_then(|&i| lights.get(i)),
+            _ => None,
+        };
+        let (irradiance, error) = match light {
+            Some(light) => (light.irradiance(place), 0.0),
+            None => {
+                let irradiance = place.irradiance(&node.source);
+                (
+                    irradiance,
+                    irradiance * (place.angle(&node.source) + node.source.spread),
+                )
+            }
+        };
+        Part {
+            index,
+            error,
+            cluster: Cluster {
+                first: node.first,
+                count: node.count,
+                irradiance,
+            },
+        }
+    }
+}
+
+/// A node in a cut.
+struct Part {
+    index: usize,
+    cluster: Cluster,
+    /// How wrong its irradiance may be; 0 of a single light.
+    error: f32,
+}
+
+/// Adds the node of `sources`, of which the first one is leaf `first`, and all below it.
+fn build(sources: &mut [(usize, Source)], first: u32, nodes: &mut Vec<Node>) -> Source {
+    let index = nodes.len();
+    let count = sources.len() as u32;
+    let one = sources[0].1;
+    nodes.push(Node {
+        source: one,
+        first,
+        count,
+        second: 0,
+    });
+    if count == 1 {
+        return one;
+    }
+    let bounds: Bounds3 = sources.iter().map(|(_, s)| s.center).collect();
+    let extent = bounds.max - bounds.min;
+    let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+    let half = sources.len() / 2;
+    sources.select_nth_unstable_by(half, |(i, a), (j, b)| {
+        a.center[axis].total_cmp(&b.center[axis]).then(i.cmp(j))
+    });
+    let (left, right) = sources.split_at_mut(half);
+    let left = build(left, first, nodes);
+    let second = nodes.len() as u32;
+    let right = build(right, first + half as u32, nodes);
+    let source = left.and(&right);
+    nodes[index].source = source;
+    nodes[index].second = second;
+    source
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::light::PointLight;
+
+    #[test]
+    fn soft_cosines_are_means() {
+        for (cos, spread) in [(0.7, 0.2), (0.1, 0.3), (-0.1, 0.3), (-0.5, 0.4), (0.0, 4.0), (0.3, 0.0)] {
+            const N: u32 = 100_000;
+            let x = |i| cos + spread * (2.0 * (i as f32 + 0.5) / N as f32 - 1.0);
+            let mean = (0..N).map(|i| x(i).max(0.0) as f64).sum::<f64>() / N as f64;
+            let got = soft_cosine(cos, spread) as f64;
+            assert!((got - mean).abs() < 1e-4, "{cos} {spread}: {got} {mean}");
+        }
+    }
+
+    /// Every light is in one cluster of a cut, and what few clusters tell is near what the lights tell one by one.
+    #[test]
+    fn a_cut_holds_all_lights() {
+        let lights: Vec<Light> = (0..1000u32)
+            .map(|i| {
+                let digits = [i % 10, i / 10 % 10, i / 100].map(|d| d as f32);
+                Light::Point(PointLight {
+                    position: Vec3::from_array(digits),
+                    intensity: Spectrum::splat(1.0 + (i * 7 % 13) as f32),
+                })
+            })
+            .collect();
+        let sources = lights.iter().enumerate().map(|(i, l)| (i, l.source().unwrap()));
+        let tree = LightTree::new(sources.collect());
+        let mut order = tree.order().to_vec();
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..1000));
+        let place = Place {
+            center: Vec3::new(2.5, -1.5, 3.5),
+            radius: 0.5,
+            normal: Vec3::Y,
+        };
+        let exact: f32 = lights.iter().map(|l| l.irradiance(&place)).sum();
+        for most in [1, 2, 64, 2000] {
+            let cut = tree.cut(&lights, &place, most);
+            assert!(cut.len() <= most);
+            let mut next = 0;
+            for cluster in &cut {
+                assert_eq!(cluster.first, next);
+                next += cluster.count;
+            }
+            assert_eq!(next, 1000);
+            let sum: f32 = cut.iter().map(|c| c.irradiance).sum();
+            if most >= 64 {
+                assert!((sum / exact - 1.0).abs() < 0.1, "{most}: {sum} {exact}");
+            }
+        }
+    }
+}

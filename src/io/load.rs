@@ -1,6 +1,6 @@
 use super::FileError;
 use super::find_file::find_file;
-use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
+use super::mtl::{FileMaterial, MapRequest, MtlDialect, default_material};
 use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
@@ -177,7 +177,7 @@ impl Loader<'_> {
             return Ok(id);
         }
         let material = match section {
-            Some((_, section)) => section.material(name, self.file)?,
+            Some((_, section)) => self.textured(&section.material(name, self.file)?),
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
             None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
                 Some(found) => self.textured(found),
@@ -203,25 +203,22 @@ impl Loader<'_> {
         Ok(id)
     }
 
-    /// The material of a library with maps that name requests for textures.
-    fn textured(&mut self, found: &MtlMaterial) -> Material {
+    /// The material of a file with maps that name requests for textures.
+    fn textured(&mut self, found: &FileMaterial) -> Material {
         let mut material = found.material.clone();
         for request in &found.maps {
             let statement = &request.statement;
-            let folder = request.library.parent().unwrap_or(Path::new(""));
+            let folder = request.place.file.parent().unwrap_or(Path::new(""));
             let (kind, slot) = match statement.slot {
                 MapSlot::Diffuse => (TextureKind::Color, &mut material.maps.diffuse),
                 MapSlot::Specular => (TextureKind::Color, &mut material.maps.specular),
+                MapSlot::Emission => (TextureKind::Color, &mut material.maps.emission),
                 MapSlot::Exponent => (TextureKind::Value(Channel::Luminance), &mut material.maps.exponent),
                 MapSlot::Opacity => (TextureKind::Value(Channel::Opacity), &mut material.maps.opacity),
                 MapSlot::Bump => (TextureKind::Value(Channel::Luminance), &mut material.maps.bump),
                 MapSlot::Normal => (TextureKind::Normal, &mut material.maps.normal),
                 MapSlot::Roughness => (TextureKind::Value(Channel::Luminance), &mut material.maps.roughness),
                 MapSlot::Metallic => (TextureKind::Value(Channel::Luminance), &mut material.maps.metallic),
-                MapSlot::Emission => {
-                    self.warnings.push(request.remark("has no effect yet").to_string());
-                    continue;
-                }
             };
             let kind = match (kind, statement.mapping.channel) {
                 (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),

@@ -83,31 +83,34 @@ impl MtlDialect {
     }
 }
 
-/// A material of a library, and the textures it asks for.
+/// A material of a file, and the textures it asks for.
 #[derive(Clone, Debug)]
-pub(super) struct MtlMaterial {
+pub(super) struct FileMaterial {
     pub material: Material,
     pub maps: Vec<MapRequest>,
 }
 
-/// A texture statement and where it stands.
+/// A texture statement.
 #[derive(Clone, Debug)]
 pub(super) struct MapRequest {
     pub statement: MapStatement,
-    pub library: PathBuf,
-    pub line: usize,
+    /// Where it stands: an error without a message.
+    pub place: FileError,
 }
 
 impl MapRequest {
     /// Says of the texture what is worth a warning.
     pub fn remark(&self, words: &str) -> FileError {
         let message = format!("texture `{}` {words}", self.statement.file);
-        FileError::new(&self.library, message).at(Position::line(self.line))
+        FileError {
+            message,
+            ..self.place.clone()
+        }
     }
 }
 
 /// The materials of an MTL file in its order, and what of it has no effect.
-pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMaterial>, Vec<String>), FileError> {
+pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
     let bytes = std::fs::read(path).map_err(|e| FileError::system(path, "cannot read the material library", &e))?;
     let text = String::from_utf8_lossy(&bytes);
     let mut sections: Vec<Section> = Vec::new();
@@ -134,8 +137,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMater
             section.maps.retain(|m| m.statement.slot != slot);
             section.maps.push(MapRequest {
                 statement,
-                library: path.to_path_buf(),
-                line,
+                place: FileError::new(path, "").at(Position::line(line)),
             });
             continue;
         }
@@ -157,7 +159,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMater
         let name = &section.name;
         let remarks = remarks.into_iter();
         warnings.extend(remarks.map(|words| format!("{}: material `{name}`: {words}", path.display())));
-        MtlMaterial {
+        FileMaterial {
             material,
             maps: section.maps,
         }
@@ -240,9 +242,7 @@ impl Section {
     ) -> Spectrum {
         match (given, self.has_map(slot)) {
             (Some(color), true) if color.is_black() => {
-                remarks.push(format!(
-                    "{key} is 0 and would make its texture black; the texture counts alone"
-                ));
+                remarks.push(counts_alone(key));
                 Spectrum::ONE
             }
             (None, true) => Spectrum::ONE,
@@ -282,7 +282,11 @@ impl Section {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
-        let names_a_color = self.specular.is_some() || self.filter.is_some() || !emission.is_black();
+        let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
+        if self.emission.is_some() && emits && emission.is_black() {
+            remarks.push(counts_alone("Ke"));
+        }
+        let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
         let mut material = Material {
             name: self.name.clone(),
@@ -346,6 +350,10 @@ impl Section {
         }
         (material, remarks)
     }
+}
+
+fn counts_alone(key: &str) -> String {
+    format!("{key} is 0 and would make its texture black; the texture counts alone")
 }
 
 fn is_share(n: f32) -> bool {
@@ -522,12 +530,12 @@ mod tests {
         let maps: Vec<_> = materials[0]
             .maps
             .iter()
-            .map(|m| (m.statement.slot, m.statement.file.as_str(), m.line))
+            .map(|m| (m.statement.slot, m.statement.file.as_str(), m.place.position))
             .collect();
         let expected = [
-            (MapSlot::Diffuse, "b c.png", 4),
-            (MapSlot::Bump, "d.png", 5),
-            (MapSlot::Specular, "e.png", 6),
+            (MapSlot::Diffuse, "b c.png", Some(Position::line(4))),
+            (MapSlot::Bump, "d.png", Some(Position::line(5))),
+            (MapSlot::Specular, "e.png", Some(Position::line(6))),
         ];
         assert_eq!(maps, expected);
         assert_eq!(
@@ -535,6 +543,15 @@ mod tests {
             (Spectrum::ONE, Spectrum::ONE)
         );
         assert!(warnings[0].contains("Kd is 0"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_texture_of_emission_is_a_color_too() {
+        let glowing = one("map_Ke a.png");
+        assert_eq!((glowing.diffuse, glowing.emission), (Spectrum::ZERO, Spectrum::ZERO));
+        assert_eq!(one("Ke 2\nmap_Ke a.png").emission, Spectrum::splat(2.0));
+        let (_, warnings) = load("newmtl m\nKe 0 0 0\nmap_Ke a.png").unwrap();
+        assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
     }
 
     #[test]

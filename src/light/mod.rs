@@ -9,6 +9,7 @@ mod environment;
 mod point;
 mod selection;
 mod spot;
+mod textured;
 mod triangle;
 
 pub use constant::ConstantLight;
@@ -17,11 +18,13 @@ pub use environment::{EnvironmentLight, LatLongImage};
 pub use point::PointLight;
 pub use selection::{LightSelection, SelectionMode};
 pub use spot::SpotLight;
+pub use textured::TexturedTriangle;
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::math::{Ray, Vec2, Vec3};
+use crate::texture::Texture;
 
 /// A light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,6 +63,8 @@ pub enum Light {
     Triangle(TriangleLight),
     /// One that moves.
     MovingTriangle(Box<MovingTriangle>),
+    /// One whose emission a texture varies.
+    Textured(Box<TexturedTriangle>),
     /// An isotropic point.
     Point(PointLight),
     /// The same radiance from every direction.
@@ -73,12 +78,13 @@ pub enum Light {
 }
 
 impl Light {
-    /// Draws light that arrives at `p` at `time`; `None` where this light sends none.
+    /// Draws light that arrives at `p` at `time`; `None` where this light sends none. `textures` are the scene's.
     #[inline(always)]
-    pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         match self {
             Self::Triangle(light) => light.sample(p, u),
             Self::MovingTriangle(light) => light.at(time).sample(p, u),
+            Self::Textured(light) => light.sample(p, time, u, textures),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
@@ -95,7 +101,7 @@ impl Light {
     /// Its type, as users write it.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Triangle(_) | Self::MovingTriangle(_) => "triangle",
+            Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
             Self::Directional(_) => "directional",
@@ -110,6 +116,7 @@ impl Light {
         match self {
             Self::Triangle(light) => light.power(),
             Self::MovingTriangle(light) => light.power(),
+            Self::Textured(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),

@@ -37,7 +37,7 @@ pub struct Material {
     pub ior: f32,
     /// Whether the surface is a thin sheet, which light leaves straight on, instead of the boundary of a body.
     pub thin: bool,
-    /// Emitted radiance on the front side, W·sr⁻¹·m⁻².
+    /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
     pub emission: Spectrum,
     /// Share of the surface that is there, in [0, 1]: the rest is a hole.
     pub opacity: f32,
@@ -94,6 +94,14 @@ impl Material {
             gloss: Gloss::Metallic(metallic),
             roughness,
             ..Self::default()
+        }
+    }
+
+    /// Radiance of the front side, or what its texture is multiplied by: one that would be multiplied by nothing counts alone.
+    pub fn emission_factor(&self) -> Spectrum {
+        match self.maps.emission {
+            Some(_) if self.emission.is_black() => Spectrum::ONE,
+            _ => self.emission,
         }
     }
 

@@ -136,11 +136,6 @@ impl SceneBuilder {
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
-        // What emits has no holes: light is sampled all over it.
-        if !material.emission.is_black() {
-            material.opacity = 1.0;
-            material.maps.opacity = None;
-        }
         self.materials.push(material);
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
@@ -366,6 +361,11 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
+        // What emits has no holes: light is sampled all over it.
+        for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
+            material.opacity = 1.0;
+            material.maps.opacity = None;
+        }
         let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
@@ -457,10 +457,11 @@ impl SceneBuilder {
 impl Scene {
     /// Adds a mesh that stands in the world, or is part of a prototype. `emitting` counts the triangles that emit.
     fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
-        let Material { emission, maps, .. } = &self.materials[material.0 as usize];
+        let surface = &self.materials[material.0 as usize];
         let keeps_place = is_standing && !mesh.deforms();
-        let is_uniform = mesh.normals.is_empty() && !maps.varies_bsdf() && !maps.has_relief();
-        let first_light = (!emission.is_black()).then_some(LightId(*emitting as u32));
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief();
+        let is_uniform = mesh.normals.is_empty() && !varies;
+        let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
         if first_light.is_some() {
             *emitting += mesh.triangles.len() as u64;
         }
@@ -495,7 +496,8 @@ impl Scene {
         if shape.first_light.is_none() {
             return;
         }
-        let radiance = self.materials[shape.material.0 as usize].emission;
+        let material = &self.materials[shape.material.0 as usize];
+        let radiance = material.emission_factor();
         let mesh = &self.meshes[geom.0 as usize];
         let placement = self.instance(inst).map(|i| &i.placement);
         let is_moving = mesh.deforms() || placement.is_some_and(Placement::is_moving);
@@ -511,7 +513,14 @@ impl Scene {
                 Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
             }
         };
-        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(light).collect();
+        let varied = |prim| match material.maps.emission {
+            Some(Map { texture, mapping }) => {
+                let uvs = mesh.corner_uvs(prim).unwrap_or_default();
+                light(prim).textured(uvs, texture, mapping, &self.textures)
+            }
+            None => light(prim),
+        };
+        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect();
         self.lights.extend(lights);
     }
 }

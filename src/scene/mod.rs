@@ -7,7 +7,7 @@ pub use builder::{BuildError, PrototypeId, SceneBuilder, SceneReport};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{Light, LightId, LightSelection};
+use crate::light::{Light, LightId, LightSelection, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Vec3};
 use crate::texture::Texture;
@@ -141,6 +141,7 @@ impl Scene {
             .iter()
             .map(|light| match light {
                 Light::Environment(light) => light.bytes(),
+                Light::Textured(_) => size_of::<TexturedTriangle>(),
                 _ => 0,
             })
             .sum();
@@ -264,18 +265,26 @@ impl Scene {
         let first = self.shape(hit.geom).first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let id = LightId(before + first.0 + hit.prim.0);
-        let moved;
-        let light = match &self.lights[id.0 as usize] {
-            Light::Triangle(light) => light,
-            Light::MovingTriangle(light) => {
-                moved = light.at(time);
-                &moved
-            }
-            _ => return None,
+        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
+            return self.emitted_otherwise(id, hit, p, q, wi, time);
         };
         Some(Incident {
             radiance: light.emitted(-wi),
             pdf: self.light_selection.pmf(id) * light.pdf(p, q, wi),
+        })
+    }
+
+    /// The same of a light that moves, or that a texture varies.
+    #[inline(never)]
+    fn emitted_otherwise(&self, id: LightId, hit: &Hit, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
+        let (triangle, factor) = match &self.lights[id.0 as usize] {
+            Light::MovingTriangle(light) => (light.at(time), Spectrum::ONE),
+            Light::Textured(light) => (light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
+            _ => return None,
+        };
+        Some(Incident {
+            radiance: triangle.emitted(-wi) * factor,
+            pdf: self.light_selection.pmf(id) * triangle.pdf(p, q, wi),
         })
     }
 

@@ -7,7 +7,7 @@ mod remarks;
 mod smoothing;
 
 use super::find_file::{case_differs, find_file};
-use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
+use super::mtl::{FileMaterial, MtlDialect, library_path, load_mtl};
 use super::normals::smooth_by_angle;
 use super::{FileError, LoadOptions, Position};
 use crate::geometry::Mesh;
@@ -35,7 +35,7 @@ pub(super) struct ObjFile {
     /// One group for each material in use, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
-    pub materials: Vec<MtlMaterial>,
+    pub materials: Vec<FileMaterial>,
     /// What was missing or assumed, as `file:line: words`.
     pub warnings: Vec<String>,
 }
@@ -95,7 +95,7 @@ fn load_libraries(
     libraries: &[(String, usize)],
     dialect: MtlDialect,
     warnings: &mut Vec<String>,
-) -> Result<Vec<MtlMaterial>, FileError> {
+) -> Result<Vec<FileMaterial>, FileError> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut seen = HashSet::new();
     let mut materials = Vec::new();

@@ -559,7 +559,7 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
-/// The same in scene files: what is missing is said with its place, and pictures and placements are part of the scene's name.
+/// The same in scene files: what is missing is said with its place, and pictures, placements and layers are part of the scene's name.
 #[test]
 fn textures_of_scene_files_are_too() {
     let folder = scene();
@@ -576,6 +576,7 @@ fn textures_of_scene_files_are_too() {
         "diffuse_map = { file = \"two.png\", scale = [2, 1] }",
         "diffuse = [1, 1, 1]",
         "diffuse = [1, 1, 1]\nopacity_map = \"two.png\"",
+        "diffuse = [1, 1, 1]\nclearcoat = 0.5",
     ] {
         fs::write(
             path.join("t.toml"),

@@ -24,6 +24,16 @@ pub struct MaterialSection {
     pub roughness: Option<Spanned<f32>>,
     /// Share of metal: `diffuse` is the base colour.
     pub metallic: Option<Spanned<f32>>,
+    /// How much longer than wide highlights are, of `ggx` and of `transmission`.
+    pub anisotropy: Option<Spanned<f32>>,
+    /// Degrees from the direction of growing u to that of long highlights.
+    pub anisotropy_rotation: Option<Spanned<f32>>,
+    /// Factor of what a clear coat reflects.
+    pub clearcoat: Option<Spanned<f32>>,
+    /// Roughness of the clear coat.
+    pub clearcoat_roughness: Option<Spanned<f32>>,
+    /// Factor of what fibres scatter.
+    pub sheen: Option<Spanned<[f32; 3]>>,
     /// Index of refraction of a metal, by channel; with `k`.
     pub eta: Option<Spanned<[f32; 3]>>,
     /// Extinction coefficient of a metal, by channel; with `eta`.
@@ -91,9 +101,16 @@ impl MaterialSection {
         let exponent = section.number("exponent", &self.exponent, |n| n >= 0.0, "a finite number, 0 or more")?;
         let ior = section.number("ior", &self.ior, |n| n > 0.0, "a finite number above 0")?;
         let share = |n: f32| (0.0..=1.0).contains(&n);
-        let roughness = section.number("roughness", &self.roughness, share, "a number from 0 to 1")?;
-        let metallic = section.number("metallic", &self.metallic, share, "a number from 0 to 1")?;
-        let opacity = section.number("opacity", &self.opacity, share, "a number from 0 to 1")?;
+        let share = |key, value| section.number(key, value, share, "a number from 0 to 1");
+        let roughness = share("roughness", &self.roughness)?;
+        let metallic = share("metallic", &self.metallic)?;
+        let opacity = share("opacity", &self.opacity)?;
+        let turn = &self.anisotropy_rotation;
+        let turn = section.number("anisotropy_rotation", turn, |_| true, "a finite number")?;
+        if let Some(sheen) = &self.sheen {
+            let is_good = |sheen: &[f32; 3]| sheen.iter().all(|n| (0.0..=1.0).contains(n));
+            section.check("sheen", sheen, is_good, "three numbers from 0 to 1")?;
+        }
         // Beside a texture, a constant that is left out changes nothing; a metal reflects by its own colour.
         let color =
             |given: Option<Spectrum>, is_full| given.unwrap_or(if is_full { Spectrum::ONE } else { Spectrum::ZERO });
@@ -107,6 +124,11 @@ impl MaterialSection {
             specular: color(specular, is_metal || self.specular_map.is_some()),
             gloss: self.gloss(&section, conductor, exponent, ior, metallic)?,
             roughness: roughness.unwrap_or(if self.roughness_map.is_some() { 1.0 } else { 0.0 }),
+            anisotropy: share("anisotropy", &self.anisotropy)?.unwrap_or(0.0),
+            anisotropy_rotation: turn.unwrap_or(0.0),
+            clearcoat: share("clearcoat", &self.clearcoat)?.unwrap_or(0.0),
+            clearcoat_roughness: share("clearcoat_roughness", &self.clearcoat_roughness)?.unwrap_or(0.0),
+            sheen: section.color("sheen", &self.sheen)?.unwrap_or(Spectrum::ZERO),
             transmission: section
                 .color("transmission", &self.transmission)?
                 .unwrap_or(Spectrum::ZERO),
@@ -123,6 +145,13 @@ impl MaterialSection {
             Some(place) if !has_facets && !refracts => {
                 let help = "use model = \"ggx\", or a transmission that is not thin";
                 return Err(section.error(place, "nothing here has a roughness", help));
+            }
+            _ => {}
+        }
+        match &self.anisotropy {
+            Some(anisotropy) if !has_facets && !refracts => {
+                let help = "use model = \"ggx\", or a transmission that is not thin";
+                return Err(section.error(anisotropy.span(), "nothing here has facets", help));
             }
             _ => {}
         }
@@ -285,6 +314,14 @@ mod tests {
                 ..same
             }
         );
+        let brushed = "roughness = 0.5\nanisotropy = 0.75\nanisotropy_rotation = 30\nspecular = [1, 1, 1]";
+        let brushed = material(&format!(
+            "{brushed}\nclearcoat = 0.5\nclearcoat_roughness = 0.25\nsheen = [0.1, 0.2, 0.3]"
+        ));
+        let brushed = brushed.unwrap();
+        assert_eq!((brushed.anisotropy, brushed.anisotropy_rotation), (0.75, 30.0));
+        assert_eq!((brushed.clearcoat, brushed.clearcoat_roughness), (0.5, 0.25));
+        assert_eq!(brushed.sheen, Spectrum::rgb(0.1, 0.2, 0.3));
         let glass = material("transmission = [1, 1, 1]\nroughness = 0.2").unwrap();
         assert_eq!((glass.roughness, glass.specular), (0.2, Spectrum::ZERO));
     }
@@ -388,6 +425,12 @@ normal_map = "n.png""#;
         for (keys, word) in [
             ("roughness = 1.5", "roughness is 1.5"),
             ("roughness = nan", "roughness is"),
+            ("clearcoat = 2.0", "clearcoat is 2"),
+            ("clearcoat_roughness = -1.0", "clearcoat_roughness is -1"),
+            ("sheen = [0, 0, 1.5]", "sheen is"),
+            ("roughness = 0.5\nanisotropy = 1.5", "anisotropy is 1.5"),
+            ("anisotropy = 0.5", "nothing here has facets"),
+            ("anisotropy_rotation = inf", "anisotropy_rotation is"),
             ("metallic = -0.1", "metallic is -0.1"),
             ("model = \"blinn\"\nroughness = 0.5", "nothing here has a roughness"),
             (

@@ -182,6 +182,12 @@ struct Section {
     transparency: Option<f32>,
     roughness: Option<f32>,
     metallic: Option<f32>,
+    clearcoat: f32,
+    clearcoat_roughness: f32,
+    sheen: f32,
+    anisotropy: f32,
+    /// Of a whole turn.
+    anisotropy_rotation: f32,
     illum: Option<u32>,
     maps: Vec<MapRequest>,
 }
@@ -210,6 +216,13 @@ impl Section {
             "tr" => self.transparency = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pc" => self.clearcoat = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "ps" => self.sheen = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "aniso" => self.anisotropy = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "anisor" => {
+                self.anisotropy_rotation = number(key, rest, |_| true, "write a share of a whole turn")?;
+            }
             "illum" => {
                 let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
                 let complaint = || {
@@ -294,6 +307,9 @@ impl Section {
             specular: self.color("Ks", self.specular, MapSlot::Specular, 0.0, &mut remarks),
             gloss: Gloss::Phong(self.exponent.unwrap_or(DEFAULT_EXPONENT)),
             emission,
+            clearcoat: self.clearcoat,
+            clearcoat_roughness: self.clearcoat_roughness,
+            sheen: Spectrum::splat(self.sheen),
             ..Material::default()
         };
         match self.illum {
@@ -314,6 +330,12 @@ impl Section {
             material.gloss = Gloss::Metallic(metallic);
             material.specular = Spectrum::ONE;
             material.ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
+        }
+        if is_physical {
+            material.anisotropy = self.anisotropy;
+            material.anisotropy_rotation = 360.0 * self.anisotropy_rotation.fract();
+        } else if self.anisotropy > 0.0 {
+            remarks.push("aniso has no effect without Pr or Pm".into());
         }
 
         let opacity = self.opacity(dialect, &mut remarks);
@@ -546,6 +568,17 @@ mod tests {
     }
 
     #[test]
+    fn layers_and_brushes_are_read() {
+        let lacquer = one("Kd 0.5\nPr 0.25\nPm 1\nPc 0.75\nPcr 0.125\nPs 0.5\naniso 0.5\nanisor 0.25");
+        assert_eq!((lacquer.clearcoat, lacquer.clearcoat_roughness), (0.75, 0.125));
+        assert_eq!(lacquer.sheen, Spectrum::splat(0.5));
+        assert_eq!((lacquer.anisotropy, lacquer.anisotropy_rotation), (0.5, 90.0));
+        let (materials, warnings) = load("newmtl m\nKd 1\nPc 1\naniso 0.5").unwrap();
+        assert_eq!((materials[0].clearcoat, materials[0].anisotropy), (1.0, 0.0));
+        assert!(warnings[0].contains("aniso has no effect"), "{warnings:?}");
+    }
+
+    #[test]
     fn a_texture_of_emission_is_a_color_too() {
         let glowing = one("map_Ke a.png");
         assert_eq!((glowing.diffuse, glowing.emission), (Spectrum::ZERO, Spectrum::ZERO));
@@ -569,6 +602,11 @@ mod tests {
             "Tr -0.1",
             "Pr 2",
             "Pm x",
+            "Pc 2",
+            "Pcr -1",
+            "Ps 1.5",
+            "aniso -0.5",
+            "anisor inf",
             "illum x",
             "Kd spectral a.rfl",
             "map_Kd",

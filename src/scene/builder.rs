@@ -459,7 +459,7 @@ impl Scene {
     fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = is_standing && !mesh.deforms();
-        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief();
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
         if first_light.is_some() {
@@ -565,14 +565,27 @@ fn check_material(material: &Material) -> Result<(), BuildError> {
         ("specular", material.specular),
         ("transmission", material.transmission),
         ("emission", material.emission),
+        ("sheen", material.sheen),
     ] {
         if !color.is_valid() {
             let value = format!("{:?}", color.to_array());
             return Err(bad(key, value, "finite and 0 or more in every channel"));
         }
     }
-    if !(0.0..=1.0).contains(&material.opacity) {
-        return Err(bad("opacity", material.opacity.to_string(), "between 0 and 1"));
+    for (key, share) in [
+        ("opacity", material.opacity),
+        ("anisotropy", material.anisotropy),
+        ("clearcoat", material.clearcoat),
+        ("clearcoat_roughness", material.clearcoat_roughness),
+        ("sheen", material.sheen.max_component()),
+    ] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad(key, share.to_string(), "between 0 and 1"));
+        }
+    }
+    if !material.anisotropy_rotation.is_finite() {
+        let value = material.anisotropy_rotation.to_string();
+        return Err(bad("anisotropy_rotation", value, "finite"));
     }
     let (exponent, fresnel) = match material.gloss {
         Gloss::Phong(n) => (n, Fresnel::Full),
@@ -792,6 +805,41 @@ mod tests {
                     ..base()
                 },
                 "roughness",
+            ),
+            (
+                Material {
+                    clearcoat: 1.5,
+                    ..base()
+                },
+                "clearcoat",
+            ),
+            (
+                Material {
+                    clearcoat_roughness: f32::NAN,
+                    ..base()
+                },
+                "clearcoat_roughness",
+            ),
+            (
+                Material {
+                    sheen: Spectrum::rgb(0.0, 1.5, 0.0),
+                    ..base()
+                },
+                "sheen",
+            ),
+            (
+                Material {
+                    anisotropy: -0.5,
+                    ..base()
+                },
+                "anisotropy",
+            ),
+            (
+                Material {
+                    anisotropy_rotation: f32::INFINITY,
+                    ..base()
+                },
+                "anisotropy_rotation",
             ),
             (
                 Material {

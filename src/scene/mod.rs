@@ -9,7 +9,7 @@ use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Frame, Vec3};
 use crate::texture::Texture;
 use std::ops::Range;
 
@@ -245,6 +245,20 @@ impl Scene {
             Some(tangents) => point.with_relief(tangents, maps.relief(&self.spot(hit, point.time, footprint))),
             None => point,
         }
+    }
+
+    /// The local frame at `point`, which is at `hit`: along the material's tangent where that matters and texture coordinates tell it, else along
+    /// any.
+    pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
+        let material = self.material(hit);
+        if !material.is_anisotropic() {
+            return Frame::from_z(point.ns);
+        }
+        let corners = self.corners(hit, point.time);
+        let tangents = self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners);
+        let angle = material.anisotropy_rotation.to_radians();
+        let frame = tangents.and_then(|[du, _]| Frame::from_zx(point.ns, du, angle));
+        frame.unwrap_or_else(|| Frame::from_z(point.ns))
     }
 
     /// Where textures are looked up at `hit` at `time`, for a viewer to whom so much of the surface looks like one point. A mesh without texture

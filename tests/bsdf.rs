@@ -634,6 +634,69 @@ fn highlights_are_longer_along_the_tangent() {
     assert!((2.0..5.3).contains(&ratio), "{ratio}");
 }
 
+/// What a patch whose shading normal is tilted sends from all directions to all others, found by paths from either end.
+#[test]
+fn paths_from_both_ends_agree_on_shading_normals() {
+    use embrasure::geometry::SurfacePoint;
+    use embrasure::math::Frame;
+    let ns = Vec3::new(0.4, -0.3, 0.8).normalize();
+    let point = SurfacePoint {
+        p: Vec3::ZERO,
+        clearance: 0.0,
+        lift: [0.0; 2],
+        ng: Vec3::Z,
+        ns,
+        time: 0.0,
+    };
+    let frame = Frame::from_z(ns);
+    // Sensitivity and light: any functions of the direction that differ
+    let seen = |w: Vec3| f64::from(1.5 + w.x + w.x * w.y);
+    let lit = |w: Vec3| f64::from((1.0 - w.x + 2.0 * w.y).powi(2));
+    let is_above = |w: Vec3| w.z > 1e-3 && w.dot(ns) > 1e-3;
+    let bsdfs = [
+        Bsdf::Single(Lobe::Lambert(Lambert { albedo: grey(0.8) })),
+        Material::metallic_roughness(grey(0.8), 0.5, 0.5).bsdf(),
+    ];
+    for bsdf in bsdfs {
+        // First directions by the geometric cosine, which the patch's flux has; then the BSDF's about the shading normal
+        let mean = |from_light: bool, is_corrected: bool| {
+            let mut sum = 0.0;
+            for i in 0..SAMPLES {
+                let first = embrasure::sampling::warp::cosine_hemisphere(numbers(21, i).1);
+                let (u_lobe, u) = numbers(22, i);
+                let mode = match from_light {
+                    true => TransportMode::Importance,
+                    false => TransportMode::Radiance,
+                };
+                let Some(s) = bsdf.sample(frame.to_local(first), u_lobe, u, mode) else {
+                    continue;
+                };
+                let second = frame.to_world(s.wi);
+                if !is_above(first) || !is_above(second) {
+                    continue;
+                }
+                let factor = if is_corrected {
+                    point.adjoint_factor(first, second)
+                } else {
+                    1.0
+                };
+                let (wo, wi) = if from_light { (second, first) } else { (first, second) };
+                sum += seen(wo) * lit(wi) * (s.weight.max_component() * factor) as f64;
+            }
+            sum / SAMPLES as f64
+        };
+        let (camera, light, wrong) = (mean(false, false), mean(true, true), mean(true, false));
+        eprintln!("{camera:.4} from the camera, {light:.4} from the light, {wrong:.4} without the factor");
+        assert!((light / camera - 1.0).abs() < 0.01, "{camera} {light}");
+        assert!((wrong / camera - 1.0).abs() > 0.05, "{camera} {wrong}");
+    }
+    // Without a normal of its own there is nothing to correct.
+    let flat = SurfacePoint { ns: Vec3::Z, ..point };
+    let (wo, wi) = (incident(30.0), incident(70.0));
+    assert!((flat.adjoint_factor(wo, wi) - 1.0).abs() < 1e-6);
+    assert_eq!(point.adjoint_factor(Vec3::X, wi), 0.0);
+}
+
 /// Facets of different slopes lose energy, and gain a little where light grazes.
 #[test]
 fn brushed_mirrors_keep_most_energy() {

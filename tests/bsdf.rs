@@ -130,6 +130,48 @@ fn rough_bsdfs() -> Vec<(String, Bsdf)> {
     lobes.chain(models).collect()
 }
 
+/// A sheen, and coats and sheens over bases of all kinds.
+fn layered_bsdfs() -> Vec<(String, Bsdf)> {
+    let brown = Spectrum::rgb(0.5, 0.3, 0.1);
+    let lacquer = Material {
+        diffuse: grey(0.8),
+        clearcoat: 1.0,
+        clearcoat_roughness: 0.5,
+        ..Material::default()
+    };
+    let smooth = Material {
+        clearcoat: 0.5,
+        ..Material::metallic_roughness(brown, 0.5, 0.6)
+    };
+    let velvet = Material {
+        anisotropy: 0.8,
+        anisotropy_rotation: 40.0,
+        sheen: Spectrum::rgb(0.9, 0.5, 0.2),
+        ..Material::metallic_roughness(brown, 1.0, 0.5)
+    };
+    let all = Material {
+        diffuse: brown,
+        specular: grey(0.2),
+        gloss: Gloss::Phong(20.0),
+        roughness: 0.3,
+        transmission: grey(0.3),
+        clearcoat: 0.7,
+        clearcoat_roughness: 0.4,
+        sheen: grey(0.5),
+        ..Material::default()
+    };
+    let models = [
+        ("coat over lambert", lacquer),
+        ("smooth coat over half a metal", smooth),
+        ("sheen over a brushed metal", velvet),
+        ("coat over sheen over phong and rough glass", all),
+    ];
+    let models = models.map(|(name, material)| (name.to_string(), material.bsdf()));
+    let sheen = Sheen { color: grey(1.0) };
+    let sheen = ("sheen".to_string(), Bsdf::Single(Lobe::Sheen(sheen)));
+    models.into_iter().chain([sheen]).collect()
+}
+
 /// Every lobe of GGX facets.
 fn rough_lobes() -> impl Iterator<Item = (String, Lobe)> {
     let schlick = Fresnel::Schlick { f0: [0.04, 0.5, 0.9] };
@@ -161,6 +203,11 @@ fn samples_follow_their_densities() {
 #[test]
 fn rough_samples_follow_their_densities() {
     compare_samples_with_densities(&rough_bsdfs(), &[30.0, 80.0]);
+}
+
+#[test]
+fn layered_samples_follow_their_densities() {
+    compare_samples_with_densities(&layered_bsdfs(), &[30.0, 80.0]);
 }
 
 fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) {
@@ -247,7 +294,7 @@ fn wrong_densities_are_found() {
 
 #[test]
 fn reflection_is_reciprocal_and_keeps_energy() {
-    for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()) {
+    for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs()) {
         for degrees in INCIDENCES {
             let wo = incident(degrees);
             let mut albedo = Spectrum::ZERO;
@@ -456,6 +503,200 @@ fn metallic_roughness_keeps_energy() {
     eprintln!("metallic-roughness: off by {worst:.4} at most");
 }
 
+/// Share of the light from `wo` that goes on, of the channel with most.
+fn scattered_by(bsdf: &Bsdf, wo: Vec3) -> f64 {
+    const N: u32 = 1 << 14;
+    let samples = (0..N).map(even_numbers);
+    let weights = samples.filter_map(|(u_lobe, u)| bsdf.sample(wo, u_lobe, u, TransportMode::Importance));
+    let sum = weights.fold(Spectrum::ZERO, |sum, s| sum + s.weight * (1.0 / N as f32));
+    sum.max_component() as f64
+}
+
+/// Least and most of a white base's light that goes on under layers, whatever the coat's roughness and the angle.
+fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
+    let (mut least, mut most) = (2f64, 0f64);
+    for &(clearcoat, sheen) in layers {
+        for clearcoat_roughness in [0.0, 0.3, 1.0] {
+            for degrees in ANGLES {
+                let layered = Material {
+                    clearcoat,
+                    clearcoat_roughness,
+                    sheen: grey(sheen),
+                    ..base.clone()
+                };
+                let share = scattered_by(&layered.bsdf(), incident(degrees));
+                (least, most) = (least.min(share), most.max(share));
+            }
+        }
+    }
+    (least, most)
+}
+
+/// What a coat and a sheen take of the light they give, so that white stays white: on matte surfaces all of it. Glossy lobes lose what they bring from
+/// directions that more passes to those that less does, the more the wider they are.
+#[test]
+fn layers_share_the_light_with_their_base() {
+    let matte = Material {
+        diffuse: grey(1.0),
+        ..Material::default()
+    };
+    let metal = |roughness| Material::metallic_roughness(grey(1.0), 1.0, roughness);
+    let plastic = Material::metallic_roughness(grey(1.0), 0.0, 0.4);
+    let mut wrong = Vec::new();
+    for (name, base, losses) in [
+        ("matte", matte, [0.01, 0.01, 0.03]),
+        ("plastic", plastic, [0.02, 0.02, 0.04]),
+        ("mirror", metal(0.0), [0.01, 0.01, 0.03]),
+        ("metal of roughness 0.3", metal(0.3), [0.06, 0.05, 0.09]),
+        ("metal of roughness 0.6", metal(0.6), [0.06, 0.11, 0.13]),
+        ("metal of roughness 1", metal(1.0), [0.05, 0.14, 0.16]),
+    ] {
+        let layers = [
+            ("a coat", &[(1.0, 0.0), (0.5, 0.0)][..]),
+            ("a sheen", &[(0.0, 1.0)]),
+            ("both", &[(1.0, 1.0)]),
+        ];
+        for ((what, layers), loss) in layers.into_iter().zip(losses) {
+            let (least, most) = under_layers(&base, layers);
+            eprintln!("{name} under {what}: {least:.4} to {most:.4}");
+            // Some thousand samples and the tables are not exact.
+            if most > 1.01 || least < 1.0 - loss {
+                wrong.push((name, what, least, most));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// Directions that a material sees turned by 30°, about ∂p/∂u where there is one.
+#[test]
+fn brushes_follow_texture_coordinates() {
+    use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
+    let quad = support::polygon(&[
+        Vec3::ZERO,
+        Vec3::X,
+        Vec3::new(1.0, 0.0, -2.0),
+        Vec3::new(0.0, 0.0, -2.0),
+    ]);
+    let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+    let brushed = Material {
+        anisotropy: 0.5,
+        anisotropy_rotation: 30.0,
+        ..Material::metallic_roughness(grey(0.9), 1.0, 0.5)
+    };
+    let tangent = |uvs: Vec<Vec2>, material: &Material| {
+        let mut b = embrasure::scene::SceneBuilder::new();
+        support::add(&mut b, Mesh { uvs, ..quad.clone() }, material.clone());
+        let scene = b.build().unwrap().0;
+        let hit = Hit {
+            t: 1.0,
+            b1: 0.2,
+            b2: 0.3,
+            prim: PrimId(1),
+            geom: GeomId(0),
+            inst: InstanceId::NONE,
+        };
+        let point = scene.surface_point(&hit, 0.0);
+        scene.frame(&hit, &point).to_world(Vec3::X)
+    };
+    // About +y, x turns towards −z.
+    let (sin, cos) = 30f32.to_radians().sin_cos();
+    assert!(tangent(uvs.clone(), &brushed).distance(Vec3::new(cos, 0.0, -sin)) < 1e-6);
+    let turned = uvs.iter().map(|uv| Vec2::new(uv.y, -uv.x)).collect();
+    assert!(tangent(turned, &brushed).distance(Vec3::new(-sin, 0.0, -cos)) < 1e-6);
+    // Any tangent will do where there are no coordinates, or where it has no say.
+    let any = embrasure::math::Frame::from_z(Vec3::Y).to_world(Vec3::X);
+    assert_eq!(tangent(Vec::new(), &brushed), any);
+    let round = Material {
+        anisotropy: 0.0,
+        ..brushed
+    };
+    assert_eq!(tangent(uvs, &round), any);
+}
+
+/// A highlight is longer along the tangent, where facets have the larger slopes.
+#[test]
+fn highlights_are_longer_along_the_tangent() {
+    let brushed = Material {
+        anisotropy: 0.9,
+        ..Material::metallic_roughness(grey(1.0), 1.0, 0.3)
+    };
+    let bsdf = brushed.bsdf();
+    let mut squares = Vec3::ZERO;
+    const N: u32 = 1 << 14;
+    for (u_lobe, u) in (0..N).map(even_numbers) {
+        if let Some(s) = bsdf.sample(Vec3::Z, u_lobe, u, TransportMode::Radiance) {
+            squares += s.wi * s.wi;
+        }
+    }
+    let ratio = (squares.x / squares.y).sqrt();
+    // The slopes' ratio is 1 / (1 − 0.9²) = 5.3; the sine of a wide lobe's angle grows less.
+    assert!((2.0..5.3).contains(&ratio), "{ratio}");
+}
+
+/// What a patch whose shading normal is tilted sends from all directions to all others, found by paths from either end.
+#[test]
+fn paths_from_both_ends_agree_on_shading_normals() {
+    use embrasure::geometry::SurfacePoint;
+    use embrasure::math::Frame;
+    let ns = Vec3::new(0.4, -0.3, 0.8).normalize();
+    let point = SurfacePoint {
+        p: Vec3::ZERO,
+        clearance: 0.0,
+        lift: [0.0; 2],
+        ng: Vec3::Z,
+        ns,
+        time: 0.0,
+    };
+    let frame = Frame::from_z(ns);
+    // Sensitivity and light: any functions of the direction that differ
+    let seen = |w: Vec3| f64::from(1.5 + w.x + w.x * w.y);
+    let lit = |w: Vec3| f64::from((1.0 - w.x + 2.0 * w.y).powi(2));
+    let is_above = |w: Vec3| w.z > 1e-3 && w.dot(ns) > 1e-3;
+    let bsdfs = [
+        Bsdf::Single(Lobe::Lambert(Lambert { albedo: grey(0.8) })),
+        Material::metallic_roughness(grey(0.8), 0.5, 0.5).bsdf(),
+    ];
+    for bsdf in bsdfs {
+        // First directions by the geometric cosine, which the patch's flux has; then the BSDF's about the shading normal
+        let mean = |from_light: bool, is_corrected: bool| {
+            let mut sum = 0.0;
+            for i in 0..SAMPLES {
+                let first = embrasure::sampling::warp::cosine_hemisphere(numbers(21, i).1);
+                let (u_lobe, u) = numbers(22, i);
+                let mode = match from_light {
+                    true => TransportMode::Importance,
+                    false => TransportMode::Radiance,
+                };
+                let Some(s) = bsdf.sample(frame.to_local(first), u_lobe, u, mode) else {
+                    continue;
+                };
+                let second = frame.to_world(s.wi);
+                if !is_above(first) || !is_above(second) {
+                    continue;
+                }
+                let factor = if is_corrected {
+                    point.adjoint_factor(first, second)
+                } else {
+                    1.0
+                };
+                let (wo, wi) = if from_light { (second, first) } else { (first, second) };
+                sum += seen(wo) * lit(wi) * (s.weight.max_component() * factor) as f64;
+            }
+            sum / SAMPLES as f64
+        };
+        let (camera, light, wrong) = (mean(false, false), mean(true, true), mean(true, false));
+        eprintln!("{camera:.4} from the camera, {light:.4} from the light, {wrong:.4} without the factor");
+        assert!((light / camera - 1.0).abs() < 0.01, "{camera} {light}");
+        assert!((wrong / camera - 1.0).abs() > 0.05, "{camera} {wrong}");
+    }
+    // Without a normal of its own there is nothing to correct.
+    let flat = SurfacePoint { ns: Vec3::Z, ..point };
+    let (wo, wi) = (incident(30.0), incident(70.0));
+    assert!((flat.adjoint_factor(wo, wi) - 1.0).abs() < 1e-6);
+    assert_eq!(point.adjoint_factor(Vec3::X, wi), 0.0);
+}
+
 /// Facets of different slopes lose energy, and gain a little where light grazes.
 #[test]
 fn brushed_mirrors_keep_most_energy() {
@@ -650,7 +891,10 @@ fn rough_lobes_bear_any_direction() {
                 Lobe::CoatedLambert(CoatedLambert::new(grey(1.0), x, 0.04)),
             ]
         }));
-    for lobe in lobes {
+    let sheen = Sheen { color: grey(1.0) };
+    let lobes = lobes.chain([Lobe::Sheen(sheen)]).map(Bsdf::Single);
+    let layered = layered_bsdfs().into_iter().map(|(_, bsdf)| bsdf);
+    for lobe in lobes.chain(layered) {
         for wo in directions {
             for wi in directions {
                 let (f, pdf) = (lobe.eval(wo, wi), lobe.pdf(wo, wi));
@@ -688,7 +932,23 @@ fn rough_objects_vanish_in_a_furnace() {
         ..Material::default()
     };
     let plastic = Material::metallic_roughness(grey(1.0), 0.0, 0.4);
-    for (name, material) in [("glass", glass), ("metal", metal), ("plastic", plastic)] {
+    let lacquer = Material {
+        diffuse: grey(1.0),
+        clearcoat: 0.6,
+        ..Material::default()
+    };
+    let cloth = Material {
+        diffuse: grey(1.0),
+        sheen: grey(0.8),
+        ..Material::default()
+    };
+    for (name, material) in [
+        ("glass", glass),
+        ("metal", metal),
+        ("plastic", plastic),
+        ("lacquer", lacquer),
+        ("cloth", cloth),
+    ] {
         let mut b = embrasure::scene::SceneBuilder::new();
         support::add(&mut b, support::sphere(1.0, Vec3::ZERO, 2), material);
         b.add_constant_light(Spectrum::ONE).unwrap();
@@ -699,6 +959,34 @@ fn rough_objects_vanish_in_a_furnace() {
         let (mean, error) = (support::film_mean(&film, 0), support::film_error(&film, 0));
         eprintln!("{name}: {mean:.5} ± {error:.5}");
         assert!((mean - 1.0).abs() < 5e-3 + 4.0 * error, "{name}: {mean} ± {error}");
+    }
+}
+
+/// The number that chooses a lobe chooses smooth ones first: directions that are not drawn by the BSDF take only these from it.
+#[test]
+fn smooth_lobes_are_chosen_first() {
+    let mirror_and_rough_glass = Material {
+        specular: grey(0.4),
+        gloss: Gloss::Mirror(GOLD),
+        transmission: grey(0.5),
+        roughness: 0.5,
+        ..Material::default()
+    };
+    let mirror = ("mirror and rough glass".to_string(), mirror_and_rough_glass.bsdf());
+    let all = bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs());
+    for (name, bsdf) in all.chain([mirror]) {
+        for wo in INCIDENCES.map(incident) {
+            let smooth = bsdf.smooth_probability(wo);
+            for (u_lobe, u) in (0..2000).map(even_numbers) {
+                // Not where rounding decides
+                if (u_lobe - smooth).abs() < 1e-5 {
+                    continue;
+                }
+                if let Some(s) = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance) {
+                    assert_eq!(s.is_delta(), u_lobe > smooth, "{name} {wo}: {u_lobe} {smooth}");
+                }
+            }
+        }
     }
 }
 
@@ -718,7 +1006,11 @@ fn light_through_rough_glass_is_found_both_ways() {
         ..Material::default()
     };
     add(&mut b, sphere(0.5, Vec3::ZERO, 3), glass);
-    let plastic = Material::metallic_roughness(grey(0.8), 0.3, 0.8);
+    let plastic = Material {
+        clearcoat: 1.0,
+        sheen: grey(0.5),
+        ..Material::metallic_roughness(grey(0.8), 0.3, 0.8)
+    };
     add(&mut b, sphere(0.3, Vec3::new(-0.4, -0.6, 0.5), 2), plastic);
     let scene = b.build().unwrap().0;
     let camera = support::pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.2, 0.0), 70.0);
@@ -789,4 +1081,5 @@ fn lobes_are_small() {
     // Three of them are copied with every mixture.
     assert!(size_of::<RoughMirror>() <= 60 && size_of::<RoughDielectric>() <= 60);
     assert_eq!(size_of::<Lobe>(), 64);
+    assert!(size_of::<Bsdf>() <= 336);
 }

@@ -559,6 +559,48 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
+/// The same in scene files: what is missing is said with its place, and pictures, placements and layers are part of the scene's name.
+#[test]
+fn textures_of_scene_files_are_too() {
+    let folder = scene();
+    let path = folder.path();
+    let mut encoder = png::Encoder::new(fs::File::create(path.join("two.png")).unwrap(), 2, 1);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&[0, 255]).unwrap();
+    let start = fs::read_to_string(path.join("s.toml")).unwrap();
+    let lines = start.lines().count();
+    let mut hashes = Vec::new();
+    for keys in [
+        "diffuse_map = \"two.png\"",
+        "diffuse_map = { file = \"two.png\" }",
+        "diffuse_map = { file = \"two.png\", scale = [2, 1] }",
+        "diffuse = [1, 1, 1]",
+        "diffuse = [1, 1, 1]\nopacity_map = \"two.png\"",
+        "diffuse = [1, 1, 1]\nclearcoat = 0.5",
+    ] {
+        fs::write(
+            path.join("t.toml"),
+            format!("{start}[material.floor]\n{keys}\nbump_map = \"no.png\"\n"),
+        )
+        .unwrap();
+        let out = run(path, &["render", "t.toml", "--stats", "x.json", "--size", "8x8"]);
+        let said = words(&out);
+        assert_eq!(code(&out), 0, "{said}");
+        let line = lines + 2 + keys.lines().count();
+        assert!(
+            said.contains(&format!("t.toml:{line}:12: texture `no.png` is missing")),
+            "{said}"
+        );
+        let stats: serde_json::Value = serde_json::from_slice(&fs::read(path.join("x.json")).unwrap()).unwrap();
+        hashes.push(stats["scene_hash"].as_str().unwrap().to_string());
+    }
+    assert_eq!(hashes[0], hashes[1]);
+    let mut distinct = hashes[1..].to_vec();
+    distinct.sort();
+    distinct.dedup();
+    assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
+}
+
 /// MTL allows a single number for a grey; two numbers are nothing.
 /// What is missing is said with its line; what is there is part of the scene's name.
 #[test]
@@ -590,7 +632,7 @@ fn textures_are_part_of_the_scene() {
         assert_eq!(code(&out), 0, "{}", words(&out));
         let said = words(&out);
         assert!(said.contains("a.mtl:3: texture `gone.png` is missing"), "{said}");
-        assert!(said.contains("a.mtl:7: texture `glow.png` has no effect"), "{said}");
+        assert!(said.contains("a.mtl:7: texture `glow.png` is missing"), "{said}");
         let stats: serde_json::Value = serde_json::from_slice(&fs::read(path.join("x.json")).unwrap()).unwrap();
         hashes.push(stats["scene_hash"].as_str().unwrap().to_string());
     }

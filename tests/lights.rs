@@ -5,13 +5,16 @@ mod chi_square;
 mod support;
 
 use chi_square::{chi_square, sidak};
+use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
-use embrasure::geometry::PrimId;
+use embrasure::geometry::{Mesh, Placement, PrimId};
+use embrasure::integrator::{DirectLight, NaiveIntegrator, PathIntegrator, Roulette, Strategy};
 use embrasure::light::*;
-use embrasure::material::{Gloss, Material};
-use embrasure::math::{Quat, UVec2, Vec2, Vec3};
+use embrasure::material::{Gloss, Map, Material};
+use embrasure::math::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
-use embrasure::scene::SceneBuilder;
+use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use support::*;
 
 fn at(index: u32) -> Vec2 {
@@ -69,7 +72,7 @@ fn directions_follow_their_densities() {
         let triangle = triangle(sampling);
         let light = Light::Triangle(triangle);
         let sample = |i| {
-            let s = light.sample(Vec3::ZERO, 0.0, at(i))?;
+            let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
             if let Some(q) = met(s.wi) {
                 let pdf = triangle.pdf(Vec3::ZERO, q, s.wi);
                 assert!((pdf / s.pdf - 1.0).abs() < 1e-3, "{pdf} {}", s.pdf);
@@ -86,7 +89,7 @@ fn directions_follow_their_densities() {
     });
     let uniform = chi_square(
         SAMPLES,
-        |i| constant.sample(Vec3::ZERO, 0.0, at(i)).map(|s| s.wi),
+        |i| constant.sample(Vec3::ZERO, 0.0, at(i), &[]).map(|s| s.wi),
         |_| 0.25 / std::f64::consts::PI,
         false,
     );
@@ -95,7 +98,7 @@ fn directions_follow_their_densities() {
         let map = EnvironmentLight::new(map(), 2.0, rotation);
         let light = Light::Environment(Box::new(map.clone()));
         let sample = |i| {
-            let s = light.sample(Vec3::ZERO, 0.0, at(i))?;
+            let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
             let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
             // Up to the cell that rounding puts a direction into
             let close = (pdf / s.pdf - 1.0).abs() < 1e-2 || at_a_border(s.wi, rotation);
@@ -132,7 +135,7 @@ fn triangle_densities_sum_to_the_solid_angle() {
             (Vec3::new(6.0, 0.0, 0.0), 2e-2),
         ] {
             const N: u32 = 200_000;
-            let samples = (0..N).filter_map(|i| light.sample(p, 0.0, at(i)));
+            let samples = (0..N).filter_map(|i| light.sample(p, 0.0, at(i), &[]));
             let mean = samples.map(|s| 1.0 / s.pdf as f64).sum::<f64>() / N as f64;
             let corners = [
                 Vec3::new(-0.4, 1.0, 0.3),
@@ -404,4 +407,175 @@ fn pictures_by_place_are_those_by_power() {
         // Student's t of 7 degrees of freedom: beyond 5.4 once in a thousand
         assert!(error < 0.003 && mean.abs() < 5.4 * error, "{what}: {mean} ± {error}");
     }
+}
+/// A square lamp at y = 1 that looks down, reaches from -1 to 1 and has texture coordinates from 0 to 1 along x and z, cut into `n` by `n` squares.
+fn textured_lamp(n: u32) -> Mesh {
+    let along = |i: u32| i as f32 / n as f32;
+    let places = || (0..=n).flat_map(|z| (0..=n).map(move |x| Vec2::new(along(x), along(z))));
+    let corner = |x: u32, z: u32| z * (n + 1) + x;
+    let squares = (0..n).flat_map(|z| (0..n).map(move |x| (x, z)));
+    Mesh {
+        positions: places()
+            .map(|uv| Vec3::new(2.0 * uv.x - 1.0, 1.0, 2.0 * uv.y - 1.0))
+            .collect(),
+        triangles: squares
+            .flat_map(|(x, z)| {
+                let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect(),
+        uvs: places().collect(),
+        ..Mesh::default()
+    }
+}
+
+/// What emits `radiance` times the scene's only texture.
+fn glowing(radiance: f32, diffuse: f32) -> Material {
+    let mut glowing = material(diffuse, radiance);
+    glowing.maps.emission = Some(Map {
+        texture: TextureId(0),
+        mapping: Mapping::default(),
+    });
+    glowing
+}
+
+fn grey_texture(width: usize, height: usize, value: impl Fn(usize, usize) -> f32) -> Texture {
+    let texels = (0..width * height).map(|i| value(i % width, i / width)).collect();
+    Texture::new(width, height, 1, Texels::Floats(texels), Wrap::Clamp).unwrap()
+}
+
+/// Mean and standard error of what the path tracer sees of `scene`, finding light as `direct` says.
+fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, max_depth: u32) -> (f64, f64) {
+    let size = UVec2::splat(8);
+    with_world(scene, camera, size, |world| {
+        let strategy = Strategy {
+            direct,
+            ..Strategy::default()
+        };
+        let integrator = PathIntegrator {
+            world,
+            strategy,
+            max_depth: Some(max_depth),
+            roulette: Roulette::default(),
+            light_samples: 1,
+            reuse: false,
+        };
+        let film = film_of(&integrator, size, spp, 7);
+        (film_mean(&film, 0), film_error(&film, 0))
+    })
+}
+
+/// Half of a lamp is black, in large triangles and in small ones: the floor below has half the light that a rectangle's form factor says.
+#[test]
+fn a_lamp_that_is_half_black_gives_half_the_light() {
+    for (pieces, sampling) in [
+        (1, TriangleSampling::Area),
+        (1, TriangleSampling::SolidAngle),
+        (8, TriangleSampling::Area),
+    ] {
+        let mut b = SceneBuilder::new();
+        b.triangle_sampling(sampling);
+        let texture = grey_texture(1024, 1, |x, _| if x < 512 { 0.0 } else { 1.0 });
+        b.set_textures(vec![texture], &[Some(TextureId(0))]);
+        // Without a factor of its own the texture counts alone.
+        add(&mut b, textured_lamp(pieces), glowing(0.0, 0.0));
+        let floor = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+        add(&mut b, polygon(&floor), material(0.8, 0.0));
+        let scene = b.build().unwrap().0;
+        let black = scene.lights().iter().filter(|light| light.power(1.0) == 0.0).count();
+        // Columns of squares beside the edge show some of its soft step.
+        assert_eq!(black, if pieces == 8 { 3 * 8 * 2 } else { 0 });
+
+        // Two quarters of the square, each with a corner above the point (Howell, "Radiation Heat Transfer Configuration Factors", B-3)
+        let quarter = (1.0 / 2f64.sqrt() * (1.0 / 2f64.sqrt()).atan()) / std::f64::consts::PI;
+        let expected = 0.8 * 2.0 * quarter;
+        let camera = pinhole(Vec3::new(0.0, 0.5, 0.0), Vec3::ZERO, 0.1);
+        for direct in [DirectLight::Mis, DirectLight::Light, DirectLight::None] {
+            let (mean, error) = seen(&scene, camera, 8192, direct, 1);
+            let z = (mean - expected) / error;
+            eprintln!("{pieces} {sampling:?} {direct:?}: {mean:.5} ± {error:.5} against {expected:.5}");
+            assert!(
+                z.abs() < 4.0,
+                "{pieces} {sampling:?} {direct:?}: {mean} ± {error}, not {expected}"
+            );
+        }
+    }
+}
+
+/// Where hardly a texel emits, and the level that power is taken of does not show it, its light is found all the same.
+#[test]
+fn a_lone_texel_lights_a_room() {
+    let mut b = SceneBuilder::new();
+    let texture = grey_texture(48, 32, |x, y| match (x, y) {
+        (35, 10) => 40.0,
+        (5..=15, 20..) => 0.2 * (x % 4) as f32,
+        _ => 0.0,
+    });
+    b.set_textures(vec![texture], &[Some(TextureId(0))]);
+    add(&mut b, room(), material(0.6, 0.0));
+    let mut lamp = textured_lamp(3);
+    lamp.positions.iter_mut().for_each(|p| *p *= Vec3::new(0.9, 0.8, 0.9));
+    add(&mut b, lamp, glowing(2.0, 0.4));
+    let scene = b.build().unwrap().0;
+    let camera = pinhole(Vec3::new(0.0, -0.5, 0.95), Vec3::new(0.0, 0.3, 0.0), 80.0);
+    let size = UVec2::splat(8);
+    let naive = with_world(&scene, camera, size, |world| {
+        let integrator = NaiveIntegrator {
+            world,
+            max_depth: Some(4),
+            roulette: Roulette::default(),
+        };
+        let film = film_of(&integrator, size, 1 << 15, 6);
+        (film_mean(&film, 0), film_error(&film, 0))
+    });
+    for direct in [DirectLight::Mis, DirectLight::Light] {
+        let path = seen(&scene, camera, 8192, direct, 4);
+        let z = (path.0 - naive.0) / path.1.hypot(naive.1);
+        eprintln!("{direct:?}: {path:?} against {naive:?}");
+        assert!(z.abs() < 3.5, "{direct:?}: {path:?} against {naive:?}");
+        assert!(naive.1 < 0.02 * naive.0, "{naive:?} says too little");
+    }
+}
+
+/// Copies of a lamp that are mirrored or move show its texture the right way round: sampled light is that which rays meet.
+#[test]
+fn textures_of_lamps_go_with_their_copies() {
+    let mirror = Affine3A::from_scale(Vec3::new(-1.0, 1.0, 1.0).into());
+    let aside = Affine3A::from_translation(Vec3::new(0.2, 0.1, 0.0).into()) * mirror;
+    let floor = |placement: Option<Placement>, is_flipped: bool| {
+        let mut b = SceneBuilder::new();
+        let texture = grey_texture(64, 1, |x, _| {
+            let x = if is_flipped { 63 - x } else { x };
+            if x < 16 { 0.0 } else { 1.0 }
+        });
+        b.set_textures(vec![texture], &[Some(TextureId(0))]);
+        let lamp = b.add_material(glowing(0.0, 0.0)).unwrap();
+        match placement {
+            Some(placement) => {
+                let prototype = b.add_prototype(vec![(textured_lamp(1), lamp)]).unwrap();
+                b.add_instance(prototype, placement).unwrap();
+            }
+            None => b.add_mesh(textured_lamp(1), lamp).unwrap(),
+        }
+        let floor = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+        add(&mut b, polygon(&floor), material(0.8, 0.0));
+        let scene = b.build().unwrap().0;
+        let place = Vec3::new(-0.8, 0.0, 0.1);
+        let camera = pinhole(place + 0.5 * Vec3::Y, place, 0.1);
+        [DirectLight::Light, DirectLight::None].map(|direct| seen(&scene, camera, 4096, direct, 1))
+    };
+    let z = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0) / a.1.hypot(b.1);
+    for (name, placement) in [
+        ("mirrored", Placement::Still(mirror)),
+        ("moving", Placement::Moving(vec![mirror, aside].into())),
+    ] {
+        let [sampled, met] = floor(Some(placement), false);
+        eprintln!("{name}: {sampled:?} sampled, {met:?} met");
+        assert!(z(sampled, met).abs() < 4.0, "{name}: {sampled:?} {met:?}");
+    }
+    // A mirrored copy looks as if its picture were.
+    let copy = floor(Some(Placement::Still(mirror)), false)[0];
+    let [plain, flipped] = [false, true].map(|is_flipped| floor(None, is_flipped)[0]);
+    assert!(z(copy, flipped).abs() < 4.0, "{copy:?} {flipped:?}");
+    assert!(z(copy, plain).abs() > 20.0, "{copy:?} {plain:?}");
 }

@@ -153,15 +153,20 @@ fn dielectric_row(index: usize, node: usize) -> &'static Row {
 }
 
 /// A quantity by cosine, of one roughness.
-struct Row {
+pub(super) struct Row {
     nodes: [f32; NODES],
     /// Means over the cosine between nodes.
     cells: [f32; NODES - 1],
     /// Mean over the cosine of all.
-    mean: f32,
+    pub mean: f32,
 }
 
 impl Row {
+    /// Of the quantity that `value` gives for a cosine.
+    pub fn of(value: impl Fn(f32) -> f32) -> Self {
+        Self::new(from_fn(|node| value(coordinate(node, NODES).powi(2))))
+    }
+
     fn new(nodes: [f32; NODES]) -> Self {
         let mut mean = 0.0;
         let cells = from_fn(|cell| {
@@ -179,7 +184,8 @@ impl Row {
         Self { nodes, cells, mean }
     }
 
-    fn at(&self, cos: f32) -> f32 {
+    /// The quantity at a cosine.
+    pub fn at(&self, cos: f32) -> f32 {
         let (node, t) = place(cos.sqrt(), NODES);
         (1.0 - t) * self.nodes[node] + t * self.nodes[node + 1]
     }

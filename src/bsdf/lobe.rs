@@ -1,6 +1,6 @@
 use super::{
-    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, ThinSheet,
-    TransportMode,
+    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Sheen,
+    ThinSheet, TransportMode,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -20,6 +20,8 @@ pub enum Lobe {
     RoughMirror(RoughMirror),
     /// Boundary of a refracting medium, of GGX microfacets.
     RoughDielectric(RoughDielectric),
+    /// Reflection by upright fibres.
+    Sheen(Sheen),
     /// Perfect mirror.
     Mirror(Mirror),
     /// Boundary of a refracting medium.
@@ -47,6 +49,7 @@ impl Lobe {
             Self::Phong(lobe) => lobe.eval(wo, wi),
             Self::Blinn(lobe) => lobe.eval(wo, wi),
             Self::RoughMirror(lobe) => lobe.eval(wo, wi),
+            Self::Sheen(lobe) => lobe.eval(wo, wi),
             Self::RoughDielectric(lobe) => lobe.eval(wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => Spectrum::ZERO,
         }
@@ -60,6 +63,7 @@ impl Lobe {
             Self::Phong(lobe) => lobe.pdf(wo, wi),
             Self::Blinn(lobe) => lobe.pdf(wo, wi),
             Self::RoughMirror(lobe) => lobe.pdf(wo, wi),
+            Self::Sheen(lobe) => lobe.pdf(wo, wi),
             Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => 0.0,
         }
@@ -74,6 +78,7 @@ impl Lobe {
             Self::Phong(lobe) => lobe.sample(wo, u),
             Self::Blinn(lobe) => lobe.sample(wo, u),
             Self::RoughMirror(lobe) => lobe.sample(wo, u_lobe, u),
+            Self::Sheen(lobe) => lobe.sample(wo, u),
             Self::RoughDielectric(lobe) => lobe.sample(wo, u_lobe, u, mode),
             // Of two single directions, the first by its share
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => {
@@ -101,6 +106,7 @@ impl Lobe {
             Self::Phong(lobe) => lobe.reflectance,
             Self::Blinn(lobe) => lobe.reflectance,
             Self::RoughMirror(lobe) => lobe.albedo(),
+            Self::Sheen(lobe) => lobe.albedo(),
             Self::RoughDielectric(lobe) => lobe.albedo(),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.tint(),
             Self::Dielectric(lobe) => lobe.transmittance,
@@ -113,6 +119,7 @@ impl Lobe {
         match self {
             Self::CoatedLambert(lobe) => lobe.albedo_towards(wo),
             Self::RoughMirror(lobe) => lobe.albedo_towards(wo),
+            Self::Sheen(lobe) => lobe.albedo_towards(wo),
             Self::Blinn(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             _ => self.albedo(),

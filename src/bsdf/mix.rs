@@ -15,7 +15,8 @@ pub struct Mix {
 
 impl Mix {
     /// Of a diffuse, a glossy or mirror-like and a transmitting lobe, in this order.
-    pub fn new(lobes: [Option<Lobe>; 3]) -> Self {
+    pub fn new(mut lobes: [Option<Lobe>; 3]) -> Self {
+        lobes.sort_by_key(|lobe| lobe.as_ref().is_some_and(Lobe::is_delta));
         Self { lobes }
     }
 
@@ -67,7 +68,9 @@ impl Mix {
 
     pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         let choice = self.choice(wo);
-        let (lobe, p, u_part) = chosen(&self.lobes, &choice, u_lobe)?;
+        let lobes = self.lobes.iter().zip(choice);
+        let lobes = lobes.filter_map(|(lobe, p)| lobe.as_ref().map(|lobe| (lobe, p)));
+        let (lobe, p, u_part) = chosen(lobes, u_lobe)?;
         let sample = lobe.sample(wo, u_part, u, mode)?;
         let (f, pdf) = if lobe.is_delta() {
             (sample.f, sample.pdf * p)
@@ -78,7 +81,8 @@ impl Mix {
             };
             (f, self.pdf_for(&choice, wo, sample.wi))
         };
-        Some(BsdfSample {
+        // None where a direction lies in the surface
+        (pdf > 0.0).then(|| BsdfSample {
             eta: sample.eta,
             ..BsdfSample::new(f, sample.wi, pdf, sample.scattering)
         })
@@ -86,11 +90,11 @@ impl Mix {
 }
 
 /// The lobe whose share of [0, 1) holds `u`, its probability, and where in its share `u` lies: a number for its own choices.
-fn chosen<'a>(lobes: &'a [Option<Lobe>; 3], choice: &[f32; 3], u: f32) -> Option<(&'a Lobe, f32, f32)> {
+pub(super) fn chosen<T>(lobes: impl Iterator<Item = (T, f32)>, u: f32) -> Option<(T, f32, f32)> {
     let mut below = 0.0;
     let mut last = None;
-    for (lobe, &p) in lobes.iter().zip(choice) {
-        if let (Some(lobe), true) = (lobe, p > 0.0) {
+    for (lobe, p) in lobes {
+        if p > 0.0 {
             last = Some((lobe, p, ((u - below) / p).min(ALMOST_ONE)));
             below += p;
             if u < below {

@@ -11,12 +11,14 @@ mod energy;
 mod fresnel;
 mod ggx;
 mod lambert;
+mod layered;
 mod lobe;
 mod mirror;
 mod mix;
 mod phong;
 mod rough_dielectric;
 mod rough_mirror;
+mod sheen;
 mod thin_sheet;
 
 pub use blinn::Blinn;
@@ -25,12 +27,14 @@ pub use dielectric::Dielectric;
 pub use fresnel::Fresnel;
 pub use ggx::LEAST_ALPHA;
 pub use lambert::Lambert;
+pub use layered::Layered;
 pub use lobe::Lobe;
 pub use mirror::Mirror;
 pub use mix::Mix;
 pub use phong::Phong;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_mirror::RoughMirror;
+pub use sheen::Sheen;
 pub use thin_sheet::ThinSheet;
 
 use crate::color::Spectrum;
@@ -99,16 +103,26 @@ pub enum Bsdf {
     Single(Lobe),
     /// A sum of lobes.
     Mix(Mix),
+    /// One with layers over it.
+    Layered(Layered),
 }
 
 impl Bsdf {
-    /// The lobes it is made of.
+    /// The lobes it is made of, each as it is without what lies above it.
     pub fn lobes(&self) -> impl Iterator<Item = &Lobe> {
-        let (single, mix) = match self {
-            Self::Single(lobe) => (Some(lobe), None),
-            Self::Mix(mix) => (None, Some(mix)),
+        self.places().map(|(_, lobe)| lobe)
+    }
+
+    /// The same, each with its place among layers, if there are any.
+    fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
+        let (single, mix, layered) = match self {
+            Self::Single(lobe) => (Some(lobe), None, None),
+            Self::Mix(mix) => (None, Some(mix), None),
+            Self::Layered(layered) => (None, None, Some(layered)),
         };
-        single.into_iter().chain(mix.into_iter().flat_map(Mix::lobes))
+        let plain = single.into_iter().chain(mix.into_iter().flat_map(Mix::lobes));
+        let layered = layered.into_iter().flat_map(Layered::lobes);
+        plain.map(|lobe| (0, lobe)).chain(layered)
     }
 
     /// Probability with which [`Bsdf::sample`] chooses each of [`Bsdf::lobes`].
@@ -116,15 +130,22 @@ impl Bsdf {
         match self {
             Self::Single(_) => vec![1.0],
             Self::Mix(mix) => mix.probabilities(wo),
+            Self::Layered(layered) => layered.probabilities(wo),
         }
     }
 
     /// Whether all its lobes are delta lobes: then light can be found by following them only.
+    #[inline(always)]
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Single(lobe) => lobe.is_delta(),
-            Self::Mix(mix) => mix.lobes().all(Lobe::is_delta),
+            _ => self.is_delta_throughout(),
         }
+    }
+
+    #[inline(never)]
+    fn is_delta_throughout(&self) -> bool {
+        self.lobes().all(Lobe::is_delta)
     }
 
     /// Whether it scatters to all directions of a side alike.
@@ -177,6 +198,7 @@ impl Bsdf {
         match self {
             Self::Single(lobe) => lobe.eval(wo, wi),
             Self::Mix(mix) => mix.eval(wo, wi),
+            Self::Layered(layered) => layered.eval(wo, wi),
         }
     }
 
@@ -185,6 +207,7 @@ impl Bsdf {
         match self {
             Self::Single(lobe) => lobe.pdf(wo, wi),
             Self::Mix(mix) => mix.pdf(wo, wi),
+            Self::Layered(layered) => layered.pdf(wo, wi),
         }
     }
 
@@ -193,6 +216,7 @@ impl Bsdf {
         match self {
             Self::Single(lobe) => lobe.sample(wo, u_lobe, u, mode),
             Self::Mix(mix) => mix.sample(wo, u_lobe, u, mode),
+            Self::Layered(layered) => layered.sample(wo, u_lobe, u, mode),
         }
     }
 
@@ -201,17 +225,28 @@ impl Bsdf {
         match self {
             Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),
             Self::Mix(mix) => mix.smooth_probability(wo),
+            Self::Layered(layered) => layered.smooth_probability(wo),
         }
     }
 
     /// Every single direction of the delta lobes, each with its share of the lobe's flux as density.
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
-        self.lobes().flat_map(move |lobe| lobe.directions(wo, mode)).flatten()
+        self.places().flat_map(move |(place, lobe)| {
+            let samples = lobe.directions(wo, mode).into_iter().flatten();
+            samples.map(move |sample| match self {
+                Self::Layered(layered) => layered.below(place, lobe, wo, sample),
+                _ => sample,
+            })
+        })
     }
 
     /// Share of the light that is scattered, for uniform illumination; what denoisers call albedo.
     pub fn albedo(&self) -> Spectrum {
-        self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo())
+        match self {
+            Self::Single(lobe) => lobe.albedo(),
+            Self::Mix(mix) => mix.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),
+            Self::Layered(layered) => layered.albedo(),
+        }
     }
 }
 

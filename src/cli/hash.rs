@@ -18,7 +18,7 @@ pub(super) fn scene_hash(scene: &Scene, camera: &str) -> String {
     // Triangle lights follow from meshes, instances and materials.
     for light in scene.lights() {
         match light {
-            Light::Triangle(_) | Light::MovingTriangle(_) => {}
+            Light::Triangle(_) | Light::MovingTriangle(_) | Light::Textured(_) => {}
             // A picture is too large for text.
             Light::Environment(light) => {
                 let image = light.image();

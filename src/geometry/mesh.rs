@@ -238,6 +238,15 @@ impl SurfacePoint {
         self.ns != self.ng
     }
 
+    /// What the value of a BSDF is multiplied by along a path that starts at a light, comes from the unit direction `wo` and goes on in `wi`:
+    /// `|wo·ns| |wi·ng| / (|wo·ng| |wi·ns|)`. With a shading normal of its own a BSDF is not symmetric, and without this such paths would show another
+    /// surface than those from the camera do (Veach 1997, §5.3). 0 where a direction lies in the surface.
+    pub fn adjoint_factor(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let [o, i] = [wo, wi].map(|w| w.dot(self.ns).abs() / w.dot(self.ng).abs());
+        let factor = o / i;
+        if factor.is_finite() { factor } else { 0.0 }
+    }
+
     /// Whether [`SurfacePoint::seen_from`] bends the shading normal for the unit direction `wo` to the viewer.
     pub fn bends_for(&self, wo: Vec3) -> bool {
         // The mirror image's height, seen from the side of wo

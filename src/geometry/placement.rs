@@ -131,6 +131,11 @@ impl PlacedTriangle {
         placed
     }
 
+    /// Whether the second and the third corner have changed places.
+    pub fn is_mirrored(&self) -> bool {
+        self.is_mirrored
+    }
+
     /// The point at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
     pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
         let (b1, b2) = if self.is_mirrored { (b2, b1) } else { (b1, b2) };

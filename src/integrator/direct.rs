@@ -129,7 +129,8 @@ impl Direct {
     #[inline(always)]
     fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
-        let Some(light) = scene.lights()[id.0 as usize].sample(vertex.point.p, vertex.point.time, u) else {
+        let light = &scene.lights()[id.0 as usize];
+        let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
             return Self::NONE;
         };
 

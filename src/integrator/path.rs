@@ -88,7 +88,7 @@ impl<'a, S: Sampler> ScatterNumbers<'a, S> {
     fn lobe(&self, bsdf: &Bsdf) -> f32 {
         match bsdf {
             Bsdf::Single(_) => 0.0,
-            Bsdf::Mix(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
+            Bsdf::Mix(_) | Bsdf::Layered(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
         }
     }
 }
@@ -169,7 +169,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             }
 
             // Each path by itself
-            let slots = [const { BsdfSlot::new() }; SAMPLES_AT_ONCE];
+            let slots: [BsdfSlot; SAMPLES_AT_ONCE] = from_fn(|_| BsdfSlot::new());
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
             for i in 0..n {

@@ -167,7 +167,7 @@ impl<'a, A: Accel> World<'a, A> {
         let footprint = self.footprint(&point, ray);
         let shaded = self.scene.with_relief(hit, point, footprint);
         let point = shaded.seen_from(wo);
-        let frame = Frame::from_z(point.ns);
+        let frame = self.scene.frame(hit, &point);
         Vertex {
             wo: frame.to_local(wo),
             bsdf: self.scene.bsdf(hit, ray.time, footprint, slot),

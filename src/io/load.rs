@@ -1,6 +1,6 @@
 use super::find_file::{case_differs, find_file};
 use super::memory::Allowance;
-use super::mtl::{MapRequest, MtlDialect, MtlMaterial, default_material};
+use super::mtl::{FileMaterial, MapRequest, MtlDialect, default_material};
 use super::mtl_map::MapSlot;
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
@@ -78,7 +78,7 @@ pub struct ObjSource {
 
 impl ObjSource {
     fn new(path: PathBuf, obj: &ObjFile) -> Self {
-        let named = |m: &MtlMaterial| (m.material.name.clone(), m.library.clone(), m.line);
+        let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
         let materials = obj.materials.iter().map(named).collect();
         Self { path, materials }
     }
@@ -358,12 +358,15 @@ impl Loader<'_> {
         }
         let (material, place) = match section {
             Some((key, section)) => {
-                let material = section.material(name, file).unwrap_or_else(|error| {
-                    self.wrong("wrong-material", error);
-                    default_material(name)
-                });
                 let here = file.error(key.span(), "");
-                (material, here.position.map(|position| (here.file, position)))
+                let place = here.position.map(|position| (here.file, position));
+                match section.material(name, file) {
+                    Ok(found) => (self.textured(&found), place),
+                    Err(error) => {
+                        self.wrong("wrong-material", error);
+                        (default_material(name), place)
+                    }
+                }
             }
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
             None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
@@ -405,25 +408,22 @@ impl Loader<'_> {
         id
     }
 
-    /// The material of a library with maps that name requests for textures.
-    fn textured(&mut self, found: &MtlMaterial) -> Material {
+    /// The material of a file with maps that name requests for textures.
+    fn textured(&mut self, found: &FileMaterial) -> Material {
         let mut material = found.material.clone();
         for request in &found.maps {
             let statement = &request.statement;
-            let folder = request.library.parent().unwrap_or(Path::new(""));
+            let folder = request.place.file.parent().unwrap_or(Path::new(""));
             let (kind, slot) = match statement.slot {
                 MapSlot::Diffuse => (TextureKind::Color, &mut material.maps.diffuse),
                 MapSlot::Specular => (TextureKind::Color, &mut material.maps.specular),
+                MapSlot::Emission => (TextureKind::Color, &mut material.maps.emission),
                 MapSlot::Exponent => (TextureKind::Value(Channel::Luminance), &mut material.maps.exponent),
                 MapSlot::Opacity => (TextureKind::Value(Channel::Opacity), &mut material.maps.opacity),
                 MapSlot::Bump => (TextureKind::Value(Channel::Luminance), &mut material.maps.bump),
                 MapSlot::Normal => (TextureKind::Normal, &mut material.maps.normal),
                 MapSlot::Roughness => (TextureKind::Value(Channel::Luminance), &mut material.maps.roughness),
                 MapSlot::Metallic => (TextureKind::Value(Channel::Luminance), &mut material.maps.metallic),
-                MapSlot::Emission => {
-                    self.warn("unused-texture", request.remark("has no effect yet"));
-                    continue;
-                }
             };
             let kind = match (kind, statement.mapping.channel) {
                 (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),

@@ -8,6 +8,7 @@ mod find_file;
 mod finding;
 mod light_section;
 mod load;
+mod map_section;
 mod material_section;
 mod memory;
 mod mtl;
@@ -33,6 +34,7 @@ pub use load::{
     DEFAULT_MATERIAL, Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene,
     load_scene_watched,
 };
+pub use map_section::MapSection;
 pub use material_section::MaterialSection;
 pub use memory::{LoadObserver, in_words};
 pub use mtl::MtlDialect;

@@ -85,9 +85,9 @@ impl MtlDialect {
     }
 }
 
-/// A material of a library, and the textures it asks for.
+/// A material of a file, and the textures it asks for.
 #[derive(Clone, Debug)]
-pub(super) struct MtlMaterial {
+pub(super) struct FileMaterial {
     pub material: Material,
     pub maps: Vec<MapRequest>,
     pub library: PathBuf,
@@ -95,24 +95,27 @@ pub(super) struct MtlMaterial {
     pub line: usize,
 }
 
-/// A texture statement and where it stands.
+/// A texture statement.
 #[derive(Clone, Debug)]
 pub(super) struct MapRequest {
     pub statement: MapStatement,
-    pub library: PathBuf,
-    pub line: usize,
+    /// Where it stands: an error without a message.
+    pub place: FileError,
 }
 
 impl MapRequest {
     /// Says of the texture what is worth a warning.
     pub fn remark(&self, words: &str) -> FileError {
         let message = format!("texture `{}` {words}", self.statement.file);
-        FileError::new(&self.library, message).at(Position::line(self.line))
+        FileError {
+            message,
+            ..self.place.clone()
+        }
     }
 }
 
 /// The materials of an MTL file in its order. Statements that are wrong are left out.
-pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<MtlMaterial> {
+pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         Err(error) => {
@@ -157,8 +160,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
             section.maps.retain(|m| m.statement.slot != slot);
             section.maps.push(MapRequest {
                 statement,
-                library: path.to_path_buf(),
-                line,
+                place: FileError::new(path, "").at(Position::line(line)),
             });
             continue;
         }
@@ -188,7 +190,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
             let error = FileError::new(path, message).at(Position::line(section.line_of(remark.key)));
             findings.add(remark.severity, remark.code, error);
         }
-        MtlMaterial {
+        FileMaterial {
             material,
             maps: section.maps,
             library: path.to_path_buf(),
@@ -240,6 +242,12 @@ struct Section {
     transparency: Option<f32>,
     roughness: Option<f32>,
     metallic: Option<f32>,
+    clearcoat: f32,
+    clearcoat_roughness: f32,
+    sheen: f32,
+    anisotropy: f32,
+    /// Of a whole turn.
+    anisotropy_rotation: f32,
     illum: Option<u32>,
     maps: Vec<MapRequest>,
     /// Of its `newmtl`.
@@ -273,6 +281,13 @@ impl Section {
             "tr" => self.transparency = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pc" => self.clearcoat = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "ps" => self.sheen = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "aniso" => self.anisotropy = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "anisor" => {
+                self.anisotropy_rotation = number(key, rest, |_| true, "write a share of a whole turn")?;
+            }
             "illum" => {
                 let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
                 let complaint = || {
@@ -378,8 +393,7 @@ impl Section {
     ) -> Spectrum {
         match (given, self.has_map(slot)) {
             (Some(color), true) if color.is_black() => {
-                let words = format!("{key} is 0 and would make its texture black; the texture counts alone");
-                remarks.push(Remark::warning("black-texture", lower, words));
+                remarks.push(Remark::warning("black-texture", lower, counts_alone(key)));
                 Spectrum::ONE
             }
             (None, true) => Spectrum::ONE,
@@ -418,7 +432,11 @@ impl Section {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
-        let names_a_color = self.specular.is_some() || self.filter.is_some() || !emission.is_black();
+        let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
+        if self.emission.is_some() && emits && emission.is_black() {
+            remarks.push(Remark::warning("black-texture", "ke", counts_alone("Ke")));
+        }
+        let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
         let mut material = Material {
             name: self.name.clone(),
@@ -426,6 +444,9 @@ impl Section {
             specular: self.color(["Ks", "ks"], self.specular, MapSlot::Specular, 0.0, &mut remarks),
             gloss: Gloss::Phong(self.exponent.unwrap_or(DEFAULT_EXPONENT)),
             emission,
+            clearcoat: self.clearcoat,
+            clearcoat_roughness: self.clearcoat_roughness,
+            sheen: Spectrum::splat(self.sheen),
             ..Material::default()
         };
         match self.illum {
@@ -446,6 +467,16 @@ impl Section {
             material.gloss = Gloss::Metallic(metallic);
             material.specular = Spectrum::ONE;
             material.ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
+        }
+        if is_physical {
+            material.anisotropy = self.anisotropy;
+            material.anisotropy_rotation = 360.0 * self.anisotropy_rotation.fract();
+        } else if self.anisotropy > 0.0 {
+            remarks.push(Remark::warning(
+                "no-effect",
+                "aniso",
+                "aniso has no effect without Pr or Pm",
+            ));
         }
 
         let opacity = self.opacity(dialect, &mut remarks);
@@ -485,6 +516,10 @@ impl Section {
     }
 }
 
+fn counts_alone(key: &str) -> String {
+    format!("{key} is 0 and would make its texture black; the texture counts alone")
+}
+
 fn is_share(n: f32) -> bool {
     (0.0..=1.0).contains(&n)
 }
@@ -522,7 +557,7 @@ mod tests {
         Ok((materials.collect(), warnings))
     }
 
-    fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMaterial>, Vec<String>), FileError> {
+    fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
         let mut findings = Findings::default();
         let materials = load_mtl(path, dialect, &mut findings);
         match findings.first_error() {
@@ -670,12 +705,12 @@ mod tests {
         let maps: Vec<_> = materials[0]
             .maps
             .iter()
-            .map(|m| (m.statement.slot, m.statement.file.as_str(), m.line))
+            .map(|m| (m.statement.slot, m.statement.file.as_str(), m.place.position))
             .collect();
         let expected = [
-            (MapSlot::Diffuse, "b c.png", 4),
-            (MapSlot::Bump, "d.png", 5),
-            (MapSlot::Specular, "e.png", 6),
+            (MapSlot::Diffuse, "b c.png", Some(Position::line(4))),
+            (MapSlot::Bump, "d.png", Some(Position::line(5))),
+            (MapSlot::Specular, "e.png", Some(Position::line(6))),
         ];
         assert_eq!(maps, expected);
         assert_eq!(
@@ -683,6 +718,26 @@ mod tests {
             (Spectrum::ONE, Spectrum::ONE)
         );
         assert!(warnings[0].contains("Kd is 0"), "{warnings:?}");
+    }
+
+    #[test]
+    fn layers_and_brushes_are_read() {
+        let lacquer = one("Kd 0.5\nPr 0.25\nPm 1\nPc 0.75\nPcr 0.125\nPs 0.5\naniso 0.5\nanisor 0.25");
+        assert_eq!((lacquer.clearcoat, lacquer.clearcoat_roughness), (0.75, 0.125));
+        assert_eq!(lacquer.sheen, Spectrum::splat(0.5));
+        assert_eq!((lacquer.anisotropy, lacquer.anisotropy_rotation), (0.5, 90.0));
+        let (materials, warnings) = load("newmtl m\nKd 1\nPc 1\naniso 0.5").unwrap();
+        assert_eq!((materials[0].clearcoat, materials[0].anisotropy), (1.0, 0.0));
+        assert!(warnings[0].contains("aniso has no effect"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_texture_of_emission_is_a_color_too() {
+        let glowing = one("map_Ke a.png");
+        assert_eq!((glowing.diffuse, glowing.emission), (Spectrum::ZERO, Spectrum::ZERO));
+        assert_eq!(one("Ke 2\nmap_Ke a.png").emission, Spectrum::splat(2.0));
+        let (_, warnings) = load("newmtl m\nKe 0 0 0\nmap_Ke a.png").unwrap();
+        assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
     }
 
     #[test]
@@ -700,6 +755,11 @@ mod tests {
             "Tr -0.1",
             "Pr 2",
             "Pm x",
+            "Pc 2",
+            "Pcr -1",
+            "Ps 1.5",
+            "aniso -0.5",
+            "anisor inf",
             "illum x",
             "Kd spectral a.rfl",
             "map_Kd",

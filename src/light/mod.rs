@@ -10,6 +10,7 @@ mod places;
 mod point;
 mod selection;
 mod spot;
+mod textured;
 mod tree;
 mod triangle;
 
@@ -19,11 +20,13 @@ pub use environment::{EnvironmentLight, LatLongImage};
 pub use point::PointLight;
 pub use selection::{LightSelection, SelectionMode};
 pub use spot::SpotLight;
+pub use textured::TexturedTriangle;
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::math::{Ray, Vec2, Vec3};
+use crate::texture::Texture;
 use std::f64::consts::PI;
 use tree::{Place, Source};
 
@@ -80,6 +83,8 @@ pub enum Light {
     Triangle(TriangleLight),
     /// One that moves.
     MovingTriangle(Box<MovingTriangle>),
+    /// One whose emission a texture varies.
+    Textured(Box<TexturedTriangle>),
     /// An isotropic point.
     Point(PointLight),
     /// The same radiance from every direction.
@@ -93,12 +98,13 @@ pub enum Light {
 }
 
 impl Light {
-    /// Draws light that arrives at `p` at `time`; `None` where this light sends none.
+    /// Draws light that arrives at `p` at `time`; `None` where this light sends none. `textures` are the scene's.
     #[inline(always)]
-    pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         match self {
             Self::Triangle(light) => light.sample(p, u),
             Self::MovingTriangle(light) => light.at(time).sample(p, u),
+            Self::Textured(light) => light.sample(p, time, u, textures),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
@@ -115,7 +121,7 @@ impl Light {
     /// Its type, as users write it.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Triangle(_) | Self::MovingTriangle(_) => "triangle",
+            Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
             Self::Directional(_) => "directional",
@@ -130,6 +136,7 @@ impl Light {
         match self {
             Self::Triangle(light) => light.power(),
             Self::MovingTriangle(light) => light.power(),
+            Self::Textured(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),
@@ -143,6 +150,7 @@ impl Light {
         match self {
             Self::Triangle(light) => Some(light.source()),
             Self::MovingTriangle(light) => Some(light.at(0.5).source()),
+            Self::Textured(light) => Some(light.source()),
             Self::Point(light) => Some(Source::isotropic(light.position, light.intensity.luminance())),
             Self::Spot(light) => Some(light.source()),
             Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => None,
@@ -154,6 +162,7 @@ impl Light {
         match self {
             Self::Triangle(light) => light.irradiance(place),
             Self::MovingTriangle(light) => light.irradiance(place),
+            Self::Textured(light) => light.irradiance(place),
             Self::Spot(light) => light.irradiance(place),
             _ => self.source().map_or(0.0, |source| place.irradiance(&source)),
         }

@@ -460,7 +460,7 @@ mod tests {
                     let pmf = places.pmf(&lights, &receiver, LightId(i as u32));
                     assert!((0.0..=1.0).contains(&pmf));
                     let u = Vec2::new(numbers.next(), numbers.next());
-                    let Some(sample) = light.sample(receiver.p, 0.5, u) else {
+                    let Some(sample) = light.sample(receiver.p, 0.5, u, &[]) else {
                         continue;
                     };
                     if !sample.radiance.is_black() {
@@ -491,7 +491,7 @@ mod tests {
             };
             let irradiance: Vec<f64> = lights
                 .iter()
-                .map(|l| l.sample(receiver.p, 0.5, Vec2::ZERO).unwrap())
+                .map(|l| l.sample(receiver.p, 0.5, Vec2::ZERO, &[]).unwrap())
                 .map(|s| (s.wi.dot(receiver.n).max(0.0) * s.radiance.max_component()) as f64)
                 .collect();
             let sum: f64 = irradiance.iter().sum();

@@ -31,6 +31,8 @@ pub struct TriangleLight {
     area: f32,
     radiance: Spectrum,
     sampling: TriangleSampling,
+    /// Whether the mesh has the second and the third corner the other way round.
+    is_mirrored: bool,
 }
 
 impl TriangleLight {
@@ -46,6 +48,7 @@ impl TriangleLight {
             area: triangle_area(p0, p1, p2) as f32,
             radiance,
             sampling,
+            is_mirrored: false,
         }
     }
 
@@ -53,7 +56,18 @@ impl TriangleLight {
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
         light.clearance += triangle.rounding();
+        light.is_mirrored = triangle.is_mirrored();
         light
+    }
+
+    /// The same triangle emitting `radiance`.
+    pub(super) fn emitting(self, radiance: Spectrum) -> Self {
+        Self { radiance, ..self }
+    }
+
+    /// Radiance of its front.
+    pub(super) fn radiance(&self) -> Spectrum {
+        self.radiance
     }
 
     /// Radiance that leaves the triangle in direction `w`.
@@ -72,10 +86,26 @@ impl TriangleLight {
         if (p - self.corners[0]).dot(self.normal) <= 0.0 {
             return None;
         }
-        let (b1, b2) = match self.sampling {
+        self.sample_at(p, self.barycentrics(p, u))
+    }
+
+    /// Barycentric coordinates of a random point as [`TriangleLight::sample`] draws it.
+    #[inline(always)]
+    pub(super) fn barycentrics(&self, p: Vec3, u: Vec2) -> (f32, f32) {
+        match self.sampling {
             TriangleSampling::Area => uniform_triangle(u),
             TriangleSampling::SolidAngle => self.barycentrics_by_solid_angle(p, u),
-        };
+        }
+    }
+
+    /// Barycentric coordinates of the mesh's second and third corner, of the same point as the triangle's own.
+    pub(super) fn of_mesh(&self, (b1, b2): (f32, f32)) -> (f32, f32) {
+        if self.is_mirrored { (b2, b1) } else { (b1, b2) }
+    }
+
+    /// The sample of the point with barycentric coordinates `b1` and `b2`.
+    #[inline(always)]
+    pub(super) fn sample_at(&self, p: Vec3, (b1, b2): (f32, f32)) -> Option<LightSample> {
         let [p0, p1, p2] = self.corners;
         let q = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
         let squared = p.distance_squared(q);
@@ -218,6 +248,19 @@ impl MovingTriangle {
             radiance,
             sampling,
         }
+    }
+
+    /// The same triangle emitting `radiance`.
+    pub(super) fn emitting(&self, radiance: Spectrum) -> Self {
+        Self {
+            radiance,
+            ..self.clone()
+        }
+    }
+
+    /// Radiance of its front.
+    pub(super) fn radiance(&self) -> Spectrum {
+        self.radiance
     }
 
     /// The light that it is at `time`.

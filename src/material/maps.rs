@@ -20,6 +20,8 @@ pub struct Maps {
     pub diffuse: Option<Map>,
     /// Of the specular factor.
     pub specular: Option<Map>,
+    /// Of the emission.
+    pub emission: Option<Map>,
     /// Of the exponent of a glossy lobe.
     pub exponent: Option<Map>,
     /// Of the roughness.
@@ -65,6 +67,7 @@ impl Maps {
         let Self {
             diffuse,
             specular,
+            emission,
             exponent,
             roughness,
             metallic,
@@ -72,7 +75,8 @@ impl Maps {
             bump,
             normal,
         } = self;
-        [diffuse, specular, exponent, roughness, metallic, opacity, bump, normal].into_iter()
+        let colors = [diffuse, specular, emission].into_iter();
+        colors.chain([exponent, roughness, metallic, opacity, bump, normal])
     }
 
     /// Whether the BSDF varies over the surface.

@@ -5,8 +5,8 @@ mod maps;
 pub use maps::{Map, Maps, Spot};
 
 use crate::bsdf::{
-    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, LEAST_ALPHA, Lambert, Lobe, Mirror, Mix, Phong, RoughDielectric,
-    RoughMirror, ThinSheet,
+    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, LEAST_ALPHA, Lambert, Layered, Lobe, Mirror, Mix, Phong,
+    RoughDielectric, RoughMirror, Sheen, ThinSheet,
 };
 use crate::color::Spectrum;
 use crate::math::Vec2;
@@ -31,19 +31,33 @@ pub struct Material {
     /// Of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
     /// is smooth.
     pub roughness: f32,
+    /// How much longer than wide highlights of facets are, in [0, 1]: the roughness along the tangent, over that across it, is the inverse root
+    /// of `1 − 0.9 anisotropy` (Burley 2012, "Physically Based Shading at Disney").
+    pub anisotropy: f32,
+    /// Angle from ∂p/∂u to the tangent about the normal, degrees.
+    pub anisotropy_rotation: f32,
+    /// Factor, in [0, 1], of what a layer of index 1.5 over all else reflects.
+    pub clearcoat: f32,
+    /// Roughness of that layer, in [0, 1].
+    pub clearcoat_roughness: f32,
+    /// Factor of what fibres between coat and base scatter, each channel in [0, 1].
+    pub sheen: Spectrum,
     /// `kt`: factor of what passes the surface.
     pub transmission: Spectrum,
     /// Index of refraction behind the surface, over that before it.
     pub ior: f32,
     /// Whether the surface is a thin sheet, which light leaves straight on, instead of the boundary of a body.
     pub thin: bool,
-    /// Emitted radiance on the front side, W·sr⁻¹·m⁻².
+    /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
     pub emission: Spectrum,
     /// Share of the surface that is there, in [0, 1]: the rest is a hole.
     pub opacity: f32,
     /// What varies over the surface.
     pub maps: Maps,
 }
+
+/// What a clear coat, of index 1.5, reflects along the normal.
+const COAT_F0: f32 = 0.04;
 
 /// Holds the BSDF of a surface that varies, for as long as it is looked at.
 pub type BsdfSlot = OnceCell<Bsdf>;
@@ -74,6 +88,11 @@ impl Default for Material {
             specular: Spectrum::ZERO,
             gloss: Gloss::Phong(1.0),
             roughness: 0.0,
+            anisotropy: 0.0,
+            anisotropy_rotation: 0.0,
+            clearcoat: 0.0,
+            clearcoat_roughness: 0.0,
+            sheen: Spectrum::ZERO,
             transmission: Spectrum::ZERO,
             ior: 1.5,
             thin: false,
@@ -94,6 +113,14 @@ impl Material {
             gloss: Gloss::Metallic(metallic),
             roughness,
             ..Self::default()
+        }
+    }
+
+    /// Radiance of the front side, or what its texture is multiplied by: one that would be multiplied by nothing counts alone.
+    pub fn emission_factor(&self) -> Spectrum {
+        match self.maps.emission {
+            Some(_) if self.emission.is_black() => Spectrum::ONE,
+            _ => self.emission,
         }
     }
 
@@ -124,6 +151,10 @@ impl Material {
             present(self.specular).map(|_| self.specular_lobe()),
             present(self.transmission).map(|_| self.transmission_lobe()),
         ];
+        if self.clearcoat > 0.0 || !self.sheen.is_black() {
+            let sheen = present(self.sheen).map(|color| Sheen { color });
+            return Bsdf::Layered(Layered::new(lobes, sheen, self.coat_lobe()));
+        }
         match lobes {
             [None, None, None] => Bsdf::Single(self.diffuse_lobe()),
             [Some(lobe), None, None] | [None, Some(lobe), None] | [None, None, Some(lobe)] if !lobe.has_parts() => {
@@ -152,7 +183,7 @@ impl Material {
     }
 
     fn specular_lobe(&self) -> Lobe {
-        let (reflectance, alpha) = (self.specular, Vec2::splat(self.alpha()));
+        let (reflectance, alpha) = (self.specular, self.slopes());
         match self.gloss {
             Gloss::Phong(exponent) => Lobe::Phong(Phong { reflectance, exponent }),
             Gloss::Blinn(exponent, fresnel) => Lobe::Blinn(Blinn {
@@ -176,9 +207,33 @@ impl Material {
         }
     }
 
+    fn coat_lobe(&self) -> Option<Lobe> {
+        let reflectance = Spectrum::splat(self.clearcoat);
+        let fresnel = Fresnel::Schlick { f0: [COAT_F0; 3] };
+        let alpha = self.clearcoat_roughness * self.clearcoat_roughness;
+        (self.clearcoat > 0.0).then(|| match alpha < LEAST_ALPHA {
+            true => Lobe::Mirror(Mirror { reflectance, fresnel }),
+            false => Lobe::RoughMirror(RoughMirror::new(reflectance, Vec2::splat(alpha), fresnel)),
+        })
+    }
+
     /// `α` of the facets (Burley 2012, "Physically Based Shading at Disney").
     fn alpha(&self) -> f32 {
         self.roughness * self.roughness
+    }
+
+    /// `α` of the facets along the tangent and across it.
+    fn slopes(&self) -> Vec2 {
+        if !self.is_anisotropic() {
+            return Vec2::splat(self.alpha());
+        }
+        let aspect = (1.0 - 0.9 * self.anisotropy).sqrt();
+        self.alpha() * Vec2::new(1.0 / aspect, aspect)
+    }
+
+    /// Whether it matters how the surface is turned about its normal.
+    pub fn is_anisotropic(&self) -> bool {
+        self.anisotropy > 0.0
     }
 
     /// What a dielectric of this index reflects along the normal.
@@ -199,8 +254,7 @@ impl Material {
                 ior,
             })
         } else if spread >= LEAST_ALPHA {
-            let alpha = Vec2::splat(self.alpha());
-            Lobe::RoughDielectric(RoughDielectric::new(reflectance, transmittance, alpha, ior))
+            Lobe::RoughDielectric(RoughDielectric::new(reflectance, transmittance, self.slopes(), ior))
         } else {
             Lobe::Dielectric(Dielectric {
                 reflectance,

@@ -21,6 +21,19 @@ impl Frame {
         }
     }
 
+    /// Frame around the unit vector `z` whose local +x is as near to `x` as can be, turned by `angle` radians about `z`; `None` where `x` is along
+    /// `z`.
+    pub fn from_zx(z: Vec3, x: Vec3, angle: f32) -> Option<Self> {
+        let x = (x - z * x.dot(z)).try_normalize()?;
+        let y = z.cross(x);
+        let (sin, cos) = angle.sin_cos();
+        Some(Self {
+            x: cos * x + sin * y,
+            y: cos * y - sin * x,
+            z,
+        })
+    }
+
     /// World direction to local direction.
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
@@ -55,5 +68,19 @@ mod tests {
             assert!(f.to_world(f.to_local(v)).distance(v) < 1e-6);
             assert!(f.to_world(Vec3::Z).distance(n) < 1e-7);
         }
+    }
+
+    #[test]
+    fn tangents_lead_frames() {
+        let z = Vec3::new(0.3, -0.2, 0.9).normalize();
+        let along = Vec3::new(1.0, 2.0, -0.5);
+        let f = Frame::from_zx(z, along, 0.0).unwrap();
+        // All of the tangent lies along x and z.
+        assert!(f.to_local(along).y.abs() < 1e-6 && f.to_local(along).x > 0.0);
+        assert!(f.x.cross(f.y).distance(z) < 1e-6 && f.x.is_normalized());
+        // A quarter of a turn takes x to y.
+        let turned = Frame::from_zx(z, along, std::f32::consts::FRAC_PI_2).unwrap();
+        assert!(turned.x.distance(f.y) < 1e-6 && turned.y.distance(-f.x) < 1e-6);
+        assert!(Frame::from_zx(Vec3::Z, Vec3::NEG_Z, 1.0).is_none());
     }
 }

@@ -136,11 +136,6 @@ impl SceneBuilder {
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
-        // What emits has no holes: light is sampled all over it.
-        if !material.emission.is_black() {
-            material.opacity = 1.0;
-            material.maps.opacity = None;
-        }
         self.materials.push(material);
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
@@ -366,6 +361,11 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
+        // What emits has no holes: light is sampled all over it.
+        for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
+            material.opacity = 1.0;
+            material.maps.opacity = None;
+        }
         let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
@@ -458,10 +458,11 @@ impl SceneBuilder {
 impl Scene {
     /// Adds a mesh that stands in the world, or is part of a prototype. `emitting` counts the triangles that emit.
     fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
-        let Material { emission, maps, .. } = &self.materials[material.0 as usize];
+        let surface = &self.materials[material.0 as usize];
         let keeps_place = is_standing && !mesh.deforms();
-        let is_uniform = mesh.normals.is_empty() && !maps.varies_bsdf() && !maps.has_relief();
-        let first_light = (!emission.is_black()).then_some(LightId(*emitting as u32));
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
+        let is_uniform = mesh.normals.is_empty() && !varies;
+        let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
         if first_light.is_some() {
             *emitting += mesh.triangles.len() as u64;
         }
@@ -496,7 +497,8 @@ impl Scene {
         if shape.first_light.is_none() {
             return;
         }
-        let radiance = self.materials[shape.material.0 as usize].emission;
+        let material = &self.materials[shape.material.0 as usize];
+        let radiance = material.emission_factor();
         let mesh = &self.meshes[geom.0 as usize];
         let placement = self.instance(inst).map(|i| &i.placement);
         let is_moving = mesh.deforms() || placement.is_some_and(Placement::is_moving);
@@ -512,7 +514,14 @@ impl Scene {
                 Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
             }
         };
-        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(light).collect();
+        let varied = |prim| match material.maps.emission {
+            Some(Map { texture, mapping }) => {
+                let uvs = mesh.corner_uvs(prim).unwrap_or_default();
+                light(prim).textured(uvs, texture, mapping, &self.textures)
+            }
+            None => light(prim),
+        };
+        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect();
         self.lights.extend(lights);
     }
 }
@@ -557,14 +566,27 @@ fn check_material(material: &Material) -> Result<(), BuildError> {
         ("specular", material.specular),
         ("transmission", material.transmission),
         ("emission", material.emission),
+        ("sheen", material.sheen),
     ] {
         if !color.is_valid() {
             let value = format!("{:?}", color.to_array());
             return Err(bad(key, value, "finite and 0 or more in every channel"));
         }
     }
-    if !(0.0..=1.0).contains(&material.opacity) {
-        return Err(bad("opacity", material.opacity.to_string(), "between 0 and 1"));
+    for (key, share) in [
+        ("opacity", material.opacity),
+        ("anisotropy", material.anisotropy),
+        ("clearcoat", material.clearcoat),
+        ("clearcoat_roughness", material.clearcoat_roughness),
+        ("sheen", material.sheen.max_component()),
+    ] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad(key, share.to_string(), "between 0 and 1"));
+        }
+    }
+    if !material.anisotropy_rotation.is_finite() {
+        let value = material.anisotropy_rotation.to_string();
+        return Err(bad("anisotropy_rotation", value, "finite"));
     }
     let (exponent, fresnel) = match material.gloss {
         Gloss::Phong(n) => (n, Fresnel::Full),
@@ -784,6 +806,41 @@ mod tests {
                     ..base()
                 },
                 "roughness",
+            ),
+            (
+                Material {
+                    clearcoat: 1.5,
+                    ..base()
+                },
+                "clearcoat",
+            ),
+            (
+                Material {
+                    clearcoat_roughness: f32::NAN,
+                    ..base()
+                },
+                "clearcoat_roughness",
+            ),
+            (
+                Material {
+                    sheen: Spectrum::rgb(0.0, 1.5, 0.0),
+                    ..base()
+                },
+                "sheen",
+            ),
+            (
+                Material {
+                    anisotropy: -0.5,
+                    ..base()
+                },
+                "anisotropy",
+            ),
+            (
+                Material {
+                    anisotropy_rotation: f32::INFINITY,
+                    ..base()
+                },
+                "anisotropy_rotation",
             ),
             (
                 Material {

@@ -7,9 +7,9 @@ pub use builder::{BuildError, PrototypeId, SceneBuilder, SceneReport};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{Light, LightId, LightSelection, Receiver};
+use crate::light::{Light, LightId, LightSelection, Receiver, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Frame, Vec3};
 use crate::texture::Texture;
 use std::ops::Range;
 
@@ -154,6 +154,7 @@ impl Scene {
             .iter()
             .map(|light| match light {
                 Light::Environment(light) => light.bytes(),
+                Light::Textured(_) => size_of::<TexturedTriangle>(),
                 _ => 0,
             })
             .sum();
@@ -275,6 +276,20 @@ impl Scene {
         }
     }
 
+    /// The local frame at `point`, which is at `hit`: along the material's tangent where that matters and texture coordinates tell it, else along
+    /// any.
+    pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
+        let material = self.material(hit);
+        if !material.is_anisotropic() {
+            return Frame::from_z(point.ns);
+        }
+        let corners = self.corners(hit, point.time);
+        let tangents = self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners);
+        let angle = material.anisotropy_rotation.to_radians();
+        let frame = tangents.and_then(|[du, _]| Frame::from_zx(point.ns, du, angle));
+        frame.unwrap_or_else(|| Frame::from_z(point.ns))
+    }
+
     /// Where textures are looked up at `hit` at `time`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
     /// coordinates has all of it at (0, 0).
     fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
@@ -293,18 +308,34 @@ impl Scene {
         let first = self.shape(hit.geom).first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let id = LightId(before + first.0 + hit.prim.0);
-        let moved;
-        let light = match &self.lights[id.0 as usize] {
-            Light::Triangle(light) => light,
-            Light::MovingTriangle(light) => {
-                moved = light.at(time);
-                &moved
-            }
-            _ => return None,
+        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
+            return self.emitted_otherwise(id, hit, receiver, q, wi, time);
         };
         Some(Incident {
             radiance: light.emitted(-wi),
             pdf: self.light_selection.pmf(&self.lights, receiver, id) * light.pdf(receiver.p, q, wi),
+        })
+    }
+
+    /// The same of a light that moves, or that a texture varies.
+    #[inline(never)]
+    fn emitted_otherwise(
+        &self,
+        id: LightId,
+        hit: &Hit,
+        receiver: &Receiver,
+        q: Vec3,
+        wi: Vec3,
+        time: f32,
+    ) -> Option<Incident> {
+        let (triangle, factor) = match &self.lights[id.0 as usize] {
+            Light::MovingTriangle(light) => (light.at(time), Spectrum::ONE),
+            Light::Textured(light) => (light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
+            _ => return None,
+        };
+        Some(Incident {
+            radiance: triangle.emitted(-wi) * factor,
+            pdf: self.light_selection.pmf(&self.lights, receiver, id) * triangle.pdf(receiver.p, q, wi),
         })
     }
 

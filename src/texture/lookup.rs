@@ -52,6 +52,10 @@ static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
 
 /// Floats above this count as infinite, so that no mean of others is.
 const LARGEST: f32 = f32::MAX / 4.0;
+/// How many texels are looked at where all must be.
+const MOST_TEXELS: f32 = 4096.0;
+/// Texels from the origin up to here have middles that an `f32` can tell.
+const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Texels along a side.
 const LONGEST: usize = 1 << 28;
 
@@ -206,6 +210,24 @@ impl Texture {
     /// Whether all values are 1 at most, as reflectances and other shares are. Floats may be unbounded.
     pub fn is_reflectance(&self) -> bool {
         self.max_value <= 1.0
+    }
+
+    /// Whether all texels that lookups in the picture itself may see from `low` to `high` are black; never where these are too many to look at,
+    /// or too far away to be told apart.
+    pub fn is_black_within(&self, low: Vec2, high: Vec2) -> bool {
+        if self.max_value == 0.0 {
+            return true;
+        }
+        // One around those that hold the corners takes part in lookups, and one more might by rounding.
+        let (first, last) = ((low * self.size).floor() - 2.0, (high * self.size).floor() + 2.0);
+        let count = last - first + 1.0;
+        let is_near = first.abs().max(last.abs()).max_element() < FARTHEST_TEXEL;
+        if !(is_near && count.x * count.y <= MOST_TEXELS) {
+            return false;
+        }
+        let mut texels =
+            (0..count.y as u32).flat_map(|y| (0..count.x as u32).map(move |x| Vec2::new(x as f32, y as f32)));
+        texels.all(|texel| self.color((first + texel + 0.5) / self.size, 0.0).is_black())
     }
 
     /// How many texels had a sample that was NaN, infinite or negative and is now 0.

@@ -10,7 +10,7 @@ mod smoothing;
 
 use super::find_file::{case_differs, count_alike, find_file};
 use super::memory::Allowance;
-use super::mtl::{MtlDialect, MtlMaterial, library_path, load_mtl};
+use super::mtl::{FileMaterial, MtlDialect, library_path, load_mtl};
 use super::normals::smooth_by_angle;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
@@ -41,7 +41,7 @@ pub(super) struct ObjFile {
     /// One group for each material in use, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
-    pub materials: Vec<MtlMaterial>,
+    pub materials: Vec<FileMaterial>,
 }
 
 /// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
@@ -114,7 +114,7 @@ fn load_libraries(
     libraries: &[(String, usize)],
     dialect: MtlDialect,
     findings: &mut Findings,
-) -> Vec<MtlMaterial> {
+) -> Vec<FileMaterial> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut seen = HashSet::new();
     let mut materials = Vec::new();
@@ -176,7 +176,7 @@ mod tests {
     #[derive(Debug)]
     struct Read {
         groups: Vec<Group>,
-        materials: Vec<MtlMaterial>,
+        materials: Vec<FileMaterial>,
         warnings: Vec<String>,
     }
 

@@ -1,0 +1,148 @@
+use super::mtl::MapRequest;
+use super::mtl_map::{MapSlot, MapStatement};
+use super::{FileError, SceneFile};
+use crate::texture::{Channel, Mapping, Wrap};
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{self, Deserializer, MapAccess, Visitor};
+use std::fmt;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// A texture of a material: `"FILE"`, or `{ file = "FILE", … }`.
+#[derive(Clone, Debug, Default)]
+pub struct MapSection {
+    /// The file, relative to the scene file.
+    pub file: PathBuf,
+    /// How often it repeats in a unit of u and v.
+    pub scale: Option<Spanned<[f32; 2]>>,
+    /// Where in it the surface's (0, 0) lies.
+    pub offset: Option<Spanned<[f32; 2]>>,
+    /// What lies beside it: `repeat`, `clamp` or `mirror`.
+    pub wrap: Option<Spanned<String>>,
+    /// Which of its numbers a map of numbers takes, by the names of `-imfchan`.
+    pub channel: Option<Spanned<String>>,
+    /// Added to its values.
+    pub base: Option<Spanned<f32>>,
+    /// Factor of its values.
+    pub gain: Option<Spanned<f32>>,
+    /// Factor of heights.
+    pub height: Option<Spanned<f32>>,
+}
+
+/// The table, key by key.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapTable {
+    file: PathBuf,
+    scale: Option<Spanned<[f32; 2]>>,
+    offset: Option<Spanned<[f32; 2]>>,
+    wrap: Option<Spanned<String>>,
+    channel: Option<Spanned<String>>,
+    base: Option<Spanned<f32>>,
+    gain: Option<Spanned<f32>>,
+    height: Option<Spanned<f32>>,
+}
+
+impl<'de> Deserialize<'de> for MapSection {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct FileOrTable;
+        impl<'de> Visitor<'de> for FileOrTable {
+            type Value = MapSection;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "the name of a picture, or a table with `file`")
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<MapSection, E> {
+                Ok(MapSection {
+                    file: name.into(),
+                    ..MapSection::default()
+                })
+            }
+
+            // A derived choice between both would not say which key is unknown.
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
+                let table = MapTable::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(MapSection {
+                    file: table.file,
+                    scale: table.scale,
+                    offset: table.offset,
+                    wrap: table.wrap,
+                    channel: table.channel,
+                    base: table.base,
+                    gain: table.gain,
+                    height: table.height,
+                })
+            }
+        }
+        deserializer.deserialize_any(FileOrTable)
+    }
+}
+
+/// Each way of wrapping by its name.
+const WRAPS: &[(&str, Wrap)] = &[
+    ("repeat", Wrap::Repeat),
+    ("clamp", Wrap::Clamp),
+    ("mirror", Wrap::Mirror),
+];
+
+impl MapSection {
+    /// Asks for the texture, for `slot` of the material `name`; `section`, which is this, knows its place in `file`.
+    pub(super) fn request(
+        section: &Spanned<Self>,
+        slot: MapSlot,
+        name: &str,
+        file: &SceneFile,
+    ) -> Result<MapRequest, FileError> {
+        let map = section.get_ref();
+        let numbers = [&map.base, &map.gain, &map.height].into_iter().flatten();
+        let numbers = numbers.map(|n| (n.span(), vec![*n.get_ref()]));
+        let pairs = [&map.scale, &map.offset].into_iter().flatten();
+        let pairs = pairs.map(|pair| (pair.span(), pair.get_ref().to_vec()));
+        if let Some((span, values)) = numbers.chain(pairs).find(|(_, v)| !v.iter().all(|n| n.is_finite())) {
+            let message = format!("material `{name}`: a number of a texture is {values:?}");
+            return Err(file.error(span, message).help("write finite numbers"));
+        }
+        let default = Mapping::default();
+        let number = |given: &Option<Spanned<f32>>, default| given.as_ref().map_or(default, |n| *n.get_ref());
+        let mapping = Mapping {
+            scale: map.scale.as_ref().map_or(default.scale, |s| (*s.get_ref()).into()),
+            offset: map.offset.as_ref().map_or(default.offset, |o| (*o.get_ref()).into()),
+            wrap: named(&map.wrap, WRAPS, "wrap", name, file)?.unwrap_or_default(),
+            channel: named(&map.channel, Channel::NAMES, "channel", name, file)?,
+            base: number(&map.base, default.base),
+            gain: number(&map.gain, default.gain),
+            bump: number(&map.height, default.bump),
+        };
+        let statement = MapStatement {
+            slot,
+            file: map.file.to_string_lossy().into_owned(),
+            mapping,
+            ignored: Vec::new(),
+        };
+        let place = file.error(section.span(), "");
+        Ok(MapRequest { statement, place })
+    }
+}
+
+/// What the key `key` names, of `names`.
+fn named<T: Copy>(
+    given: &Option<Spanned<String>>,
+    names: &[(&str, T)],
+    key: &str,
+    material: &str,
+    file: &SceneFile,
+) -> Result<Option<T>, FileError> {
+    let Some(word) = given else { return Ok(None) };
+    match names.iter().find(|(name, _)| name == word.get_ref()) {
+        Some(&(_, value)) => Ok(Some(value)),
+        None => {
+            let message = format!("material `{material}`: unknown {key} `{}`", word.get_ref());
+            let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+            Err(file
+                .error(word.span(), message)
+                .help(format!("there is {}", all.join(", "))))
+        }
+    }
+}

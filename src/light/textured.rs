@@ -1,0 +1,230 @@
+use super::tree::{Place, Source};
+use super::{Light, LightSample, MovingTriangle, TriangleLight};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use crate::texture::{Mapping, Texture, TextureId};
+
+/// Parts along a side of a triangle, at most, that its mean is taken of.
+const PARTS: f32 = 8.0;
+/// What a triangle that may emit counts in the choice of a light, at least, of what its brightest texel would give.
+const LEAST_SHARE: f32 = 1.0 / 1024.0;
+
+/// A triangle whose emission a texture varies; the same radiance in every direction of its front side.
+///
+/// Radiance is that of the finest level at every lookup, so that light that is sampled and light that is met are the same.
+#[derive(Clone, Debug)]
+pub struct TexturedTriangle {
+    /// Emits what the texture is multiplied by.
+    even: Even,
+    /// Texture coordinates of the mesh's corners.
+    uvs: [Vec2; 3],
+    texture: TextureId,
+    mapping: Mapping,
+    /// What the choice of a light takes for the texture's mean.
+    mean: Spectrum,
+}
+
+/// A triangle that emits the same radiance all over.
+#[derive(Clone, Debug)]
+enum Even {
+    Still(TriangleLight),
+    Moving(Box<MovingTriangle>),
+}
+
+impl Light {
+    /// This light, if it is a triangle, with emission that is multiplied by the texture `texture` of `textures`, which lies as `mapping` says on a
+    /// surface with texture coordinates `uvs` at its corners. Where no texel that it shows emits, it is a triangle that emits nothing.
+    pub fn textured(self, uvs: [Vec2; 3], texture: TextureId, mapping: Mapping, textures: &[Texture]) -> Self {
+        let even = match self {
+            Self::Triangle(light) => Even::Still(light),
+            Self::MovingTriangle(light) => Even::Moving(light),
+            other => return other,
+        };
+        let mut light = TexturedTriangle {
+            even,
+            uvs,
+            texture,
+            mapping,
+            mean: Spectrum::ZERO,
+        };
+        light.mean = light.mean_texture(light.texture(textures));
+        if !light.mean.is_black() {
+            return Self::Textured(Box::new(light));
+        }
+        match light.even {
+            Even::Still(light) => Self::Triangle(light.emitting(Spectrum::ZERO)),
+            Even::Moving(light) => Self::MovingTriangle(Box::new(light.emitting(Spectrum::ZERO))),
+        }
+    }
+}
+
+impl TexturedTriangle {
+    /// The same triangle at `time`, as if it emitted evenly: it is sampled as that one is.
+    pub fn at(&self, time: f32) -> TriangleLight {
+        match &self.even {
+            Even::Still(light) => *light,
+            Even::Moving(light) => light.at(time),
+        }
+    }
+
+    /// What the radiance of [`TexturedTriangle::at`] is multiplied by at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    pub fn color(&self, b1: f32, b2: f32, textures: &[Texture]) -> Spectrum {
+        self.color_at(b1, b2, 0.0, self.texture(textures))
+    }
+
+    /// Draws a point on the triangle, seen from `p` at `time`; `None` also where it is black.
+    #[cold]
+    pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
+        let triangle = self.at(time);
+        let point = triangle.barycentrics(p, u);
+        // From behind there is no density.
+        let sample = triangle.sample_at(p, point)?;
+        let (b1, b2) = triangle.of_mesh(point);
+        let radiance = sample.radiance * self.color(b1, b2, textures);
+        (!radiance.is_black()).then_some(LightSample { radiance, ..sample })
+    }
+
+    /// `π A L`, of the mean radiance.
+    pub(super) fn power(&self) -> f64 {
+        match &self.even {
+            Even::Still(light) => light.emitting(light.radiance() * self.mean).power(),
+            Even::Moving(light) => light.emitting(light.radiance() * self.mean).power(),
+        }
+    }
+
+    /// As that of an even light of the mean radiance.
+    pub(super) fn source(&self) -> Source {
+        match &self.even {
+            Even::Still(light) => light.emitting(light.radiance() * self.mean).source(),
+            Even::Moving(light) => light.emitting(light.radiance() * self.mean).at(0.5).source(),
+        }
+    }
+
+    /// The same of its irradiance at `place`.
+    pub(super) fn irradiance(&self, place: &Place) -> f32 {
+        match &self.even {
+            Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(place),
+            Even::Moving(light) => light.emitting(light.radiance() * self.mean).irradiance(place),
+        }
+    }
+
+    fn texture<'a>(&self, textures: &'a [Texture]) -> &'a Texture {
+        &textures[self.texture.0 as usize]
+    }
+
+    fn color_at(&self, b1: f32, b2: f32, footprint: f32, texture: &Texture) -> Spectrum {
+        let [t0, t1, t2] = self.uvs;
+        let uv = (1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2;
+        self.mapping.color(texture, uv, footprint)
+    }
+
+    /// The texture's mean over the triangle, by lookups in the middle of parts that are as large as texels, or up to 64 larger ones, each seen as
+    /// one point.
+    ///
+    /// It is 0 only where no point of the triangle emits. Where lookups find nothing, the texels around are looked at, if there are not too
+    /// many; one that emits, or might, makes it a small share of the brightest.
+    fn mean_texture(&self, texture: &Texture) -> Spectrum {
+        let [t0, t1, t2] = self.uvs;
+        let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();
+        let (width, height) = texture.size();
+        let texels = area * (self.mapping.scale.x * self.mapping.scale.y).abs() * width as f32 * height as f32;
+        // Unlike `clamp`, this makes a number of NaN.
+        let n = if texels > 1.0 {
+            texels.sqrt().ceil().min(PARTS)
+        } else {
+            1.0
+        };
+        let footprint = area.sqrt() / n;
+        let mut sum = Spectrum::ZERO;
+        for (i, j) in (0..n as u32).flat_map(|i| (0..n as u32 - i).map(move |j| (i as f32, j as f32))) {
+            // A part that stands like the triangle, and one upside down beside it
+            let third = 1.0 / 3.0;
+            sum += self.color_at((i + third) / n, (j + third) / n, footprint, texture);
+            if i + j + 1.0 < n {
+                sum += self.color_at((i + 2.0 * third) / n, (j + 2.0 * third) / n, footprint, texture);
+            }
+        }
+        if !sum.is_black() {
+            return sum / (n * n);
+        }
+
+        let Mapping { base, gain, .. } = self.mapping;
+        let keeps_black = base <= 0.0 && gain >= 0.0;
+        let corners = self.uvs.map(|uv| self.mapping.st(uv));
+        let [low, high] = [Vec2::min, Vec2::max].map(|of| of(of(corners[0], corners[1]), corners[2]));
+        if keeps_black && texture.is_black_within(low, high) {
+            return Spectrum::ZERO;
+        }
+        let brightest = (base + gain * texture.max_value()).max(base).max(0.0);
+        Spectrum::splat(LEAST_SHARE * brightest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::TriangleSampling;
+    use crate::texture::{Curve, Texels, Wrap};
+
+    /// Texels of which one, in column `x` and row `y` of 256, emits 1.
+    fn lone_texel(x: usize, y: usize, wrap: Wrap) -> Texture {
+        let mut codes = vec![0; 256 * 256];
+        codes[y * 256 + x] = 255;
+        Texture::new(256, 256, 1, Texels::Bytes(codes, Curve::Srgb), wrap).unwrap()
+    }
+
+    fn light(uvs: [[f32; 2]; 3], mapping: Mapping, texture: Texture) -> Light {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let triangle = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
+        Light::Triangle(triangle).textured(uvs.map(Vec2::from), TextureId(0), mapping, &[texture])
+    }
+
+    const LOWER: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+
+    #[test]
+    fn power_is_that_of_the_mean() {
+        // A ramp in u: its mean over the lower left half is a third.
+        let ramp = (0..64 * 64).map(|i| (i % 64) as f32 / 63.0).collect();
+        let texture = Texture::new(64, 64, 1, Texels::Floats(ramp), Wrap::Clamp).unwrap();
+        let power = light(LOWER, Mapping::default(), texture).power(1.0);
+        let expected = std::f64::consts::PI * 0.5 * 3.0 / 3.0;
+        assert!((power / expected - 1.0).abs() < 0.01, "{power} {expected}");
+    }
+
+    #[test]
+    fn only_what_emits_nowhere_has_no_power() {
+        let plain = Mapping::default();
+        // Too small a part of the whole to be seen in the coarse level that the parts are looked up in
+        for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
+            assert!(
+                light(LOWER, plain, lone_texel(40, 200, wrap)).power(1.0) > 0.0,
+                "{wrap:?}"
+            );
+        }
+        // Triangles of a few texels about that one, which lies at u = 40.5/256 and v = 55.5/256, or away from it
+        let at =
+            |x: f32, y: f32, size: f32| [[x, y], [x + size, y], [x, y + size]].map(|[x, y]| [x / 256.0, y / 256.0]);
+        for (shift, emits) in [(0.0, true), (-0.9, true), (0.9, true), (6.0, false), (-30.0, false)] {
+            for turns in [-2.0, 0.0, 3.0] {
+                let uvs = at(40.5 + shift + 256.0 * turns, 55.5, 0.5);
+                let light = light(uvs, plain, lone_texel(40, 200, Wrap::Repeat));
+                assert_eq!(light.power(1.0) > 0.0, emits, "{shift} {turns}");
+                assert_eq!(matches!(light, Light::Triangle(_)), !emits);
+            }
+        }
+        // A long one whose parts are larger than the texel, which is only touched
+        let touching = at(1.0, 54.9, 1.2).map(|[u, v]| if u > 0.006 { [0.2, v] } else { [u, v] });
+        assert!(light(touching, plain, lone_texel(40, 200, Wrap::Repeat)).power(1.0) > 0.0);
+        // What a mapping adds emits, and what it takes away does not.
+        let moved = |base, gain| Mapping { base, gain, ..plain };
+        let away = at(200.0, 100.0, 1.0);
+        let power = |mapping| light(away, mapping, lone_texel(40, 200, Wrap::Repeat)).power(1.0);
+        assert!(power(moved(0.5, 1.0)) > 0.0 && power(moved(1.0, -1.0)) > 0.0);
+        assert_eq!(power(moved(-1.0, 1.0)), 0.0);
+        // Coordinates of no sense
+        for wild in [1e30f32, -3e38] {
+            let uvs = [[wild, 0.0], [0.0, wild], [wild, -wild]];
+            assert!(light(uvs, plain, lone_texel(0, 0, Wrap::Repeat)).power(1.0) > 0.0);
+        }
+    }
+}

@@ -239,7 +239,15 @@ impl<'de> Deserialize<'de> for MaxDepth {
 impl SceneFile {
     /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        let text = fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the scene file", &e))?;
+        let bytes = fs::read(path).map_err(|e| {
+            let error = FileError::system(path, "cannot read the scene file", &e);
+            error.help("check the path")
+        })?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let (text, end) = (String::from_utf8_lossy(e.as_bytes()), e.utf8_error().valid_up_to());
+            let error = FileError::new(path, "what begins here is no text in UTF-8");
+            error.at(Position::of_byte(&text, end)).help("save the file as UTF-8")
+        })?;
         let mut file: Self = toml::from_str(&text).map_err(|error| {
             let whole = FileError::new(path, error.message().trim_end().to_string())
                 .help("docs/conventions.md lists every key of a scene file");
@@ -380,6 +388,15 @@ intensity = [1.0, 1.0, 1.0]
             assert_eq!(error.position.map(|p| p.line), Some(line), "{text}: {error}");
             assert!(error.message.contains(word), "{text}: {error}");
         }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, b"version = 1\n# \xc3\xa4\xc3\nx").unwrap();
+        let error = SceneFile::load(&path).unwrap_err();
+        assert_eq!(
+            error.position.map(|p| (p.line, p.column)),
+            Some((2, Some(4))),
+            "{error}"
+        );
         assert!(load(OBJECT).unwrap_err().message.contains("version"));
         assert!(load("version = 1\n").unwrap_err().message.contains("object"));
     }

@@ -13,13 +13,15 @@ use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
 use crate::texture::{Channel, TextureId};
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Name of the material of faces that name none.
 const DEFAULT_MATERIAL: &str = "default";
+/// Unused materials that are named in warnings, each with its line; more of them are only counted.
+const MAX_NAMED: usize = 100;
 
 /// How files are read where their formats leave something open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,7 +51,14 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, Fil
         textures: Vec::new(),
         asked: Vec::new(),
         prototypes: HashMap::new(),
+        shared: HashSet::new(),
     };
+    let mut seen = HashSet::new();
+    for object in &file.object {
+        if let Some(again) = seen.replace(loader.shapes(object)) {
+            loader.shared.insert(again);
+        }
+    }
     // A file that several objects name is read once.
     let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
     for object in &file.object {
@@ -89,6 +98,8 @@ struct Loader<'a> {
     asked: Vec<MapRequest>,
     /// Prototypes by their files.
     prototypes: HashMap<Shapes, PrototypeId>,
+    /// The files of several objects.
+    shared: HashSet<Shapes>,
 }
 
 /// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
@@ -98,9 +109,11 @@ impl Loader<'_> {
     fn add_object(&mut self, object: &ObjectSection, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
         let place = place(self.file, object)?;
         let shapes = self.shapes(object);
-        let is_shared = self.file.object.iter().filter(|o| self.shapes(o) == shapes).count() > 1;
+        let is_shared = self.shared.contains(&shapes);
         let path = &shapes.0;
-        let refused = |error: BuildError| FileError::new(path, error.to_string());
+        let refused = |error: BuildError| {
+            FileError::new(path, error.to_string()).help("scale the object down, or export it again")
+        };
 
         // What has one place stands in the world there; all else is kept once.
         let transform = match &place {
@@ -130,7 +143,10 @@ impl Loader<'_> {
         };
         for placement in place.into_placements() {
             let added = self.builder.add_instance(prototype, placement);
-            added.map_err(|error| self.file.error(object.obj.span(), error.to_string()))?;
+            added.map_err(|error| {
+                let refused = self.file.error(object.obj.span(), error.to_string());
+                refused.help("correct the object's placement")
+            })?;
         }
         Ok(())
     }
@@ -171,7 +187,7 @@ impl Loader<'_> {
     /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one.
     fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> Result<MaterialId, FileError> {
         let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
-        let section = self.file.material.iter().find(|(key, _)| key.get_ref() == name);
+        let section = self.file.material.get_key_value(name);
         let source = section.is_none().then(|| path.to_path_buf());
         if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
             return Ok(id);
@@ -179,7 +195,7 @@ impl Loader<'_> {
         let material = match section {
             Some((_, section)) => section.material(name, self.file)?,
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
-            None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
+            None => match obj.material(name) {
                 Some(found) => self.textured(found),
                 None => {
                     let default = default_material(name);
@@ -196,8 +212,8 @@ impl Loader<'_> {
             },
         };
         let id = self.builder.add_material(material).map_err(|error| match section {
-            Some((key, _)) => self.file.error(key.span(), error.to_string()),
-            None => FileError::new(path, error.to_string()),
+            Some((key, _)) => self.file.error(key.span(), error.to_string()).help("correct the value"),
+            None => FileError::new(path, error.to_string()).help("correct the material in its library"),
         })?;
         self.used.insert((source, name.to_string()), id);
         Ok(id)
@@ -267,15 +283,19 @@ impl Loader<'_> {
     }
 
     fn warn_of_unused_materials(&mut self) {
-        for key in self.file.material.keys() {
-            let name = key.get_ref();
-            if !self.used.contains_key(&(None, name.clone())) {
-                let warning = self
-                    .file
-                    .error(key.span(), format!("no face uses the material `{name}`"))
-                    .help("its name must be that of a `usemtl` line");
-                self.warnings.push(warning.to_string());
-            }
+        let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
+        let unused: Vec<&Spanned<String>> = self.file.material.keys().filter(is_unused).collect();
+        for key in unused.iter().take(MAX_NAMED) {
+            let warning = self
+                .file
+                .error(key.span(), format!("no face uses the material `{}`", key.get_ref()))
+                .help("its name must be that of a `usemtl` line");
+            self.warnings.push(warning.to_string());
+        }
+        if unused.len() > MAX_NAMED {
+            let more = unused.len() - MAX_NAMED;
+            self.warnings
+                .push(format!("no face uses {more} other materials of the scene file"));
         }
     }
 
@@ -323,7 +343,7 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
         .first()
         .map(|o| o.obj.get_ref().as_path())
         .unwrap_or(Path::new(""));
-    FileError::new(path, error.to_string())
+    FileError::new(path, error.to_string()).help("leave some of it out")
 }
 
 fn report_warnings(report: &SceneReport) -> Vec<String> {

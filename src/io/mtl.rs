@@ -4,6 +4,7 @@ use super::{FileError, Position};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::material::{Gloss, Material};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Diffuse reflectance of a surface whose material says nothing about it.
@@ -112,6 +113,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMater
     let text = String::from_utf8_lossy(&bytes);
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
+    let mut unknown: HashSet<String> = HashSet::new();
     for (line, statement) in statements(&text) {
         let (key, rest) = split_keyword(&statement);
         if key.eq_ignore_ascii_case("newmtl") {
@@ -140,7 +142,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect) -> Result<(Vec<MtlMater
             continue;
         }
         let known = section.set(&lower, key, rest).map_err(|c| wrong(c, &section.name))?;
-        if !known && !skipped.iter().any(|(k, _)| k == key) {
+        if !known && unknown.insert(key.to_string()) {
             skipped.push((key.to_string(), line));
         }
     }

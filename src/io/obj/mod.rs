@@ -13,7 +13,7 @@ use super::{FileError, LoadOptions, Position};
 use crate::geometry::Mesh;
 use parse::Outline;
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 
@@ -36,8 +36,17 @@ pub(super) struct ObjFile {
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<MtlMaterial>,
+    /// The last of each name among them.
+    last_named: HashMap<String, usize>,
     /// What was missing or assumed, as `file:line: words`.
     pub warnings: Vec<String>,
+}
+
+impl ObjFile {
+    /// The material of this name; the last definition counts.
+    pub fn material(&self, name: &str) -> Option<&MtlMaterial> {
+        self.last_named.get(name).and_then(|&i| self.materials.get(i))
+    }
 }
 
 /// Reads an OBJ file and the libraries it names, in the current rayon pool.
@@ -60,8 +69,10 @@ pub(super) fn load_obj(path: &Path, options: &LoadOptions) -> Result<ObjFile, Fi
             FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
         );
     }
+    let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
     Ok(ObjFile {
         groups,
+        last_named: named.collect(),
         materials,
         warnings,
     })

@@ -23,7 +23,7 @@ with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize bench bench-peers gallery clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize fuzz bench bench-peers gallery clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -38,6 +38,7 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 
 lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 	$(CARGO) fmt --all --check
+	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	$(CARGO) clippy -p embrasure --no-default-features --all-targets --locked -- -D warnings
 	$(call with_obvhs,$(CARGO) clippy -p embrasure --features obvhs --all-targets --locked -- -D warnings)
@@ -54,6 +55,9 @@ $(OBVHS_SETS:%=test-%): test-%: setup
 
 sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
 	scripts/sanitize
+
+fuzz: setup ## feed the readers of files with made-up ones, each kind for FUZZ_SECONDS (1800); needs nightly Rust
+	scripts/fuzz
 
 gallery: setup ## render the pictures of docs/gallery from ../shared/scenes
 	scripts/gallery

@@ -20,6 +20,8 @@ use toml::Spanned;
 
 /// Name of the material of faces that name none.
 pub const DEFAULT_MATERIAL: &str = "default";
+/// Unused materials that are named in warnings, each with its line; more of them are only counted.
+const MAX_NAMED: usize = 100;
 
 /// How files are read where their formats leave something open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -277,7 +279,9 @@ impl Loader<'_> {
         let shapes = self.shapes[index].clone();
         let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
         let path = &shapes.0;
-        let refused = |error: BuildError| FileError::new(path, error.to_string());
+        let refused = |error: BuildError| {
+            FileError::new(path, error.to_string()).help("scale the object down, or export it again")
+        };
 
         // What has one place stands in the world there; all else is kept once.
         let transform = match &place {
@@ -307,7 +311,10 @@ impl Loader<'_> {
         };
         for placement in place.into_placements() {
             let added = self.builder.add_instance(prototype, placement);
-            added.map_err(|error| self.file.error(object.obj.span(), error.to_string()))?;
+            added.map_err(|error| {
+                let refused = self.file.error(object.obj.span(), error.to_string());
+                refused.help("correct the object's placement")
+            })?;
         }
         Ok(())
     }
@@ -351,7 +358,7 @@ impl Loader<'_> {
     fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
         let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
-        let section = file.material.iter().find(|(key, _)| key.get_ref() == name);
+        let section = file.material.get_key_value(name);
         let source = section.is_none().then(|| path.to_path_buf());
         if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
             return id;
@@ -369,7 +376,7 @@ impl Loader<'_> {
                 }
             }
             // The last definition of a name wins, as it would in a program that reads the file top to bottom.
-            None => match obj.materials.iter().rev().find(|m| m.material.name == name) {
+            None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
                     (self.textured(found), Some(place))
@@ -391,8 +398,8 @@ impl Loader<'_> {
         };
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {
-                Some((key, _)) => file.error(key.span(), error.to_string()),
-                None => FileError::new(path, error.to_string()),
+                Some((key, _)) => file.error(key.span(), error.to_string()).help("correct the value"),
+                None => FileError::new(path, error.to_string()).help("correct the material in its library"),
             };
             self.wrong("wrong-material", error);
             self.builder.add_material(default_material(name))
@@ -480,15 +487,19 @@ impl Loader<'_> {
     }
 
     fn warn_of_unused_materials(&mut self) {
-        for key in self.file.material.keys() {
-            let name = key.get_ref();
-            if !self.used.contains_key(&(None, name.clone())) {
-                let warning = self
-                    .file
-                    .error(key.span(), format!("no face uses the material `{name}`"))
-                    .help("its name must be that of a `usemtl` line");
-                self.findings.add(Severity::Warning, "unused-material", warning);
-            }
+        let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
+        let unused: Vec<&Spanned<String>> = self.file.material.keys().filter(is_unused).collect();
+        for key in unused.iter().take(MAX_NAMED) {
+            let warning = self
+                .file
+                .error(key.span(), format!("no face uses the material `{}`", key.get_ref()))
+                .help("its name must be that of a `usemtl` line");
+            self.warn("unused-material", warning);
+        }
+        if unused.len() > MAX_NAMED {
+            let more = unused.len() - MAX_NAMED;
+            let warning = self.file.whole(format!("no face uses {more} other materials"));
+            self.warn("unused-material", warning);
         }
     }
 
@@ -531,7 +542,7 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
 }
 
 fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
-    file.whole(error.to_string())
+    file.whole(error.to_string()).help("leave some of it out")
 }
 
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {

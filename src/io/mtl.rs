@@ -4,6 +4,7 @@ use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::material::{Gloss, Material};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Diffuse reflectance of a surface whose material says nothing about it.
@@ -128,6 +129,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
     let mut wrong_count = 0;
+    let mut unknown: HashSet<String> = HashSet::new();
     for (line, statement) in statements(&text) {
         let (key, rest) = split_keyword(&statement);
         if key.eq_ignore_ascii_case("newmtl") {
@@ -166,7 +168,7 @@ pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
         }
         match section.set(&lower, key, rest) {
             Ok(true) => section.lines.push((lower, line)),
-            Ok(false) if !skipped.iter().any(|(k, _)| k == key) => skipped.push((key.to_string(), line)),
+            Ok(false) if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
             Ok(false) => {}
             Err(complaint) => wrong(complaint, &section.name),
         }

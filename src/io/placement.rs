@@ -201,7 +201,8 @@ fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Ve
         Instances::File(name) => {
             let path = file.resolve(name);
             let text = fs::read_to_string(&path)
-                .map_err(|e| FileError::system(&path, "cannot read the list of instances", &e))?;
+                .map_err(|e| FileError::system(&path, "cannot read the list of instances", &e))
+                .map_err(|error| error.help("give a text file; its path is relative to the scene file"))?;
             return parse_instances(&path, &text);
         }
     };

@@ -351,7 +351,15 @@ impl SceneFile {
 const MOST_ERRORS: usize = 20;
 
 fn read(path: &Path) -> Result<String, FileError> {
-    fs::read_to_string(path).map_err(|e| FileError::system(path, "cannot read the scene file", &e))
+    let bytes = fs::read(path).map_err(|e| {
+        let error = FileError::system(path, "cannot read the scene file", &e);
+        error.help("check the path")
+    })?;
+    String::from_utf8(bytes).map_err(|e| {
+        let (text, end) = (String::from_utf8_lossy(e.as_bytes()), e.utf8_error().valid_up_to());
+        let error = FileError::new(path, "what begins here is no text in UTF-8");
+        error.at(Position::of_byte(&text, end)).help("save the file as UTF-8")
+    })
 }
 
 /// The text with blanks in place of the entry or the section that byte `start` belongs to, so that other bytes keep their places.
@@ -462,6 +470,15 @@ intensity = [1.0, 1.0, 1.0]
             assert_eq!(error.position.map(|p| p.line), Some(line), "{text}: {error}");
             assert!(error.message.contains(word), "{text}: {error}");
         }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, b"version = 1\n# \xc3\xa4\xc3\nx").unwrap();
+        let error = SceneFile::load(&path).unwrap_err();
+        assert_eq!(
+            error.position.map(|p| (p.line, p.column)),
+            Some((2, Some(4))),
+            "{error}"
+        );
         assert!(load(OBJECT).unwrap_err().message.contains("version"));
         assert!(load("version = 1\n").unwrap_err().message.contains("object"));
     }

@@ -70,7 +70,9 @@ fn joined<'a>(start: &str, lines: impl Iterator<Item = &'a str>) -> String {
     for line in lines {
         let line = uncommented(line);
         let more = line.strip_suffix('\\');
-        statement.push(' ');
+        if !statement.is_empty() {
+            statement.push(' ');
+        }
         statement.push_str(more.unwrap_or(line));
         if more.is_none() {
             break;
@@ -156,6 +158,13 @@ mod tests {
             assert_eq!(split, whole, "pieces of {size} bytes");
         }
         assert!(pieces(TEXT, 1).len() == 5, "{:?}", pieces(TEXT, 1));
+    }
+
+    /// A statement begins with its keyword, wherever its first words stand.
+    #[test]
+    fn a_statement_may_begin_with_an_empty_line() {
+        let got: Vec<_> = statements("\\\n \\\nf 1 2 3\n").collect();
+        assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
     }
 
     /// Takes minutes if each line that is joined copies the statement anew.

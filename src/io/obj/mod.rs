@@ -17,7 +17,7 @@ use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 use parse::{Outline, Pieces};
 use rayon::prelude::*;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 
@@ -42,6 +42,15 @@ pub(super) struct ObjFile {
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<FileMaterial>,
+    /// The last of each name among them.
+    last_named: HashMap<String, usize>,
+}
+
+impl ObjFile {
+    /// The material of this name; the last definition counts.
+    pub fn material(&self, name: &str) -> Option<&FileMaterial> {
+        self.last_named.get(name).and_then(|&i| self.materials.get(i))
+    }
 }
 
 /// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
@@ -83,7 +92,12 @@ pub(super) fn load_obj(
             FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
         );
     }
-    Ok(ObjFile { groups, materials })
+    let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
+    Ok(ObjFile {
+        groups,
+        last_named: named.collect(),
+        materials,
+    })
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
@@ -182,7 +196,7 @@ mod tests {
 
     fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
         let mut findings = Findings::default();
-        let ObjFile { groups, materials } = load_obj(path, options, Allowance::default(), &(), &mut findings)?;
+        let ObjFile { groups, materials, .. } = load_obj(path, options, Allowance::default(), &(), &mut findings)?;
         match findings.first_error() {
             Some(error) => Err(error.clone()),
             None => Ok(Read {

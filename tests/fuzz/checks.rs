@@ -1,0 +1,394 @@
+//! What must hold whatever bytes a file has: it is read or refused, without a panic; what is read is sound and can be
+//! rendered; what is refused is named with a line that is there. The fuzz targets and `tests/fuzz_corpus.rs` share this.
+
+use embrasure::accel::brute::BruteForce;
+use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
+use embrasure::film::{Film, Filter, Rect};
+use embrasure::geometry::Mesh;
+use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
+use embrasure::io::{CameraSection, FileError, Loaded, MtlDialect, SceneFile, TextureKind, load_scene, load_texture};
+use embrasure::math::{UVec2, Vec2, Vec3};
+use embrasure::render::{Observer, render};
+use embrasure::sampler::Independent;
+use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::texture::{Channel, Texture, Wrap};
+use std::fs;
+use std::path::Path;
+use toml::Spanned;
+
+/// A kind of file that is read.
+pub struct Door {
+    /// Name of its fuzz target and of its folders.
+    pub name: &'static str,
+    /// Puts into a folder what files of this kind may name.
+    pub furnish: fn(&Path),
+    /// Reads the bytes as a file in that folder; panics where something does not hold.
+    pub check: fn(&Path, &[u8]),
+}
+
+/// All of them.
+pub const DOORS: [Door; 5] = [
+    Door {
+        name: "obj",
+        furnish: furnish_scene,
+        check: check_obj,
+    },
+    Door {
+        name: "mtl",
+        furnish: furnish_mtl,
+        check: check_mtl,
+    },
+    Door {
+        name: "scene",
+        furnish: furnish_scene,
+        check: check_scene_file,
+    },
+    Door {
+        name: "texture",
+        furnish: |_| {},
+        check: check_texture,
+    },
+    Door {
+        name: "environment",
+        furnish: furnish_environment,
+        check: check_environment,
+    },
+];
+
+/// Triangles that rays are still shot at, one by one.
+const MAX_RENDERED: u64 = 300;
+
+// ---- The doors ----------------------------------------------------------------------------------
+
+fn check_obj(folder: &Path, bytes: &[u8]) {
+    let path = folder.join("t.obj");
+    write(&path, bytes);
+    for smooth in [None, Some(40.0)] {
+        let mut file = SceneFile::of_obj(&path);
+        file.options.smooth = smooth;
+        let Some(loaded) = check_load(&file, folder) else {
+            return;
+        };
+        if let Some(expected) = count_triangles(bytes) {
+            assert_eq!(triangles(&loaded), expected, "triangles, smooth: {smooth:?}");
+        }
+        check_render(&loaded.scene, None);
+    }
+}
+
+fn check_mtl(folder: &Path, bytes: &[u8]) {
+    write(&folder.join("t.mtl"), bytes);
+    // Dialects differ in `Tr` alone.
+    let has_tr = bytes.to_ascii_lowercase().windows(2).any(|word| word == b"tr");
+    let dialects = if has_tr {
+        MtlDialect::NAMES
+    } else {
+        &MtlDialect::NAMES[..1]
+    };
+    for &(_, dialect) in dialects {
+        let mut file = SceneFile::of_obj(&folder.join("t.obj"));
+        file.options.mtl_dialect = dialect;
+        let Some(loaded) = check_load(&file, folder) else {
+            return;
+        };
+        check_render(&loaded.scene, None);
+    }
+}
+
+fn check_scene_file(folder: &Path, bytes: &[u8]) {
+    let path = folder.join("t.toml");
+    write(&path, bytes);
+    match SceneFile::load(&path) {
+        Ok(file) => {
+            if let Some(loaded) = check_load(&file, folder) {
+                check_render(&loaded.scene, file.camera.as_ref());
+            }
+        }
+        Err(error) => check_error(&error, folder),
+    }
+}
+
+/// Pictures of all formats have one name: they are known by their first bytes, and TGA, which has none, by the name. The
+/// last byte, which decoders do not look at, says what the picture is for.
+fn check_texture(folder: &Path, bytes: &[u8]) {
+    let path = folder.join("t.tga");
+    write(&path, bytes);
+    let kind = match bytes.last().map_or(0, |last| last % 4) {
+        0 => TextureKind::Normal,
+        1 => TextureKind::Value(Channel::Opacity),
+        2 => TextureKind::Value(Channel::Depth),
+        _ => TextureKind::Color,
+    };
+    match load_texture(&path, kind, Wrap::Repeat) {
+        Ok(texture) => check_texels(&texture, bytes.len()),
+        Err(error) => check_error(&error, folder),
+    }
+}
+
+fn check_environment(folder: &Path, bytes: &[u8]) {
+    let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
+    let name = if is_exr { "exr" } else { "hdr" };
+    write(&folder.join("t").with_extension(name), bytes);
+    let file = SceneFile::load(&folder.join(name).with_extension("toml")).expect("a sound scene file");
+    if let Some(loaded) = check_load(&file, folder) {
+        check_render(&loaded.scene, None);
+    }
+}
+
+// ---- What files may name ------------------------------------------------------------------------
+
+/// A tetrahedron whose faces have four materials.
+const OBJ: &str = "mtllib t.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 3/3 2/2\n\
+                   usemtl b\nf 1/1 2/2 4/3\nusemtl c\nf 1/1 4/2 3/3\nusemtl d\nf 2/1 3/2 4/3\n";
+const MTL: &str = "newmtl a\nKd 0.5 0.6 0.7\nmap_Kd t.png\nnewmtl b\nKs 0.5\nNs 20\nnewmtl c\nKe 1 2 3\n";
+
+fn furnish_mtl(folder: &Path) {
+    write(&folder.join("t.obj"), OBJ.as_bytes());
+    furnish_pictures(folder);
+}
+
+/// For OBJ files, which are called `t.obj`, too.
+fn furnish_scene(folder: &Path) {
+    write(&folder.join("a.obj"), OBJ.as_bytes());
+    write(&folder.join("b.obj"), OBJ.replace("1 0 0", "1 0.5 0").as_bytes());
+    write(&folder.join("t.mtl"), MTL.as_bytes());
+    write(
+        &folder.join("t.txt"),
+        b"1 0 0 0  0 1 0 0  0 0 1 2\n0 -1 0 3  1 0 0 0  0 0 1 0  0 0 0 1 # turned\n",
+    );
+    furnish_pictures(folder);
+}
+
+fn furnish_environment(folder: &Path) {
+    write(&folder.join("a.obj"), b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for name in ["hdr", "exr"] {
+        let text = format!(
+            "version = 1\n[[object]]\nobj = \"a.obj\"\n[[light]]\ntype = \"environment\"\nimage = \"t.{name}\"\nscale = 2\nrotate = 30\n"
+        );
+        write(&folder.join(name).with_extension("toml"), text.as_bytes());
+    }
+}
+
+fn furnish_pictures(folder: &Path) {
+    write(&folder.join("t.png"), include_bytes!("corpus/texture/rgba.png"));
+    write(&folder.join("t.hdr"), include_bytes!("corpus/texture/rgb.hdr"));
+    write(&folder.join("t.exr"), include_bytes!("corpus/texture/depth.exr"));
+}
+
+fn write(path: &Path, bytes: &[u8]) {
+    fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+}
+
+// ---- What must hold -----------------------------------------------------------------------------
+
+/// Reads and builds the scene; `None` if it is refused, for a good reason.
+fn check_load(file: &SceneFile, folder: &Path) -> Option<Loaded> {
+    match load_scene(file, SceneBuilder::new()) {
+        Ok(loaded) => {
+            loaded.scene.meshes().iter().for_each(check_mesh);
+            loaded.warnings.iter().for_each(|warning| check_place(warning, folder));
+            assert!(!loaded.scene.lights().is_empty());
+            Some(loaded)
+        }
+        Err(error) => {
+            check_error(&error, folder);
+            None
+        }
+    }
+}
+
+fn check_mesh(mesh: &Mesh) {
+    let vertices = mesh.positions.len();
+    let indices = || mesh.triangles.iter().flatten();
+    assert!(indices().all(|&i| (i as usize) < vertices), "an index is out of range");
+    assert!(mesh.positions.iter().all(|p| p.is_finite()), "a position is not finite");
+    assert!(
+        mesh.uvs.iter().all(|uv| uv.is_finite()),
+        "texture coordinates are not finite"
+    );
+    assert!(mesh.normals.iter().all(|n| n.is_normalized()), "a normal is not one");
+    for attributes in [mesh.uvs.len(), mesh.normals.len()] {
+        assert!(
+            attributes == 0 || attributes == vertices,
+            "{attributes} attributes of {vertices} vertices"
+        );
+    }
+}
+
+fn check_error(error: &FileError, folder: &Path) {
+    assert!(
+        !error.message.is_empty() && error.help.is_some(),
+        "an error without a remedy: {error}"
+    );
+    check_place(&error.to_string(), folder);
+}
+
+/// Whether the line and the column exist that words like `FILE:3:5: message` name.
+fn check_place(words: &str, folder: &Path) {
+    let Some(inside) = words.strip_prefix(folder.to_str().expect("a folder in UTF-8")) else {
+        return;
+    };
+    let mut parts = inside.trim_start_matches('/').split(':');
+    let name = parts.next().unwrap_or("");
+    let Ok(bytes) = fs::read(folder.join(name)) else { return };
+    let mut text = String::from_utf8_lossy(&bytes).into_owned();
+    if name.ends_with(".obj") && !text.contains('\n') {
+        text = text.replace('\r', "\n");
+    }
+    let mut number = || parts.next().and_then(|part| part.parse::<usize>().ok());
+    let Some(line) = number() else { return };
+    let found = text.split('\n').nth(line.wrapping_sub(1));
+    let found = found.unwrap_or_else(|| panic!("there is no such line: {words}"));
+    if let Some(column) = number() {
+        assert!(
+            (1..=found.chars().count() + 1).contains(&column),
+            "there is no such column: {words}"
+        );
+    }
+}
+
+fn check_texels(texture: &Texture, file_bytes: usize) {
+    let (width, height) = texture.size();
+    assert!(width > 0 && height > 0);
+    // A byte of a file has 1032 pixels at most; four floats each, and the coarser levels.
+    assert!(
+        texture.bytes() <= 32 * 1032 * file_bytes,
+        "{} bytes for {file_bytes}",
+        texture.bytes()
+    );
+    for (i, footprint) in [0.0, 0.3, 1e9].into_iter().enumerate() {
+        let uv = Vec2::new(0.4 * i as f32, 0.9 - 0.3 * i as f32);
+        assert!(texture.color(uv, footprint).is_valid());
+        assert!(texture.value(uv, footprint) >= 0.0 && texture.value(uv, footprint).is_finite());
+        assert!((0.0..=1.0).contains(&texture.alpha(uv, footprint)));
+        assert!(texture.normal(uv, footprint).is_finite() && texture.gradient(uv, footprint).is_finite());
+    }
+}
+
+/// Never stops.
+struct Patient;
+
+impl Observer for Patient {
+    fn progress(&self, _: u64) {}
+
+    fn should_stop(&self) -> bool {
+        false
+    }
+}
+
+/// A few paths: what comes of the largest numbers may be dropped, but never a pixel that is none.
+fn check_render(scene: &Scene, section: Option<&CameraSection>) {
+    if scene.placed_triangle_count() > MAX_RENDERED {
+        return;
+    }
+    let parameters = section.map_or_else(|| framing(scene), parameters);
+    let still = CameraMotion {
+        close: None,
+        shutter: [0.0, 1.0],
+    };
+    let motion = section.map_or(still, |section| motion(section, &parameters));
+    let resolution = UVec2::splat(3);
+    let Ok(camera) = Camera::moving(parameters, motion, resolution) else {
+        return;
+    };
+    let accel = BruteForce::new(scene);
+    let integrator = PathIntegrator {
+        world: World {
+            scene,
+            accel: &accel,
+            camera: &camera,
+            filter: &Filter::BOX,
+        },
+        strategy: Strategy::default(),
+        max_depth: Some(3),
+        roulette: Roulette::default(),
+        light_samples: 1,
+        reuse: true,
+    };
+    let mut film = Film::new(resolution, Rect::full(resolution));
+    render(&integrator, &Independent::new(0), &mut film, 0..1, &Patient);
+    for (pixel, sums) in film.pixels() {
+        let mean = [0, 1, 2].map(|c| sums.mean(c));
+        assert!(mean.iter().all(|m| m.is_finite()), "pixel {pixel} is {mean:?}");
+    }
+}
+
+fn framing(scene: &Scene) -> CameraParameters {
+    let bounds = scene.bounds();
+    let look_at = bounds.center();
+    CameraParameters {
+        position: look_at + Vec3::new(1.0, 1.5, 3.0) * bounds.radius(),
+        look_at,
+        up: Vec3::Y,
+        vertical_fov: 40.0,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    }
+}
+
+fn parameters(section: &CameraSection) -> CameraParameters {
+    CameraParameters {
+        position: Vec3::from(*section.position.get_ref()),
+        look_at: Vec3::from(*section.look_at.get_ref()),
+        up: section.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref())),
+        vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
+        lens_radius: section.lens_radius.as_ref().map_or(0.0, |v| *v.get_ref()),
+        focus_distance: section.focus_distance.as_ref().map_or(1.0, |v| *v.get_ref()),
+    }
+}
+
+fn motion(section: &CameraSection, parameters: &CameraParameters) -> CameraMotion {
+    let or = |close: &Option<Spanned<[f32; 3]>>, open| close.as_ref().map_or(open, |v| Vec3::from(*v.get_ref()));
+    CameraMotion {
+        close: Some(Pose {
+            position: or(&section.position_close, parameters.position),
+            look_at: or(&section.look_at_close, parameters.look_at),
+            up: or(&section.up_close, parameters.up),
+        }),
+        shutter: section.shutter.as_ref().map_or([0.0, 1.0], |s| *s.get_ref()),
+    }
+}
+
+/// Triangles of a scene, those without area too.
+fn triangles(loaded: &Loaded) -> u64 {
+    let empty = loaded
+        .warnings
+        .iter()
+        .find_map(|w| w.strip_suffix(" triangles have no area and are left out"));
+    loaded.scene.triangle_count() + empty.map_or(0, |n| n.parse().expect("a number"))
+}
+
+/// The sum of all faces' corners less 2, by the words of the statements; `None` where words are parted by what is a
+/// blank in Unicode alone.
+fn count_triangles(bytes: &[u8]) -> Option<u64> {
+    let text = String::from_utf8_lossy(bytes);
+    if text.chars().any(|c| c.is_whitespace() && !c.is_ascii_whitespace()) {
+        return None;
+    }
+    let ends = if text.contains('\n') { '\n' } else { '\r' };
+    let mut total = 0;
+    let mut statement: Vec<&str> = Vec::new();
+    for line in text.trim_start_matches('\u{feff}').split(ends) {
+        let words = line.split_ascii_whitespace();
+        let mut words: Vec<&str> = words.take_while(|word| !word.starts_with('#')).collect();
+        let goes_on = words.last().and_then(|word| word.strip_suffix('\\'));
+        if let Some(start) = goes_on {
+            words.pop();
+            words.push(start);
+        }
+        statement.extend(words.into_iter().filter(|word| !word.is_empty()));
+        if goes_on.is_none() {
+            total += triangles_of(&statement);
+            statement.clear();
+        }
+    }
+    Some(total + triangles_of(&statement))
+}
+
+/// Those of a statement by its words.
+fn triangles_of(statement: &[&str]) -> u64 {
+    match statement {
+        ["f" | "fo", corners @ ..] => (corners.len() as u64).saturating_sub(2),
+        _ => 0,
+    }
+}

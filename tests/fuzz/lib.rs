@@ -1,0 +1,29 @@
+//! What the fuzz targets share: one thread, and a folder for files.
+
+mod checks;
+
+use checks::DOORS;
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+static FOLDER: OnceLock<TempDir> = OnceLock::new();
+
+/// Makes this thread the one that does all work, so that none waits for another.
+pub fn init() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
+    pool.build_global().expect("the first pool");
+}
+
+/// Reads `bytes` as a file of the kind `name`.
+pub fn check(name: &str, bytes: &[u8]) {
+    let door = DOORS
+        .iter()
+        .find(|door| door.name == name)
+        .expect("a door of this name");
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        (door.furnish)(folder.path());
+        folder
+    });
+    (door.check)(folder.path(), bytes);
+}

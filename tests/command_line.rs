@@ -1023,6 +1023,76 @@ impl Drop for KilledOnDrop {
 
 /// An interrupt ends the render, writes what is there, and says so by the exit code.
 #[cfg(unix)]
+/// Memory is refused before it is taken: for the text, for what is in it, and for the render.
+#[test]
+fn more_memory_than_allowed_is_refused() {
+    let folder = scene();
+    // 20,000 triangles in a text that is much smaller than they are
+    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\n");
+    text += &"f 1 2 3\n".repeat(20_000);
+    fs::write(folder.path().join("many.obj"), text).unwrap();
+    for (limit, word) in [
+        ("100k", "many.obj: reading"),
+        ("300kB", "many.obj: reading"),
+        ("5M", "the render"),
+    ] {
+        let out = run(
+            folder.path(),
+            &[
+                "render",
+                "many.obj",
+                "--size",
+                "64x64",
+                "-o",
+                "m.png",
+                "--max-memory",
+                limit,
+            ],
+        );
+        let said = words(&out);
+        assert_eq!(code(&out), 1, "{limit}: {said}");
+        for word in [word, "--max-memory", "help:", "MB"]
+            .into_iter()
+            .filter(|w| *w != "MB" || limit == "5M")
+        {
+            assert!(said.contains(word), "{limit}: {said}");
+        }
+        assert!(!folder.path().join("m.png").exists());
+    }
+    for (args, status) in [
+        (["--max-memory", "2G"], 0),
+        (["--max-memory", "0"], 2),
+        (["--max-memory", "2x"], 2),
+    ] {
+        let base = ["render", "many.obj", "--size", "16x16", "--spp", "1", "-o", "m.png"];
+        let out = run(folder.path(), &[&base[..], &args[..]].concat());
+        assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
+    }
+}
+
+/// A compact scene takes less memory and shows the same picture.
+#[test]
+fn compact_scenes_look_the_same() {
+    let folder = scene();
+    let render = |name: &str, more: &[&str]| {
+        let (exr, json) = (format!("{name}.exr"), format!("{name}.json"));
+        let args = [&["render", "s.toml", "--spp", "16", "-o", &exr, "--stats", &json], more].concat();
+        let out = run(folder.path(), &args);
+        assert_eq!(code(&out), 0, "{}", words(&out));
+        let stats: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(folder.path().join(json)).unwrap()).unwrap();
+        (
+            read_rgb(&folder.path().join(exr)),
+            stats["scene_bytes"].as_u64().unwrap(),
+        )
+    };
+    let (usual, compact) = (render("usual", &[]), render("compact", &["--compact"]));
+    assert!(compact.1 < usual.1, "{} and {} bytes", compact.1, usual.1);
+    for (a, b) in usual.0.iter().flatten().zip(compact.0.iter().flatten()) {
+        assert!((a - b).abs() <= 1e-3 * a.abs().max(1e-3), "{a} and {b}");
+    }
+}
+
 #[test]
 fn an_interrupt_writes_what_is_done() {
     let folder = scene();

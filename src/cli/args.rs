@@ -256,6 +256,10 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "DEG")]
     pub smooth: Option<f32>,
 
+    /// How textures are looked up: mip (as coarse as pixels see them) or bilinear (at the finest level) [default: mip]
+    #[arg(long, value_name = "NAME")]
+    pub texture_filter: Option<String>,
+
     /// Refuse to take more memory than this, such as 8G or 500M, before it is taken
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,

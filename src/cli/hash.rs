@@ -1,5 +1,6 @@
 use crate::light::Light;
 use crate::scene::Scene;
+use crate::texture::TextureFilter;
 use sha2::{Digest, Sha256};
 
 /// Names what is rendered: SHA-256 over the frozen scene and the camera's description, in hexadecimal.
@@ -11,6 +12,10 @@ pub(super) fn scene_hash(scene: &Scene, camera: &str) -> String {
     hash.update(format!("{camera}\n"));
     for material in scene.materials() {
         hash.update(format!("{material:?}\n"));
+    }
+    // Nothing is added for the usual way, so that scenes keep their names.
+    if scene.texture_filter() != TextureFilter::Mip {
+        hash.update(format!("{:?}\n", scene.texture_filter()));
     }
     for texture in scene.textures() {
         texture.visit_bytes(|bytes| hash.update(bytes));

@@ -9,12 +9,16 @@ use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
+use crate::texture::TextureFilter;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// Vertical field of view, in degrees, where none is given.
 const DEFAULT_FOV: f32 = 40.0;
+
+/// Names of the ways in which textures are looked up.
+const TEXTURE_FILTERS: &[(&str, TextureFilter)] = &[("mip", TextureFilter::Mip), ("bilinear", TextureFilter::Bilinear)];
 
 /// Samples that a pixel may have where a noise level is given and nothing else.
 const MOST_FOR_NOISE: u32 = 1 << 14;
@@ -316,6 +320,13 @@ pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOpt
     Ok(LoadOptions {
         mtl_dialect: choose(scene, "mtl-dialect", dialect.0, dialect.1, MtlDialect::NAMES)?,
         smooth: positive(scene, "smooth", args.smooth, &settings.smooth)?,
+        texture_filter: choose(
+            scene,
+            "texture-filter",
+            &args.texture_filter,
+            &settings.texture_filter,
+            TEXTURE_FILTERS,
+        )?,
         max_memory: args.max_memory,
     })
 }

@@ -12,7 +12,7 @@ use crate::geometry::Mesh;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
-use crate::texture::{Channel, TextureId};
+use crate::texture::{Channel, TextureFilter, TextureId};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,8 @@ pub struct LoadOptions {
     pub mtl_dialect: MtlDialect,
     /// Edges between facets that meet at less than so many degrees are smooth; `None` goes by the file's normals.
     pub smooth: Option<f32>,
+    /// How textures are looked up.
+    pub texture_filter: TextureFilter,
     /// Bytes that reading may take at most; `None` for all there are.
     pub max_memory: Option<u64>,
 }
@@ -484,6 +486,7 @@ impl Loader<'_> {
             ids.push(result.ok());
         }
         self.builder.set_textures(loaded.textures, &ids);
+        self.builder.texture_filter(self.file.options.texture_filter);
     }
 
     fn warn_of_unused_materials(&mut self) {

@@ -123,6 +123,8 @@ pub struct RenderSection {
     pub backend: Option<Spanned<String>>,
     /// What MTL files mean by `Tr`.
     pub mtl_dialect: Option<Spanned<String>>,
+    /// How textures are looked up.
+    pub texture_filter: Option<Spanned<String>>,
     /// Degrees below which edges are smoothed.
     pub smooth: Option<Spanned<f32>>,
 }

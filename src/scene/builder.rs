@@ -8,7 +8,7 @@ use crate::light::{
 };
 use crate::material::{Gloss, Map, Material, MaterialId};
 use crate::math::{Affine3A, Bounds3, Quat, Vec3};
-use crate::texture::{Texture, TextureId};
+use crate::texture::{Texture, TextureFilter, TextureId};
 use thiserror::Error;
 
 /// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
@@ -111,6 +111,7 @@ pub struct SceneBuilder {
     instances: Vec<(PrototypeId, Placement)>,
     materials: Vec<Material>,
     textures: Vec<Texture>,
+    texture_filter: TextureFilter,
     lights: Vec<Light>,
     selection: SelectionMode,
     triangle_sampling: TriangleSampling,
@@ -315,6 +316,11 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// How textures are looked up; by mip levels if this is not called.
+    pub fn texture_filter(&mut self, filter: TextureFilter) {
+        self.texture_filter = filter;
+    }
+
     /// Adds an environment whose radiance is that of `image` times `scale`, turned by `rotation`.
     pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
         let bad = |key, value: f32, rule| BuildError::BadLight {
@@ -385,6 +391,7 @@ impl SceneBuilder {
             is_compact: false,
             is_moving: false,
             textures: self.textures,
+            texture_filter: self.texture_filter,
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),

@@ -10,7 +10,7 @@ use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Plac
 use crate::light::{Light, LightId, LightSelection, Receiver, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Frame, Vec3};
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureFilter};
 use std::ops::Range;
 
 /// What a mesh is, besides its triangles.
@@ -54,6 +54,7 @@ pub struct Scene {
     has_holes: bool,
     is_moving: bool,
     textures: Vec<Texture>,
+    texture_filter: TextureFilter,
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
@@ -263,6 +264,11 @@ impl Scene {
         &self.textures
     }
 
+    /// How they are looked up.
+    pub fn texture_filter(&self) -> TextureFilter {
+        self.texture_filter
+    }
+
     /// `point`, which is at `hit`, with the shading normal that textures give it.
     pub fn with_relief(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
         let maps = &self.material(hit).maps;
@@ -297,7 +303,10 @@ impl Scene {
         Spot {
             textures: &self.textures,
             uv: mesh.uv(hit.prim, hit.b1, hit.b2).unwrap_or_default(),
-            footprint: footprint * mesh.uv_per_length(hit.prim, self.corners(hit, time)),
+            footprint: match self.texture_filter {
+                TextureFilter::Mip => footprint * mesh.uv_per_length(hit.prim, self.corners(hit, time)),
+                TextureFilter::Bilinear => 0.0,
+            },
         }
     }
 

@@ -10,6 +10,16 @@ pub use lookup::{Curve, Texels, Texture};
 pub use mapping::{Channel, Mapping};
 pub use wrap::Wrap;
 
+/// How textures are looked up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// In levels as coarse as what a pixel sees, and between them.
+    #[default]
+    Mip,
+    /// Between the four nearest texels of the finest level, wherever the viewer is.
+    Bilinear,
+}
+
 /// Index of a texture among those of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);

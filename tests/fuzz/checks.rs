@@ -355,7 +355,8 @@ fn triangles(loaded: &Loaded) -> u64 {
         .warnings
         .iter()
         .find_map(|w| w.strip_suffix(" triangles have no area and are left out"));
-    loaded.scene.triangle_count() + empty.map_or(0, |n| n.parse().expect("a number"))
+    let count = empty.and_then(|words| words.rsplit(' ').next());
+    loaded.scene.triangle_count() + count.map_or(0, |n| n.parse().expect("a number"))
 }
 
 /// The sum of all faces' corners less 2, by the words of the statements; `None` where words are parted by what is a

@@ -68,7 +68,7 @@ pub(super) fn load_obj(
     let text = read_text(path)?;
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let pieces = Pieces::count(&text, PIECE_BYTES);
-    allowance.check(path, length + pieces.bytes())?;
+    allowance.check(path, pieces.bytes(length))?;
     let mut outline = parse::parse(path, &pieces, false, &|bytes| observer.advance(bytes))?;
     drop(pieces);
     drop(text);

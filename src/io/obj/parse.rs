@@ -208,16 +208,16 @@ impl<'a> Pieces<'a> {
         Self { texts, before, total }
     }
 
-    /// About how many bytes reading takes at most, besides the text.
-    pub fn bytes(&self) -> u64 {
+    /// About how many bytes reading takes at most, of which the text takes `length`.
+    pub fn bytes(&self, length: u64) -> u64 {
         let [v, vt, vn] = self.total.elements.map(|n| n as u64);
         let (faces, corners) = (self.total.faces as u64, self.total.corners as u64);
         let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
         let values = 16 * v + 8 * vt + 16 * vn;
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
         // Pieces have their values until they are joined.
-        let reading = outline + values;
-        // Then faces become triangles, and corners vertices, by an index of those that there are.
+        let reading = length + outline + values;
+        // Then the text is given back, faces become triangles, and corners vertices, by an index of those that there are.
         let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
         let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
         let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);

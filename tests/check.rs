@@ -538,6 +538,8 @@ fn awkward_files_are_checked_without_harm() {
 }
 
 /// The forecast against the largest resident size of a render.
+// Brute force would take minutes.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn memory_is_forecast() {
     if !Path::new("/proc/self/status").exists() {

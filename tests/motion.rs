@@ -1,4 +1,5 @@
 //! Things that move while the shutter is open: against closed forms, and against sums of still pictures.
+#![cfg(any(feature = "embree", feature = "obvhs"))]
 
 mod support;
 

@@ -918,6 +918,7 @@ fn rough_lobes_bear_any_direction() {
 
 /// In a furnace nothing that keeps all light can be seen: that also asks the integrator for both sides, the index and
 /// the choice of parts.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn rough_objects_vanish_in_a_furnace() {
     let glass = Material {
@@ -991,6 +992,7 @@ fn smooth_lobes_are_chosen_first() {
 }
 
 /// Light that is sampled, also through glass, and light that scattered rays meet are the same.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn light_through_rough_glass_is_found_both_ways() {
     use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Roulette, Strategy};

@@ -3,6 +3,7 @@ use crate::math::{Bounds3, Ray};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
+use rayon::slice::ParallelSliceMut;
 use std::time::Duration;
 
 /// What leaves of a hierarchy hold.
@@ -28,16 +29,28 @@ impl<L: Leaf> Tree<L> {
                 leaves: Vec::new(),
             };
         }
-        let boxes: Vec<Item> = items.iter().map(|item| Item(item.bounds())).collect();
+        // obvhs joins the nearest boxes, and of boxes that are all alike two at a time, in a hierarchy as deep as they are many. So
+        // it gets each box once.
+        let mut items = items.to_vec();
+        items.par_sort_by_cached_key(|item| bits(item.bounds()));
+        let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
+        let boxes: Vec<Item> = alike.iter().map(|items| Item(items[0].bounds())).collect();
         // Splitting large triangles beforehand costs rays more than it saves them (docs/benchmarks.md).
         let parameters = BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()
         };
         let bvh = build_bvh2(&boxes, parameters, &mut Duration::default());
+        let mut leaves = Vec::with_capacity(items.len());
+        // Where the items of each box start
+        let mut starts = vec![0];
+        for &i in &bvh.primitive_indices {
+            leaves.extend_from_slice(alike[i as usize]);
+            starts.push(leaves.len() as u32);
+        }
         Self {
-            leaves: bvh.primitive_indices.iter().map(|&i| items[i as usize]).collect(),
-            nodes: widen(&bvh),
+            leaves,
+            nodes: widen(&bvh, &starts),
         }
     }
 
@@ -81,6 +94,11 @@ impl<L: Leaf> Tree<L> {
         }
         false
     }
+}
+
+/// Equal for boxes that are the same.
+fn bits(bounds: Bounds3) -> [[u32; 3]; 2] {
+    [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits))
 }
 
 /// A box as obvhs wants it.

@@ -39,8 +39,8 @@ impl Node {
 }
 
 /// Makes a hierarchy of four children a node from a binary one: a node takes in the children of its largest children, until
-/// it is full. The root comes first.
-pub(super) fn widen(binary: &Bvh2) -> Vec<Node> {
+/// it is full. The root comes first. What the binary one calls its primitive `i` are those from `starts[i]` to `starts[i + 1]`.
+pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();
     };
@@ -59,10 +59,14 @@ pub(super) fn widen(binary: &Bvh2) -> Vec<Node> {
         }
         for (place, member) in members.into_iter().enumerate() {
             let child = match member.is_leaf() {
-                true => Child {
-                    first: member.first_index,
-                    count: member.prim_count,
-                },
+                true => {
+                    let first = starts[member.first_index as usize];
+                    let end = starts[(member.first_index + member.prim_count) as usize];
+                    Child {
+                        first,
+                        count: end - first,
+                    }
+                }
                 false => {
                     nodes.push(Node::EMPTY);
                     let first = nodes.len() as u32 - 1;

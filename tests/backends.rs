@@ -723,10 +723,7 @@ mod together {
         }
         for path in files {
             let file = SceneFile::load(&path).unwrap();
-            // By place, the last bits of a point between two cells choose other lights.
-            let mut builder = SceneBuilder::new();
-            builder.light_selection(embrasure::light::SelectionMode::Power);
-            let scene = load_scene(&file, builder).unwrap().scene;
+            let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;
             let (embree, bvh) = (EmbreeAccel::new(&scene, 2).unwrap(), BvhAccel::new(&scene));
             let auditor = Auditor::new(&scene, [&embree, &bvh], 1.0);
             let resolution = UVec2::new(128, 128);

@@ -251,6 +251,12 @@ impl Grids {
         if inner.is_empty() {
             inner = bounds;
         }
+        // Walls often have round coordinates, or are the scene's bounds: on a border between cells the last bits of a point would choose its
+        // cell. Odd shares of the whole keep borders away from there.
+        let margins =
+            [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
+        inner.min -= margins[0];
+        inner.max += margins[1];
         let extent = inner.max - inner.min;
         let size = extent.max_element() / RESOLUTION as f32;
         let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };

@@ -1,4 +1,4 @@
-use super::mix::chosen;
+use super::mix::{chosen, of_all};
 use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -137,19 +137,13 @@ impl Layered {
         let lobes = lobes(false).chain(lobes(true));
         let ((place, lobe), p, u_part) = chosen(lobes.map(|found| (found, choice[found.0])), u_lobe)?;
         let sample = lobe.sample(wo, u_part, u, mode)?;
-        let (f, pdf) = if lobe.is_delta() {
-            (self.below(place, lobe, wo, sample).f, sample.pdf * p)
-        } else {
-            let f = match mode {
-                TransportMode::Radiance => self.eval(wo, sample.wi),
-                TransportMode::Importance => self.eval(sample.wi, wo),
-            };
-            (f, self.pdf_for(&choice, wo, sample.wi))
+        if lobe.is_delta() {
+            return of_all(sample, self.below(place, lobe, wo, sample).f, sample.pdf * p);
+        }
+        let f = match mode {
+            TransportMode::Radiance => self.eval(wo, sample.wi),
+            TransportMode::Importance => self.eval(sample.wi, wo),
         };
-        // None where a direction lies in the surface
-        (pdf > 0.0).then(|| BsdfSample {
-            eta: sample.eta,
-            ..BsdfSample::new(f, sample.wi, pdf, sample.scattering)
-        })
+        of_all(sample, f, self.pdf_for(&choice, wo, sample.wi))
     }
 }

@@ -72,21 +72,23 @@ impl Mix {
         let lobes = lobes.filter_map(|(lobe, p)| lobe.as_ref().map(|lobe| (lobe, p)));
         let (lobe, p, u_part) = chosen(lobes, u_lobe)?;
         let sample = lobe.sample(wo, u_part, u, mode)?;
-        let (f, pdf) = if lobe.is_delta() {
-            (sample.f, sample.pdf * p)
-        } else {
-            let f = match mode {
-                TransportMode::Radiance => self.eval(wo, sample.wi),
-                TransportMode::Importance => self.eval(sample.wi, wo),
-            };
-            (f, self.pdf_for(&choice, wo, sample.wi))
+        if lobe.is_delta() {
+            return of_all(sample, sample.f, sample.pdf * p);
+        }
+        let f = match mode {
+            TransportMode::Radiance => self.eval(wo, sample.wi),
+            TransportMode::Importance => self.eval(sample.wi, wo),
         };
-        // None where a direction lies in the surface
-        (pdf > 0.0).then(|| BsdfSample {
-            eta: sample.eta,
-            ..BsdfSample::new(f, sample.wi, pdf, sample.scattering)
-        })
+        of_all(sample, f, self.pdf_for(&choice, wo, sample.wi))
     }
+}
+
+/// The direction that one lobe has drawn, with value and density of all; `None` where it lies in the surface.
+pub(super) fn of_all(sample: BsdfSample, f: Spectrum, pdf: f32) -> Option<BsdfSample> {
+    (pdf > 0.0).then(|| BsdfSample {
+        eta: sample.eta,
+        ..BsdfSample::new(f, sample.wi, pdf, sample.scattering)
+    })
 }
 
 /// The lobe whose share of [0, 1) holds `u`, its probability, and where in its share `u` lies: a number for its own choices.

@@ -25,9 +25,14 @@ pub(super) enum Command {
     /// Measure ray rates and the cost of a render, backend by backend
     Bench(BenchArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
-    Info(InfoArgs),
+    Info(SceneArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
-    Check(CheckArgs),
+    #[command(after_help = "\
+The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
+Examples:
+  embrasure check scenes/cornell-box.toml
+  embrasure check room.obj --json")]
+    Check(SceneArgs),
     /// Say what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
 }
@@ -174,26 +179,9 @@ pub(super) struct BenchArgs {
     pub quiet: bool,
 }
 
+/// A scene to look at.
 #[derive(Debug, Parser)]
-pub(super) struct InfoArgs {
-    /// A .toml scene file or a bare .obj
-    pub scene: PathBuf,
-
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-
-    #[command(flatten)]
-    pub load: LoadArgs,
-}
-
-#[derive(Debug, Parser)]
-#[command(after_help = "\
-The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
-Examples:
-  embrasure check scenes/cornell-box.toml
-  embrasure check room.obj --json")]
-pub(super) struct CheckArgs {
+pub(super) struct SceneArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 

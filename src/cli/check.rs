@@ -1,6 +1,6 @@
 //! `embrasure check`: what is wrong with a scene's files, what was assumed, and what a render of it will take.
 
-use super::args::{CheckArgs, RenderArgs};
+use super::args::{RenderArgs, SceneArgs};
 use super::backend::{Backend, BackendTask};
 use super::error::CliError;
 use super::info::forecast;
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Prints what is worth a word about a scene. The exit code is 1 where something is wrong.
-pub(super) fn check(args: &CheckArgs) -> Result<ExitCode, CliError> {
+pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {
         report.look_at(args, file)?;
@@ -51,7 +51,7 @@ struct Report {
 
 impl Report {
     /// What of the scene file can be read; wrong flags are an error.
-    fn open(&mut self, args: &CheckArgs) -> Result<Option<SceneFile>, CliError> {
+    fn open(&mut self, args: &SceneArgs) -> Result<Option<SceneFile>, CliError> {
         let file = match kind_of(&args.scene) {
             Err(error) => {
                 self.add(Severity::Error, "unreadable-file", error);
@@ -75,7 +75,7 @@ impl Report {
         Ok(Some(file))
     }
 
-    fn look_at(&mut self, args: &CheckArgs, file: SceneFile) -> Result<(), CliError> {
+    fn look_at(&mut self, args: &SceneArgs, file: SceneFile) -> Result<(), CliError> {
         let pool = thread_pool(all_threads())?;
         let (inspection, linted) = pool.install(|| {
             let inspection = inspect_scene(&file, SceneBuilder::new());
@@ -218,7 +218,7 @@ impl Report {
         self.findings.iter().filter(|f| f.severity == severity).count()
     }
 
-    fn print(&self, args: &CheckArgs) {
+    fn print(&self, args: &SceneArgs) {
         self.findings.iter().for_each(|finding| println!("{finding}"));
         let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
             let count = self.count(severity);
@@ -253,7 +253,7 @@ impl Report {
         );
     }
 
-    fn json(&self, args: &CheckArgs) -> Value {
+    fn json(&self, args: &SceneArgs) -> Value {
         let mut power: serde_json::Map<String, Value> = self
             .power
             .iter()

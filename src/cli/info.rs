@@ -1,4 +1,4 @@
-use super::args::InfoArgs;
+use super::args::SceneArgs;
 use super::backend::Backend;
 use super::error::CliError;
 use super::job::read_scene;
@@ -11,7 +11,7 @@ use serde_json::json;
 use std::process::ExitCode;
 
 /// Prints what is in a scene.
-pub(super) fn info(args: &InfoArgs) -> Result<ExitCode, CliError> {
+pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();

@@ -15,22 +15,6 @@ use support::*;
 
 const SIZE: UVec2 = UVec2::new(24, 24);
 
-/// A square of the plane z = `z` around the axis, its front towards +z.
-fn panel(z: f32, half: f32) -> Mesh {
-    let corner = |x: f32, y: f32| Vec3::new(half * x, half * y, z);
-    polygon(&[
-        corner(-1.0, -1.0),
-        corner(1.0, -1.0),
-        corner(1.0, 1.0),
-        corner(-1.0, 1.0),
-    ])
-}
-
-/// Looks along −z at the whole of `panel(0, 1)`.
-fn from_front() -> CameraParameters {
-    pinhole(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, 2.0 * 0.1f32.atan().to_degrees())
-}
-
 fn shift(x: f32, y: f32, z: f32) -> Affine3A {
     affine_from_trs(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ONE)
 }

@@ -15,28 +15,11 @@ use std::fs;
 use std::path::Path;
 use support::*;
 
-/// A square of the plane z = `z`, `half` to all sides of the axis, its front towards +z.
-fn panel(z: f32, half: f32) -> Mesh {
-    let corner = |x: f32, y: f32| Vec3::new(half * x, half * y, z);
-    polygon(&[
-        corner(-1.0, -1.0),
-        corner(1.0, -1.0),
-        corner(1.0, 1.0),
-        corner(-1.0, 1.0),
-    ])
-}
-
 fn holed(diffuse: f32, opacity: f32) -> Material {
     Material {
         opacity,
         ..material(diffuse, 0.0)
     }
-}
-
-/// Looks along −z at the whole of `panel(0, 1)`.
-fn from_front() -> embrasure::camera::CameraParameters {
-    // The square's edges are the image's.
-    pinhole(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, 2.0 * 0.1f32.atan().to_degrees())
 }
 
 #[test]

@@ -143,6 +143,22 @@ pub fn polygon(corners: &[Vec3]) -> Mesh {
     }
 }
 
+/// A square of the plane z = `z`, `half` to all sides of the axis, its front towards +z.
+pub fn panel(z: f32, half: f32) -> Mesh {
+    let corner = |x: f32, y: f32| Vec3::new(half * x, half * y, z);
+    polygon(&[
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ])
+}
+
+/// Looks along −z at the whole of `panel(0, 1)`, whose edges are the image's.
+pub fn from_front() -> CameraParameters {
+    pinhole(Vec3::new(0.0, 0.0, 10.0), Vec3::ZERO, 2.0 * 0.1f32.atan().to_degrees())
+}
+
 /// The box [-1, 1]³ whose faces look inwards.
 pub fn room() -> Mesh {
     let positions = (0..8).map(|i| Vec3::new(sign(i), sign(i >> 1), sign(i >> 2))).collect();

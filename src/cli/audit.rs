@@ -204,7 +204,7 @@ impl Audit<'_> {
         let sampler = job.sampler();
         let (_, statistics) = self.pool.install(|| {
             job.estimator
-                .render(world, &sampler, &mut film, 0..samples, None, &progress)
+                .render(world, &sampler, &mut film, samples, None, &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)

@@ -326,8 +326,8 @@ impl Measure<'_> {
     }
 
     fn render<A: Accel>(&self, accel: &A) {
-        let mut film = Film::new(self.job.resolution, self.job.crop);
-        let (sampler, samples) = (self.job.sampler(), SAMPLES);
+        let mut film = Film::starting_at(self.job.resolution, self.job.crop, SAMPLES.start);
+        let (sampler, samples) = (self.job.sampler(), SAMPLES.end);
         let estimator = &self.job.estimator;
         black_box(estimator.render(
             self.world(accel),

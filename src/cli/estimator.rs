@@ -13,7 +13,6 @@ use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
-use std::ops::Range;
 
 /// An integrator and its switches, as users choose them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -281,20 +280,21 @@ impl Estimator {
         }
     }
 
-    /// Renders `samples` of every pixel of `film`, or up to so many, where `noise` names a relative error that is small enough.
+    /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
+    /// enough.
     pub fn render<A: Accel>(
         &self,
         world: World<A>,
         sampler: &impl Sampler,
         film: &mut Film,
-        samples: Range<u32>,
+        end: u32,
         noise: Option<f64>,
         observer: &impl Observer,
     ) -> (Outcome, Statistics) {
         struct Render<'a, S, O> {
             sampler: &'a S,
             film: &'a mut Film,
-            samples: Range<u32>,
+            end: u32,
             noise: Option<f64>,
             observer: &'a O,
         }
@@ -304,13 +304,13 @@ impl Estimator {
                 let Self {
                     sampler,
                     film,
-                    samples,
+                    end,
                     noise,
                     observer,
                 } = self;
                 match noise {
-                    None => render::render(integrator, sampler, film, samples, observer),
-                    Some(level) => render::render_to_noise(integrator, sampler, film, level, samples.end, observer),
+                    None => render::render(integrator, sampler, film, end, observer),
+                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, observer),
                 }
             }
         }
@@ -319,7 +319,7 @@ impl Estimator {
             Render {
                 sampler,
                 film,
-                samples,
+                end,
                 noise,
                 observer,
             },

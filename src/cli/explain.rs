@@ -325,7 +325,7 @@ impl BackendTask for Portrait<'_> {
         let start = Instant::now();
         let (outcome, _) = self
             .pool
-            .install(|| estimator.render(world, &sampler, &mut film, 0..spp, None, &progress));
+            .install(|| estimator.render(world, &sampler, &mut film, spp, None, &progress));
         progress.finish();
         let info = accel.info();
         let metadata = Metadata {
@@ -334,6 +334,7 @@ impl BackendTask for Portrait<'_> {
             settings: format!("{} sampler={}", estimator.settings(), name_of(SamplerKind::NAMES, kind)),
             first_sample: 0,
             end_sample: spp,
+            total_samples: spp,
             seed: 0,
             backend: info.name.into(),
             backend_version: format!("{} {}", info.version, info.isa),
@@ -341,7 +342,7 @@ impl BackendTask for Portrait<'_> {
             complete: outcome == Outcome::Complete,
         };
         let (format, output) = self.output;
-        output.write_image(format, &film.develop(), &metadata)?;
+        output.write_image(format, &film.develop(), None, &metadata)?;
         Ok(match outcome {
             Outcome::Complete => ExitCode::SUCCESS,
             Outcome::Stopped => ExitCode::from(INTERRUPTED),

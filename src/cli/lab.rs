@@ -11,7 +11,7 @@ use crate::camera::Camera;
 use crate::film::{Errors, Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy, World};
 use crate::io::{Loaded, Output, Panel, load_scene, read_exr, write_contact_sheet};
-use crate::render::{Observer, Outcome};
+use crate::render::{Observer, Outcome, last_cut};
 use crate::scene::Scene;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -282,7 +282,7 @@ impl Ladder<'_> {
         };
         let progress = Progress::new(self.job.crop.area() * most as u64, self.job.quiet || most == 0);
         let start = Instant::now();
-        let mut done = 0;
+        let (mut done, mut is_last) = (0, false);
         loop {
             // As many samples as the rest of the budget is good for, judged by those there are
             let elapsed = start.elapsed().as_secs_f64();
@@ -291,14 +291,17 @@ impl Ladder<'_> {
                 Budget::Seconds(_) if done == 0 => 1,
                 Budget::Seconds(s) => ((s - elapsed) * done as f64 / elapsed).clamp(0.0, done as f64) as u32,
             };
-            if next == 0 {
+            if next == 0 || is_last {
                 break;
             }
-            let samples = done..done + next;
+            // What follows on a step that ends between cuts would take its last samples once more: such a step is the last.
+            let cut = last_cut(done + next);
+            is_last = cut <= done;
+            let end = if is_last { done + next } else { cut };
             let (outcome, _) = self
                 .pool
-                .install(|| estimator.render(world, &sampler, &mut film, samples, None, &progress));
-            done += next;
+                .install(|| estimator.render(world, &sampler, &mut film, end, None, &progress));
+            done = end;
             if outcome == Outcome::Stopped || progress.should_stop() {
                 progress.finish();
                 let words = format!("interrupted during `{name}`; nothing is written");

@@ -145,9 +145,8 @@ impl Prepared<'_> {
         catch_interrupts();
         let render_start = Instant::now();
         let (outcome, statistics) = self.pool.install(|| {
-            let samples = job.samples.clone();
             job.estimator
-                .render(world, &sampler, &mut film, samples, job.noise, &progress)
+                .render(world, &sampler, &mut film, job.samples.end, job.noise, &progress)
         });
         let render_s = render_start.elapsed().as_secs_f64();
         progress.finish();
@@ -183,6 +182,7 @@ impl Prepared<'_> {
             settings: job.settings(),
             first_sample: job.samples.start,
             end_sample: job.samples.end,
+            total_samples: job.samples.end,
             seed: job.seed,
             backend: info.name.into(),
             backend_version: format!("{} {}", info.version, info.isa),
@@ -193,7 +193,7 @@ impl Prepared<'_> {
         if noise.is_some() {
             image.channels.push(film.error_map());
         }
-        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, &metadata);
+        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, None, &metadata);
         let mut failures: Vec<FileError> = self.files.images.iter().filter_map(|o| write(o).err()).collect();
 
         let stats = Stats {

@@ -1,3 +1,4 @@
+use super::Fixed;
 use super::metrics::DARK;
 use crate::color::Spectrum;
 use crate::math::Vec3;
@@ -16,16 +17,11 @@ pub struct FirstSurface {
 /// Samples whose sum is one term of a pixel's total.
 pub const BLOCK: u32 = 64;
 
-/// Sums over the samples of one pixel.
-///
-/// Radiance is added in f64. Sums of fixed sample ranges are merged in the order of their indices, so a pixel's bits
-/// depend neither on threads nor on where a render was interrupted.
+/// Sums over samples of one pixel that one task takes, of a block at most.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Accumulator {
+pub struct Block {
     sum: [f64; 3],
     sum_of_squares: [f64; 3],
-    /// Squared differences of the means of whole blocks from their mean.
-    block_spread: [f64; 3],
     albedo: [f32; 3],
     normal: [f32; 3],
     depth: f32,
@@ -33,7 +29,7 @@ pub struct Accumulator {
     samples: u32,
 }
 
-impl Accumulator {
+impl Block {
     /// Adds one sample: its radiance, and the first surface if the camera ray met one.
     pub fn add(&mut self, radiance: Spectrum, surface: Option<&FirstSurface>) {
         for (c, value) in radiance.to_array().into_iter().enumerate() {
@@ -52,26 +48,104 @@ impl Accumulator {
         }
         self.samples += 1;
     }
+}
 
-    /// Appends the sums of the samples that come next.
-    pub fn merge(&mut self, next: &Self) {
+/// Sums over all samples of one pixel.
+///
+/// What is added are the sums of blocks of samples, and of the parts that the first block comes in. They are fixed by the indices of the
+/// samples, and totals are exact: a pixel's bits depend neither on threads nor on where a render was interrupted, nor on
+/// which machine took which samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Accumulator {
+    pub(super) sum: [Fixed; 3],
+    pub(super) sum_of_squares: [Fixed; 3],
+    pub(super) albedo: [Fixed; 3],
+    pub(super) normal: [Fixed; 3],
+    pub(super) depth: Fixed,
+    /// Squared differences of the means of whole blocks from their mean.
+    pub(super) block_spread: [f64; 3],
+    pub(super) surfaces: u32,
+    pub(super) samples: u32,
+}
+
+impl Accumulator {
+    /// Adds the samples that come next.
+    pub fn add(&mut self, block: &Block) {
         // Blocks that follow on blocks (Welford 1962, "Note on a Method for Calculating Corrected Sums of Squares and Products")
-        if self.samples >= BLOCK && self.samples % BLOCK == 0 && next.samples == BLOCK {
+        if self.samples >= BLOCK && self.samples % BLOCK == 0 && block.samples == BLOCK {
             let blocks = (self.samples / BLOCK) as f64;
             for c in 0..3 {
-                let d = next.mean(c) - self.mean(c);
+                let d = block.sum[c] / BLOCK as f64 - self.mean(c);
                 self.block_spread[c] += d * d * blocks / (blocks + 1.0);
             }
         }
-        for c in 0..3 {
-            self.sum[c] += next.sum[c];
-            self.sum_of_squares[c] += next.sum_of_squares[c];
-            self.albedo[c] += next.albedo[c];
-            self.normal[c] += next.normal[c];
+        *self = Self {
+            block_spread: self.block_spread,
+            ..self.plus(&Self::of(block))
+        };
+    }
+
+    /// Takes the samples out again that came last, part of a block.
+    pub fn take_back(&mut self, block: &Block) {
+        let taken = Self::of(block);
+        let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
+        *self = Self {
+            sum: without(self.sum, taken.sum),
+            sum_of_squares: without(self.sum_of_squares, taken.sum_of_squares),
+            albedo: without(self.albedo, taken.albedo),
+            normal: without(self.normal, taken.normal),
+            depth: self.depth.minus(taken.depth),
+            block_spread: self.block_spread,
+            surfaces: self.surfaces.saturating_sub(taken.surfaces),
+            samples: self.samples.saturating_sub(taken.samples),
+        };
+    }
+
+    /// Adds what somebody else has taken of the same pixel. Sums are those of one render; the differences between blocks, of which
+    /// the error is estimated, are so but for roundings.
+    pub fn merge(&mut self, other: &Self) {
+        // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
+        let [n, m] = [self.samples, other.samples].map(|samples| (samples / BLOCK) as f64);
+        let spread = |c: usize| {
+            let between = if n * m > 0.0 {
+                (other.mean(c) - self.mean(c)).powi(2) * n * m / (n + m)
+            } else {
+                0.0
+            };
+            self.block_spread[c] + other.block_spread[c] + between
+        };
+        *self = Self {
+            block_spread: [0, 1, 2].map(spread),
+            ..self.plus(other)
+        };
+    }
+
+    fn of(block: &Block) -> Self {
+        Self {
+            sum: block.sum.map(Fixed::new),
+            sum_of_squares: block.sum_of_squares.map(Fixed::new),
+            albedo: block.albedo.map(|v| Fixed::new(v as f64)),
+            normal: block.normal.map(|v| Fixed::new(v as f64)),
+            depth: Fixed::new(block.depth as f64),
+            block_spread: [0.0; 3],
+            surfaces: block.surfaces,
+            samples: block.samples,
         }
-        self.depth += next.depth;
-        self.surfaces += next.surfaces;
-        self.samples += next.samples;
+    }
+
+    /// Both sums; the spread is that of neither.
+    fn plus(&self, other: &Self) -> Self {
+        let both = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
+        Self {
+            sum: both(self.sum, other.sum),
+            sum_of_squares: both(self.sum_of_squares, other.sum_of_squares),
+            albedo: both(self.albedo, other.albedo),
+            normal: both(self.normal, other.normal),
+            depth: self.depth.plus(other.depth),
+            block_spread: [0.0; 3],
+            surfaces: self.surfaces.saturating_add(other.surfaces),
+            samples: self.samples.saturating_add(other.samples),
+        }
     }
 
     /// Number of samples.
@@ -84,7 +158,7 @@ impl Accumulator {
         if self.samples == 0 {
             0.0
         } else {
-            self.sum[c] / self.samples as f64
+            self.sum[c].to_f64() / self.samples as f64
         }
     }
 
@@ -94,7 +168,8 @@ impl Accumulator {
             return f64::INFINITY;
         }
         let n = self.samples as f64;
-        let spread = self.sum_of_squares[c] - self.sum[c] * self.sum[c] / n;
+        let sum = self.sum[c].to_f64();
+        let spread = self.sum_of_squares[c].to_f64() - sum * sum / n;
         // Rounding can leave a constant pixel a hair below zero.
         spread.max(0.0) / (n * (n - 1.0))
     }
@@ -118,17 +193,17 @@ impl Accumulator {
 
     /// Mean albedo in channel `c`; background counts as black.
     pub fn albedo(&self, c: usize) -> f32 {
-        self.albedo[c] / self.samples.max(1) as f32
+        (self.albedo[c].to_f64() / self.samples.max(1) as f64) as f32
     }
 
     /// Coordinate `c` of the mean normal; background counts as zero.
     pub fn normal(&self, c: usize) -> f32 {
-        self.normal[c] / self.samples.max(1) as f32
+        (self.normal[c].to_f64() / self.samples.max(1) as f64) as f32
     }
 
     /// Mean depth of the samples that met a surface, if any did.
     pub fn depth(&self) -> Option<f32> {
-        (self.surfaces > 0).then(|| self.depth / self.surfaces as f32)
+        (self.surfaces > 0).then(|| (self.depth.to_f64() / self.surfaces as f64) as f32)
     }
 }
 
@@ -136,13 +211,21 @@ impl Accumulator {
 mod tests {
     use super::*;
 
+    fn block(values: &[f32]) -> Block {
+        let mut block = Block::default();
+        values.iter().for_each(|&v| block.add(Spectrum::splat(v), None));
+        block
+    }
+
     #[test]
     fn mean_and_variance() {
         let mut a = Accumulator::default();
         assert_eq!((a.mean(0), a.variance_of_mean(0)), (0.0, f64::INFINITY));
+        let mut block = Block::default();
         for x in [1.0, 2.0, 3.0, 6.0] {
-            a.add(Spectrum::rgb(x, 0.0, 2.0), None);
+            block.add(Spectrum::rgb(x, 0.0, 2.0), None);
         }
+        a.add(&block);
         assert_eq!(a.mean(0), 3.0);
         // Sample variance 14/3, of the mean a quarter of it.
         assert!((a.variance_of_mean(0) - 14.0 / 12.0).abs() < 1e-12);
@@ -151,26 +234,58 @@ mod tests {
     }
 
     #[test]
-    fn merging_ranges_appends_them() {
+    fn surfaces_are_counted_apart() {
         let surface = FirstSurface {
             albedo: Spectrum::splat(0.5),
             normal: Vec3::Y,
             depth: 4.0,
         };
-        let (mut all, mut a, mut b) = (Accumulator::default(), Accumulator::default(), Accumulator::default());
+        let mut block = Block::default();
         for i in 0..10 {
-            let part = if i < 6 { &mut a } else { &mut b };
-            let surface = (i % 2 == 0).then_some(&surface);
-            // Small integers: sums are exact in any order.
-            all.add(Spectrum::splat(i as f32), surface);
-            part.add(Spectrum::splat(i as f32), surface);
+            block.add(Spectrum::ONE, (i % 2 == 0).then_some(&surface));
         }
-        a.merge(&b);
-        assert_eq!(a, all);
+        let mut a = Accumulator::default();
+        a.add(&block);
         assert_eq!(
             (a.samples(), a.depth(), a.normal(1), a.albedo(2)),
             (10, Some(4.0), 0.5, 0.25)
         );
+    }
+
+    /// However blocks are shared out, and whoever is asked first.
+    #[test]
+    fn merging_gives_the_bits_of_one_render() {
+        let value = |i: u32| (i as f32 * 0.7).sin().abs() * 10f32.powi(i as i32 % 13 - 6);
+        let of = |blocks: std::ops::Range<u32>| {
+            let mut a = Accumulator::default();
+            for b in blocks {
+                let values: Vec<f32> = (64 * b..64 * (b + 1)).map(value).collect();
+                a.add(&block(&values));
+            }
+            a
+        };
+        let all = of(0..7);
+        for parts in [vec![0..3, 3..7], vec![4..7, 0..1, 1..4], vec![6..7, 0..0, 0..6]] {
+            let mut merged = Accumulator::default();
+            parts.into_iter().for_each(|part| merged.merge(&of(part)));
+            for c in 0..3 {
+                assert_eq!(merged.mean(c).to_bits(), all.mean(c).to_bits());
+                assert_eq!(merged.variance_of_mean(c).to_bits(), all.variance_of_mean(c).to_bits());
+            }
+            let error = merged.squared_error() / all.squared_error() - 1.0;
+            assert!(error.abs() < 1e-9, "{error}");
+        }
+    }
+
+    #[test]
+    fn what_is_taken_back_was_never_there() {
+        let mut a = Accumulator::default();
+        a.add(&block(&[0.3; 64]));
+        let before = a;
+        let tail = block(&[0.1, 1e-7, 5e3]);
+        a.add(&tail);
+        a.take_back(&tail);
+        assert_eq!(a, before);
     }
 
     #[test]
@@ -182,13 +297,13 @@ mod tests {
             // The first block may come in parts.
             let parts: &[u32] = if i == 0 { &[2, 30, 32] } else { &[64] };
             for &samples in parts {
-                let mut part = Accumulator::default();
+                let mut part = Block::default();
                 for j in 0..samples {
                     // What varies within a block does not count.
                     let d = if j % 2 == 0 { 0.5 } else { -0.5 };
                     part.add(Spectrum::splat(mean + d), None);
                 }
-                a.merge(&part);
+                a.add(&part);
             }
         }
         // Sample variance of the means 10/3, of their mean a quarter of it; their mean is 3.

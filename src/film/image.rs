@@ -112,6 +112,7 @@ impl From<&Image> for RgbImage {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
+    use crate::film::Block;
 
     #[test]
     fn pixels_of_a_crop_land_where_they_belong() {
@@ -123,7 +124,9 @@ mod tests {
         for tile in film.tiles_mut() {
             for pixel in tile.bounds().pixels() {
                 let value = Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0);
-                tile.sums_mut(pixel).unwrap().add(value, None);
+                let mut block = Block::default();
+                block.add(value, None);
+                tile.sums_mut(pixel).unwrap().add(&block);
             }
         }
         let image = film.develop();

@@ -2,19 +2,22 @@
 
 mod accumulator;
 mod filter;
+mod fixed;
 mod image;
 mod metrics;
+mod state;
 mod tile;
 
-pub use accumulator::{Accumulator, BLOCK, FirstSurface};
+pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use filter::{Filter, FilterKind};
+pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;
 
-/// Edge of a tile in pixels: its sums (28 KB) stay in the first-level cache while it is worked on.
+/// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
 const TILE_SIZE: u32 = 16;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
@@ -22,6 +25,7 @@ const TILE_SIZE: u32 = 16;
 pub struct Film {
     resolution: UVec2,
     crop: Rect,
+    first: u32,
     tiles: Vec<Tile>,
 }
 
@@ -31,18 +35,27 @@ impl Film {
     /// # Panics
     /// If the crop is empty or not inside the image; callers validate it with [`Rect::is_inside`].
     pub fn new(resolution: UVec2, crop: Rect) -> Self {
+        Self::starting_at(resolution, crop, 0)
+    }
+
+    /// The same, for samples from the index `first` on.
+    ///
+    /// # Panics
+    /// Like [`Film::new`].
+    pub fn starting_at(resolution: UVec2, crop: Rect, first_sample: u32) -> Self {
         assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
         // Tiles lie where they do in the full image, so that a crop has its pixels.
-        let first = crop.min / TILE_SIZE * TILE_SIZE;
+        let corner = crop.min / TILE_SIZE * TILE_SIZE;
         let mut tiles = Vec::new();
-        for y in (first.y..crop.max.y).step_by(TILE_SIZE as usize) {
-            for x in (first.x..crop.max.x).step_by(TILE_SIZE as usize) {
-                tiles.push(Tile::new(Self::cell(resolution, UVec2::new(x, y)), crop));
+        for y in (corner.y..crop.max.y).step_by(TILE_SIZE as usize) {
+            for x in (corner.x..crop.max.x).step_by(TILE_SIZE as usize) {
+                tiles.push(Tile::new(Self::cell(resolution, UVec2::new(x, y)), crop, first_sample));
             }
         }
         Self {
             resolution,
             crop,
+            first: first_sample,
             tiles,
         }
     }
@@ -64,9 +77,54 @@ impl Film {
         self.crop
     }
 
+    /// Index of the first sample of its pixels.
+    pub fn first_sample(&self) -> u32 {
+        self.first
+    }
+
     /// All tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
+    }
+
+    /// The tile that `pixel` is in, if it is in the crop.
+    pub fn tile_at(&self, pixel: UVec2) -> Option<&Tile> {
+        self.tiles.get(self.tile_index(pixel)?)
+    }
+
+    /// The same, to change it.
+    pub fn tile_at_mut(&mut self, pixel: UVec2) -> Option<&mut Tile> {
+        let index = self.tile_index(pixel)?;
+        self.tiles.get_mut(index)
+    }
+
+    fn tile_index(&self, pixel: UVec2) -> Option<usize> {
+        self.crop.contains(pixel).then(|| {
+            let corner = self.crop.min / TILE_SIZE;
+            let place = pixel / TILE_SIZE - corner;
+            let columns = (self.crop.max.x - 1) / TILE_SIZE - corner.x + 1;
+            (place.y * columns + place.x) as usize
+        })
+    }
+
+    /// The sums of `pixel`, if it is in the crop.
+    pub fn sums(&self, pixel: UVec2) -> Option<&Accumulator> {
+        self.tile_at(pixel)?.sums(pixel)
+    }
+
+    /// Adds the sums of what somebody else has rendered of the same image; pixels that are not here are left out.
+    pub fn merge(&mut self, other: &Self) {
+        for (pixel, sums) in other.pixels() {
+            if let Some(own) = self.tile_at_mut(pixel).and_then(|tile| tile.sums_mut(pixel)) {
+                own.merge(sums);
+            }
+        }
+    }
+
+    /// Samples that have been taken, over all pixels.
+    pub fn samples(&self) -> u64 {
+        let sum = |tile: &Tile| tile.samples() as u64 * tile.bounds().area();
+        self.tiles.iter().map(sum).sum()
     }
 
     /// Each pixel's coordinates and sums, tile by tile.

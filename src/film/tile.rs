@@ -58,16 +58,22 @@ impl Rect {
 pub struct Tile {
     cell: Rect,
     bounds: Rect,
+    /// Index of the first sample that it takes.
+    first: u32,
+    /// Samples a pixel that it was promised.
+    target: u32,
     pixels: Vec<Accumulator>,
 }
 
 impl Tile {
-    /// The part of `cell` that is inside `crop`.
-    pub(super) fn new(cell: Rect, crop: Rect) -> Self {
+    /// The part of `cell` that is inside `crop`, for samples from `first` on.
+    pub(super) fn new(cell: Rect, crop: Rect, first: u32) -> Self {
         let bounds = cell.intersection(crop);
         Self {
             cell,
             bounds,
+            first,
+            target: 0,
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -92,6 +98,26 @@ impl Tile {
         self.pixels.first().map_or(0, Accumulator::samples)
     }
 
+    /// Index of the first sample that it takes.
+    pub fn first_sample(&self) -> u32 {
+        self.first
+    }
+
+    /// Index of the sample that it takes next.
+    pub fn next_sample(&self) -> u32 {
+        self.first.saturating_add(self.samples())
+    }
+
+    /// Samples a pixel that it gets before anything is decided anew.
+    pub fn target(&self) -> u32 {
+        self.target
+    }
+
+    /// Promises so many samples a pixel.
+    pub fn set_target(&mut self, samples: u32) {
+        self.target = samples;
+    }
+
     /// Mean over its pixels of [`Accumulator::squared_error`].
     pub fn error(&self) -> f64 {
         let sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
@@ -99,11 +125,20 @@ impl Tile {
     }
 
     /// The sums of the pixel in this column and row of the image, if it is in the tile.
+    pub fn sums(&self, pixel: UVec2) -> Option<&Accumulator> {
+        self.pixels.get(self.index(pixel)?)
+    }
+
+    /// The same, to add samples to.
     pub fn sums_mut(&mut self, pixel: UVec2) -> Option<&mut Accumulator> {
-        if !self.bounds.contains(pixel) {
-            return None;
-        }
-        let at = pixel - self.bounds.min;
-        self.pixels.get_mut((at.y * self.bounds.size().x + at.x) as usize)
+        let index = self.index(pixel)?;
+        self.pixels.get_mut(index)
+    }
+
+    fn index(&self, pixel: UVec2) -> Option<usize> {
+        self.bounds.contains(pixel).then(|| {
+            let at = pixel - self.bounds.min;
+            (at.y * self.bounds.size().x + at.x) as usize
+        })
     }
 }

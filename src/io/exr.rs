@@ -1,6 +1,25 @@
-use crate::film::Image;
+use super::State;
+use crate::film::{Image, Rect};
+use crate::math::UVec2;
+use ::exr::block::{BlockIndex, UncompressedBlock};
+use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode};
+use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
 use std::io::{self, Seek, Write};
+
+// Names of attributes
+const VERSION: &str = "embrasure.version";
+const SCENE_HASH: &str = "embrasure.sceneHash";
+const SETTINGS: &str = "embrasure.settings";
+const SAMPLES: &str = "embrasure.samples";
+const TOTAL: &str = "embrasure.totalSamples";
+const SEED: &str = "embrasure.seed";
+const BACKEND: &str = "embrasure.backend";
+const BACKEND_VERSION: &str = "embrasure.backendVersion";
+const COMPLETE: &str = "embrasure.complete";
+const RENDER_TIME: &str = "renderTime";
 
 /// How an image came to be; written beside its pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +34,8 @@ pub struct Metadata {
     pub first_sample: u32,
     /// One past the last sample index that was asked for.
     pub end_sample: u32,
+    /// Samples of a pixel of the whole picture, of which these may be a part.
+    pub total_samples: u32,
     /// Seed of the random numbers.
     pub seed: u64,
     /// Name of the ray-tracing backend.
@@ -33,25 +54,79 @@ impl Metadata {
         format!("embrasure {}", self.version)
     }
 
+    /// What attributes say that [`Metadata`] wrote; `None` where one is missing or makes no sense.
+    pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
+        let text = |name: &str| match attributes.other.get(&exr::Text::from(name))? {
+            exr::AttributeValue::Text(text) => Some(text.to_string()),
+            _ => None,
+        };
+        let (first, end) = {
+            let range = text(SAMPLES)?;
+            let (first, end) = range.split_once("..")?;
+            (first.parse().ok()?, end.parse().ok()?)
+        };
+        let seconds = attributes.other.get(&exr::Text::from(RENDER_TIME))?;
+        Some(Self {
+            version: text(VERSION)?,
+            scene_hash: text(SCENE_HASH)?,
+            settings: text(SETTINGS)?,
+            first_sample: first,
+            end_sample: end,
+            total_samples: text(TOTAL)?.parse().ok()?,
+            seed: text(SEED)?.parse().ok()?,
+            backend: text(BACKEND)?,
+            backend_version: text(BACKEND_VERSION)?,
+            render_seconds: match seconds {
+                exr::AttributeValue::F32(seconds) => *seconds as f64,
+                _ => return None,
+            },
+            complete: text(COMPLETE)? == "yes",
+        })
+    }
+
+    /// What keeps two files from being of one picture, in words: what they say, this one first.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let pairs = [
+            ("version", &self.version, &other.version),
+            ("scene hash", &self.scene_hash, &other.scene_hash),
+            ("backend", &self.backend, &other.backend),
+            ("version of the backend", &self.backend_version, &other.backend_version),
+        ];
+        let differs = |(name, a, b): (&str, &str, &str)| (a != b).then(|| format!("{name} {a} and {b}"));
+        let (seed, other_seed) = (self.seed.to_string(), other.seed.to_string());
+        let words = pairs.into_iter().find_map(|(name, a, b)| differs((name, a, b)));
+        words
+            .or_else(|| differs(("seed", &seed, &other_seed)))
+            .or_else(|| setting_that_differs(&self.settings, &other.settings))
+    }
+
     /// Attributes of the EXR header, by name.
     fn attributes(&self) -> Vec<(&'static str, exr::AttributeValue)> {
         let text = |s: &str| exr::AttributeValue::Text(s.into());
         vec![
-            ("embrasure.version", text(&self.version)),
-            ("embrasure.sceneHash", text(&self.scene_hash)),
-            ("embrasure.settings", text(&self.settings)),
+            (VERSION, text(&self.version)),
+            (SCENE_HASH, text(&self.scene_hash)),
+            (SETTINGS, text(&self.settings)),
             // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the seed are text.
-            (
-                "embrasure.samples",
-                text(&format!("{}..{}", self.first_sample, self.end_sample)),
-            ),
-            ("embrasure.seed", text(&self.seed.to_string())),
-            ("embrasure.backend", text(&self.backend)),
-            ("embrasure.backendVersion", text(&self.backend_version)),
-            ("embrasure.complete", text(if self.complete { "yes" } else { "no" })),
-            ("renderTime", exr::AttributeValue::F32(self.render_seconds as f32)),
+            (SAMPLES, text(&format!("{}..{}", self.first_sample, self.end_sample))),
+            (TOTAL, text(&self.total_samples.to_string())),
+            (SEED, text(&self.seed.to_string())),
+            (BACKEND, text(&self.backend)),
+            (BACKEND_VERSION, text(&self.backend_version)),
+            (COMPLETE, text(if self.complete { "yes" } else { "no" })),
+            (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
         ]
     }
+}
+
+/// The first `key=value` pair that is not in both.
+fn setting_that_differs(ours: &str, theirs: &str) -> Option<String> {
+    let pair = |text: &'_ str, i: usize| text.split(' ').nth(i).unwrap_or("nothing").to_string();
+    (ours != theirs).then(|| {
+        let count = ours.split(' ').count().max(theirs.split(' ').count());
+        let first = (0..count).find(|&i| pair(ours, i) != pair(theirs, i)).unwrap_or(0);
+        format!("settings {} and {}", pair(ours, first), pair(theirs, first))
+    })
 }
 
 /// Linear Rec.709 primaries and white point, the meaning of `R G B`.
@@ -62,38 +137,96 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
     white: exr::Vec2(0.3127, 0.3290),
 };
 
-/// Writes all channels as float32, losslessly compressed; the display window is the full image, the data window the crop.
-pub(super) fn write(writer: impl Write + Seek, image: &Image, metadata: &Metadata) -> io::Result<()> {
-    let channels: exr::SmallVec<[exr::AnyChannel<exr::FlatSamples>; 4]> = image
-        .channels
-        .iter()
-        .map(|c| exr::AnyChannel::new(c.name, exr::FlatSamples::F32(c.values.clone())))
-        .collect();
+/// A channel as it is written: its values are asked for row by row, so that there is no copy of them all.
+pub(super) struct RowChannel<'a> {
+    /// Name, `layer.component`.
+    pub name: String,
+    pub kind: exr::SampleType,
+    /// Puts the values of a row, counted from the top of the crop, in the machine's byte order.
+    pub fill: Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>,
+}
 
-    let size = image.crop.size();
+impl<'a> RowChannel<'a> {
+    /// Of values that are there, rows of `width`.
+    fn of_values(name: &str, values: &'a [f32], width: usize) -> Self {
+        Self {
+            name: name.into(),
+            kind: exr::SampleType::F32,
+            fill: Box::new(move |row, bytes| {
+                let values = values.iter().skip(row * width);
+                for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
+                    bytes.copy_from_slice(&value.to_ne_bytes());
+                }
+            }),
+        }
+    }
+}
+
+/// What a file says of itself besides its pixels.
+pub(super) struct Header<'a> {
+    /// Size of the full image: the display window.
+    pub resolution: UVec2,
+    /// The part of it that is in the file: the data window.
+    pub crop: Rect,
+    pub metadata: &'a Metadata,
+    /// Further attributes, by name.
+    pub attributes: Vec<(&'static str, String)>,
+    pub compression: exr::Compression,
+}
+
+/// Writes the channels of `image` as float32, losslessly compressed, and `state` beside them.
+pub(super) fn write(
+    writer: impl Write + Seek,
+    image: &Image,
+    state: Option<&State>,
+    metadata: &Metadata,
+) -> io::Result<()> {
+    let width = image.crop.size().x as usize;
+    let channels = image.channels.iter();
+    let channels = channels.map(|c| RowChannel::of_values(c.name, &c.values, width));
+    let header = Header {
+        resolution: image.resolution,
+        crop: image.crop,
+        metadata,
+        attributes: state.map_or(Vec::new(), |state| state.attributes(metadata)),
+        compression: exr::Compression::ZIP16,
+    };
+    let state = state.map_or(Vec::new(), State::channels);
+    write_rows(writer, header, channels.chain(state).collect())
+}
+
+/// Writes `channels`, in the order of their names as the format wants it.
+pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels: Vec<RowChannel>) -> io::Result<()> {
+    channels.sort_by(|a, b| a.name.cmp(&b.name));
+    let Header {
+        resolution,
+        crop,
+        metadata,
+        ..
+    } = header;
     let mut attributes = exr::LayerAttributes {
-        layer_position: exr::Vec2(image.crop.min.x as i32, image.crop.min.y as i32),
+        layer_position: exr::Vec2(crop.min.x as i32, crop.min.y as i32),
         software_name: Some(metadata.software().as_str().into()),
         ..Default::default()
     };
-    attributes.other.extend(
-        metadata
-            .attributes()
-            .into_iter()
-            .map(|(name, value)| (name.into(), value)),
-    );
+    let own = metadata.attributes().into_iter();
+    let further = header.attributes.into_iter();
+    let further = further.map(|(name, text)| (name, exr::AttributeValue::Text(text.as_str().into())));
+    attributes
+        .other
+        .extend(own.chain(further).map(|(name, value)| (name.into(), value)));
     let layer = exr::Layer::new(
-        (size.x as usize, size.y as usize),
+        (crop.size().x as usize, crop.size().y as usize),
         attributes,
         exr::Encoding {
-            compression: exr::Compression::ZIP16,
+            compression: header.compression,
             blocks: exr::Blocks::ScanLines,
             line_order: exr::LineOrder::Increasing,
         },
-        exr::AnyChannels::sort(channels),
+        Rows(channels),
     );
     let mut file = exr::Image::from_layer(layer);
-    let resolution = (image.resolution.x as usize, image.resolution.y as usize);
+    let resolution = (resolution.x as usize, resolution.y as usize);
     file.attributes.display_window = exr::IntegerBounds::from_dimensions(resolution);
     file.attributes.chromaticities = Some(REC_709);
 
@@ -101,4 +234,38 @@ pub(super) fn write(writer: impl Write + Seek, image: &Image, metadata: &Metadat
         exr::Error::Io(error) => error,
         other => io::Error::other(other),
     })
+}
+
+/// Channels in the order of their names.
+struct Rows<'a>(Vec<RowChannel<'a>>);
+
+impl<'s, 'a: 's> WritableChannels<'s> for Rows<'a> {
+    type Writer = &'s Self;
+
+    fn infer_channel_list(&self) -> ChannelList {
+        let description = |channel: &RowChannel| ChannelDescription {
+            name: channel.name.as_str().into(),
+            sample_type: channel.kind,
+            quantize_linearly: false,
+            sampling: exr::Vec2(1, 1),
+        };
+        ChannelList::new(self.0.iter().map(description).collect())
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_writer(&'s self, _: &ExrHeader) -> Self::Writer {
+        self
+    }
+}
+
+impl ChannelsWriter for &Rows<'_> {
+    fn extract_uncompressed_block(&self, header: &ExrHeader, block: BlockIndex) -> Vec<u8> {
+        UncompressedBlock::collect_block_data_from_lines(&header.channels, block, |line| {
+            let at = line.location;
+            (self.0[at.channel].fill)(at.position.y(), line.value);
+        })
+    }
 }

@@ -1,5 +1,6 @@
 //! Files in and out: scene files, OBJ and MTL, textures, EXR and PNG.
 
+mod checkpoint;
 mod contact_sheet;
 mod environment;
 mod error;
@@ -24,6 +25,7 @@ mod scene_file;
 mod statements;
 mod texture;
 
+pub use checkpoint::{Checkpoint, State, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use error::{FileError, Position};
 pub use exr::Metadata;

@@ -1,4 +1,4 @@
-use super::{FileError, Metadata, exr, png};
+use super::{FileError, Metadata, State, exr, png};
 use crate::film::Image;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -64,10 +64,16 @@ impl Output {
         Ok(())
     }
 
-    /// Writes `image` in `format`.
-    pub fn write_image(&self, format: Format, image: &Image, metadata: &Metadata) -> Result<(), FileError> {
+    /// Writes `image` in `format`; an EXR also holds `state`, if there is one.
+    pub fn write_image(
+        &self,
+        format: Format,
+        image: &Image,
+        state: Option<&State>,
+        metadata: &Metadata,
+    ) -> Result<(), FileError> {
         self.write(|writer| match format {
-            Format::Exr => exr::write(writer, image, metadata),
+            Format::Exr => exr::write(writer, image, state, metadata),
             Format::Png => png::write(writer, image, metadata),
         })
     }

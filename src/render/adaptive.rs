@@ -1,6 +1,6 @@
 use super::schedule::passes;
 use super::statistics::Statistics;
-use super::tiles::{Observer, Outcome, render, render_tile};
+use super::tiles::{Observer, Outcome, advance, render};
 use crate::film::{BLOCK, Film, Tile};
 use crate::integrator::Integrator;
 use crate::sampler::Sampler;
@@ -11,7 +11,7 @@ const FIRST_DIFFERENCES: u64 = 256;
 /// A tile gets more blocks in rounds, each of this share of those it has: its error is known better after each.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to an empty `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
+/// Adds samples to `film` until its error ([`Film::error`], a squared relative error) is estimated to be `level`² at most, but no
 /// more than `most` to a pixel; both counts are in whole blocks, `most` rounded down.
 ///
 /// Tiles get as many samples as make the error of the whole smallest for the work: with v the squared error that one block
@@ -33,42 +33,43 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
     // Two blocks of every pixel, or more of a few
     let first = 1 + FIRST_DIFFERENCES.div_ceil(film.crop().area()) as u32;
     let first = first.min(most) * BLOCK;
-    let (mut outcome, mut statistics) = render(integrator, sampler, film, 0..first, observer);
+    let (mut outcome, mut statistics) = render(integrator, sampler, film, first, observer);
     while outcome == Outcome::Complete {
-        // What is left to do, as it looks now
-        let wanted = wanted_blocks(film, level, most);
-        let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
-            let blocks = tile.samples() / BLOCK;
-            tile.bounds().area() * (wanted.saturating_sub(blocks) * BLOCK) as u64
-        });
-        let left = left.sum();
-        observer.expect(left, film.error().sqrt());
-        if left == 0 {
-            break;
+        // What is left to do, as it looks now. Where a render goes on that was stopped within a round, the round comes first.
+        if film.tiles().iter().all(|tile| tile.samples() >= tile.target()) {
+            let wanted = wanted_blocks(film, level, most);
+            let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
+                let blocks = tile.samples() / BLOCK;
+                tile.bounds().area() * (wanted.saturating_sub(blocks) * BLOCK) as u64
+            });
+            let left = left.sum();
+            observer.expect(left, film.error().sqrt());
+            if left == 0 {
+                break;
+            }
+            for (tile, wanted) in film.tiles_mut().iter_mut().zip(wanted) {
+                let blocks = tile.samples() / BLOCK;
+                let step = (blocks as f64 * GROWTH).ceil() as u32;
+                tile.set_target(wanted.min(blocks.saturating_add(step)) * BLOCK);
+            }
         }
 
         // A round
-        let done = film
+        let behind = film
             .tiles_mut()
             .par_iter_mut()
-            .zip(wanted)
-            .filter_map(|(tile, wanted)| {
-                let blocks = tile.samples() / BLOCK;
-                let step = (blocks as f64 * GROWTH).ceil() as u32;
-                let next = wanted.min(blocks.saturating_add(step));
-                (next > blocks && !observer.should_stop()).then(|| {
-                    let samples = blocks * BLOCK..next * BLOCK;
-                    let passes = passes(samples).take_while(|_| !observer.should_stop());
-                    let done = passes.map(|pass| {
-                        let done = render_tile(integrator, sampler, tile, pass);
-                        observer.progress(done.samples);
-                        done
-                    });
-                    done.reduce(Statistics::merge).unwrap_or_default()
-                })
-            })
-            .reduce(Statistics::default, Statistics::merge);
-        statistics = statistics.merge(done);
+            .filter(|tile| tile.samples() < tile.target());
+        let done = behind.map(|tile| {
+            let target = tile.first_sample().saturating_add(tile.target());
+            let passes = passes(tile.next_sample()..target).take_while(|_| !observer.should_stop());
+            let done = passes.map(|pass| {
+                let done = advance(integrator, sampler, tile, pass.end);
+                observer.progress(done.samples);
+                done
+            });
+            done.reduce(Statistics::merge).unwrap_or_default()
+        });
+        statistics = statistics.merge(done.reduce(Statistics::default, Statistics::merge));
         if observer.should_stop() {
             outcome = Outcome::Stopped;
         }

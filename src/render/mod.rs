@@ -11,6 +11,6 @@ mod tiles;
 
 pub use adaptive::render_to_noise;
 pub use groups::companions;
-pub use schedule::passes;
+pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

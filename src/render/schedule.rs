@@ -19,6 +19,15 @@ pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
+/// The last place at or before `sample` where a pass may start.
+pub fn last_cut(sample: u32) -> u32 {
+    if sample < BLOCK {
+        sample.checked_ilog2().map_or(0, |log| 1 << log)
+    } else {
+        sample / BLOCK * BLOCK
+    }
+}
+
 fn next_cut(sample: u32) -> u32 {
     if sample < BLOCK {
         (sample + 1).next_power_of_two()
@@ -39,5 +48,13 @@ mod tests {
         assert_eq!(ends(16..70), [32, 64, 70]);
         assert!(ends(5..5).is_empty());
         assert_eq!(ends(u32::MAX - 1..u32::MAX), [u32::MAX]);
+    }
+
+    #[test]
+    fn the_last_cut_is_where_a_pass_starts() {
+        for sample in 0..300 {
+            let starts = passes(0..1000).map(|pass| pass.start);
+            assert_eq!(Some(last_cut(sample)), starts.take_while(|&s| s <= sample).last());
+        }
     }
 }

@@ -64,7 +64,18 @@ impl Statistics {
         self.keep(sample);
     }
 
+    /// Leaves out what `before` had found already when the same samples were taken once more: only its rays are traced twice.
+    pub fn after(mut self, before: &Self) -> Self {
+        self.rays = self.rays.plus(before.rays);
+        self.samples = self.samples.saturating_sub(before.samples);
+        self.dropped = self.dropped.saturating_sub(before.dropped);
+        self
+    }
+
     fn keep(&mut self, sample: DroppedSample) {
+        if self.first_dropped.iter().any(|d| d.key == sample.key) {
+            return;
+        }
         let at = self.first_dropped.partition_point(|d| d.key <= sample.key);
         self.first_dropped.insert(at, sample);
         self.first_dropped.truncate(Self::KEPT);

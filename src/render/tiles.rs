@@ -1,8 +1,8 @@
 use super::groups::shuffled;
-use super::schedule::passes;
+use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Accumulator, Film, FirstSurface, Tile};
+use crate::film::{Accumulator, Block, Film, FirstSurface, Tile};
 use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -30,31 +30,32 @@ pub enum Outcome {
     Stopped,
 }
 
-/// Adds the samples with indices `samples` to every pixel of `film`.
+/// Adds samples to every pixel of `film`, from those that it has to the one before the index `end`.
 ///
 /// The result is the same to the bit for any number of threads: each tile of a pass is the work of one task, and what a
-/// task computes depends on nothing but its pixels and sample indices.
+/// task computes depends on nothing but its pixels and sample indices. Nor does it depend on how often the render was stopped before.
 pub fn render<I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     film: &mut Film,
-    samples: Range<u32>,
+    end: u32,
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
     let mut statistics = Statistics::default();
-    for pass in passes(samples) {
-        let done = film
+    let start = film.tiles().iter().map(Tile::next_sample).min().unwrap_or(end);
+    for pass in passes(last_cut(start)..end) {
+        let behind = film
             .tiles_mut()
             .par_iter_mut()
-            .filter_map(|tile| {
-                (!observer.should_stop()).then(|| {
-                    let done = render_tile(integrator, sampler, tile, pass.clone());
-                    observer.progress(done.samples);
-                    done
-                })
+            .filter(|tile| tile.next_sample() < pass.end);
+        let done = behind.filter_map(|tile| {
+            (!observer.should_stop()).then(|| {
+                let done = advance(integrator, sampler, tile, pass.end);
+                observer.progress(done.samples);
+                done
             })
-            .reduce(Statistics::default, Statistics::merge);
-        statistics = statistics.merge(done);
+        });
+        statistics = statistics.merge(done.reduce(Statistics::default, Statistics::merge));
         if observer.should_stop() {
             return (Outcome::Stopped, statistics);
         }
@@ -62,11 +63,27 @@ pub fn render<I: Integrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-pub(super) fn render_tile<I: Integrator, S: Sampler>(
+/// Adds the samples that `tile` lacks before the one with index `end`.
+pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, tile: &mut Tile, end: u32) -> Statistics {
+    let next = tile.next_sample();
+    let start = last_cut(next).max(tile.first_sample());
+    // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
+    let again = (start < next).then(|| render_tile(integrator, sampler, tile, start..next, Accumulator::take_back));
+    let taken = passes(start..end).map(|pass| render_tile(integrator, sampler, tile, pass, Accumulator::add));
+    let statistics = taken.reduce(Statistics::merge).unwrap_or_default();
+    match again {
+        Some(again) => statistics.after(&again),
+        None => statistics,
+    }
+}
+
+/// Takes `samples` of each pixel of `tile` and gives their sums to `put`, with what the pixel has.
+fn render_tile<I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     tile: &mut Tile,
     samples: Range<u32>,
+    put: impl Fn(&mut Accumulator, &Block),
 ) -> Statistics {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
@@ -81,14 +98,14 @@ pub(super) fn render_tile<I: Integrator, S: Sampler>(
         1 => tile.bounds().pixels().collect(),
         _ => shuffled(tile.cell(), samples.start),
     };
-    let mut blocks: [Accumulator; SAMPLES_AT_ONCE] = Default::default();
+    let mut blocks: [Block; SAMPLES_AT_ONCE] = Default::default();
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
             continue;
         }
-        blocks[..group.len()].fill_with(Accumulator::default);
+        blocks[..group.len()].fill_with(Block::default);
         for start in samples.clone().step_by(samples_at_once) {
             let end = samples.end.min(start.saturating_add(samples_at_once as u32));
             let mut count = 0;
@@ -118,7 +135,7 @@ pub(super) fn render_tile<I: Integrator, S: Sampler>(
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
             if let Some(sums) = tile.sums_mut(pixel) {
-                sums.merge(block);
+                put(sums, block);
                 statistics.samples += samples.len() as u64;
             }
         }

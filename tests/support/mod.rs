@@ -101,7 +101,7 @@ pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: 
 /// Renders by any sampler and integrator.
 pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(integrator, sampler, &mut film, 0..spp, &Patient);
+    let (outcome, statistics) = render(integrator, sampler, &mut film, spp, &Patient);
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

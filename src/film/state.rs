@@ -1,0 +1,119 @@
+use super::{Accumulator, Fixed};
+
+/// Sums that are kept exactly, by name.
+const FIXED: [&str; 13] = [
+    "sum.R",
+    "sum.G",
+    "sum.B",
+    "squares.R",
+    "squares.G",
+    "squares.B",
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "N.X",
+    "N.Y",
+    "N.Z",
+    "Z",
+];
+/// Those that are floats.
+const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
+/// Counts.
+const COUNTS: [&str; 2] = ["surfaces", "samples"];
+
+/// All that a pixel knows, as words of 32 bits: what checkpoints hold.
+impl Accumulator {
+    /// Words of a pixel.
+    pub const WORDS: usize = FIXED.len() * Fixed::WORDS + FLOATS.len() * 2 + COUNTS.len();
+
+    /// A name for each word: that of what it is of, and its place there, the lowest word first.
+    pub fn word_names() -> Vec<String> {
+        let parts = |names: &'static [&str], words: usize| {
+            let words = move |name: &&str| (0..words).map(|i| format!("{name}.{i}")).collect::<Vec<_>>();
+            names.iter().flat_map(words)
+        };
+        let counts = COUNTS.iter().map(|name| name.to_string());
+        parts(&FIXED, Fixed::WORDS)
+            .chain(parts(&FLOATS, 2))
+            .chain(counts)
+            .collect()
+    }
+
+    /// The word at place `i` of [`Accumulator::word_names`]; 0 beyond.
+    pub fn word(&self, i: usize) -> u32 {
+        let three = |sums: &[Fixed; 3], i: usize| sums[i / Fixed::WORDS].word(i % Fixed::WORDS);
+        let per_three = 3 * Fixed::WORDS;
+        let (group, place) = (i / per_three, i % per_three);
+        match group {
+            0 => three(&self.sum, place),
+            1 => three(&self.sum_of_squares, place),
+            2 => three(&self.albedo, place),
+            3 => three(&self.normal, place),
+            _ => match i - 4 * per_three {
+                i @ ..4 => self.depth.word(i),
+                i @ 4..10 => (self.block_spread[(i - 4) / 2].to_bits() >> (32 * (i % 2))) as u32,
+                10 => self.surfaces,
+                11 => self.samples,
+                _ => 0,
+            },
+        }
+    }
+
+    /// All of them.
+    pub fn to_words(&self) -> [u32; Self::WORDS] {
+        std::array::from_fn(|i| self.word(i))
+    }
+
+    /// What [`Accumulator::to_words`] gave.
+    pub fn from_words(words: &[u32; Self::WORDS]) -> Self {
+        let (fixed, rest) = words.split_at(FIXED.len() * Fixed::WORDS);
+        let fixed = |i: usize| Fixed::from_words(std::array::from_fn(|w| fixed[i * Fixed::WORDS + w]));
+        let three = |first: usize| [0, 1, 2].map(|c| fixed(first + c));
+        let float = |i: usize| f64::from_bits(rest[2 * i] as u64 | (rest[2 * i + 1] as u64) << 32);
+        Self {
+            sum: three(0),
+            sum_of_squares: three(3),
+            albedo: three(6),
+            normal: three(9),
+            depth: fixed(12),
+            block_spread: [0, 1, 2].map(float),
+            surfaces: rest[2 * FLOATS.len()],
+            samples: rest[2 * FLOATS.len() + 1],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::film::{Block, FirstSurface};
+    use crate::math::Vec3;
+    use std::collections::HashSet;
+
+    #[test]
+    fn words_hold_all_of_a_pixel() {
+        let mut a = Accumulator::default();
+        for i in 0..4 {
+            let mut block = Block::default();
+            for j in 0..64 {
+                let surface = FirstSurface {
+                    albedo: Spectrum::rgb(0.1, 0.2, 0.3),
+                    normal: Vec3::new(-0.6, 0.0, 0.8),
+                    depth: 3.5,
+                };
+                block.add(
+                    Spectrum::rgb(0.1 * i as f32, j as f32, 7e-5),
+                    (j % 3 == 0).then_some(&surface),
+                );
+            }
+            a.add(&block);
+        }
+        let words = a.to_words();
+        assert_eq!(Accumulator::from_words(&words), a);
+        // Each word has a name, and names are apart.
+        let names: HashSet<String> = Accumulator::word_names().into_iter().collect();
+        assert_eq!((names.len(), words.len()), (Accumulator::WORDS, Accumulator::WORDS));
+        assert!(names.contains("sum.G.3") && names.contains("spread.B.1") && names.contains("samples"));
+    }
+}

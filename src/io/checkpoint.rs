@@ -1,0 +1,248 @@
+use super::exr::{Header, RowChannel, write_rows};
+use super::read_image::check_exr;
+use super::{FileError, Metadata, Output};
+use crate::film::{Accumulator, Film, Rect};
+use crate::math::UVec2;
+use ::exr::block;
+use ::exr::block::lines::LineIndex;
+use ::exr::meta::attribute::ChannelDescription;
+use ::exr::meta::header::Header as ExrHeader;
+use ::exr::prelude as exr;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// Before the names of the channels that hold the words of a film ([`Accumulator::word_names`]).
+const PREFIX: &str = "state.";
+/// The channel of [`Tile::target`](crate::film::Tile::target).
+const TARGET: &str = "state.target";
+/// The attribute that holds the digest of all of it.
+const DIGEST: &str = "embrasure.stateDigest";
+/// The one of what has been counted.
+const STATISTICS: &str = "embrasure.statistics";
+
+/// All that a render knows, to be written beside its picture: whoever has it can go on, or join it with what others have.
+#[derive(Clone, Copy, Debug)]
+pub struct State<'a> {
+    /// The sums.
+    pub film: &'a Film,
+    /// What has been counted, as the program likes to have it.
+    pub statistics: &'a str,
+}
+
+/// What was read of a file with a [`State`].
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// The sums.
+    pub film: Film,
+    /// How they came to be.
+    pub metadata: Metadata,
+    /// What had been counted.
+    pub statistics: String,
+}
+
+impl State<'_> {
+    /// Writes a checkpoint: the state, and the picture so far as `R G B`. It is not compressed, because it is written often.
+    pub fn write(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
+        let film = self.film;
+        let color = |(c, name): (usize, &str)| RowChannel {
+            name: name.into(),
+            kind: exr::SampleType::F32,
+            fill: Box::new(move |row, bytes| {
+                fill_row(film, row, bytes, |sums| (sums.mean(c) as f32).to_ne_bytes());
+            }),
+        };
+        let mut channels: Vec<RowChannel> = ["R", "G", "B"].into_iter().enumerate().map(color).collect();
+        channels.extend(self.channels());
+        let header = Header {
+            resolution: film.resolution(),
+            crop: film.crop(),
+            metadata,
+            attributes: self.attributes(metadata),
+            compression: exr::Compression::Uncompressed,
+        };
+        output.write(|writer| write_rows(writer, header, channels))
+    }
+
+    /// A channel for each word of a pixel.
+    pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
+        let film = self.film;
+        let names = Accumulator::word_names().into_iter().enumerate();
+        let words = names.map(|(i, name)| RowChannel {
+            name: format!("{PREFIX}{name}"),
+            kind: exr::SampleType::U32,
+            fill: Box::new(move |row, bytes| {
+                fill_row(film, row, bytes, |sums| sums.word(i).to_ne_bytes());
+            }),
+        });
+        let target = RowChannel {
+            name: TARGET.into(),
+            kind: exr::SampleType::U32,
+            fill: Box::new(move |row, bytes| {
+                for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
+                    let target = film.tile_at(pixel).map_or(0, |tile| tile.target());
+                    bytes.copy_from_slice(&target.to_ne_bytes());
+                }
+            }),
+        };
+        words.chain([target]).collect()
+    }
+
+    pub(super) fn attributes(&self, metadata: &Metadata) -> Vec<(&'static str, String)> {
+        vec![(STATISTICS, self.statistics.into()), (DIGEST, self.digest(metadata))]
+    }
+
+    /// SHA-256 over everything that a render goes on from: damage shows.
+    fn digest(&self, metadata: &Metadata) -> String {
+        let crop = self.film.crop();
+        let rows: Vec<_> = (0..crop.size().y as usize)
+            .into_par_iter()
+            .map(|row| {
+                let mut bytes = Vec::new();
+                for pixel in pixels_of_row(crop, row) {
+                    if let Some((tile, sums)) = self.film.tile_at(pixel).and_then(|t| Some((t, t.sums(pixel)?))) {
+                        let words = (0..Accumulator::WORDS).map(|i| sums.word(i)).chain([tile.target()]);
+                        bytes.extend(words.flat_map(u32::to_le_bytes));
+                    }
+                }
+                Sha256::digest(&bytes)
+            })
+            .collect();
+        let mut hash = Sha256::new();
+        // Seconds are rounded when they are written.
+        let exact = Metadata {
+            render_seconds: 0.0,
+            ..metadata.clone()
+        };
+        hash.update(format!(
+            "{exact:?}\n{:?}\n{crop:?}\n{}\n",
+            self.film.resolution(),
+            self.statistics
+        ));
+        rows.iter().for_each(|row| hash.update(row));
+        format!("{:x}", hash.finalize())
+    }
+}
+
+/// Reads what [`State`] wrote, be it a checkpoint or a picture with its state. An error where it is not whole to the bit.
+pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, FileError> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
+    };
+    let file = File::open(path).map_err(|e| FileError::system(path, "cannot read", &e))?;
+    let reader = block::read(BufReader::new(file), false).map_err(|e| damaged(&e))?;
+    let meta = reader.meta_data().clone();
+    check_exr(path, &meta)?;
+    let header = meta.headers.first().ok_or_else(|| damaged(&"it has no layer"))?;
+    let stateless = || {
+        FileError::new(path, "this file holds a picture, but not the sums that it is made of").help(
+            "give one that was written by --checkpoint, or by -o with --samples; a picture alone cannot be gone on with",
+        )
+    };
+    let attributes = &header.own_attributes;
+    let text = |name: &str| match attributes.other.get(&exr::Text::from(name)) {
+        Some(exr::AttributeValue::Text(text)) => Some(text.to_string()),
+        _ => None,
+    };
+    let digest = text(DIGEST).ok_or_else(stateless)?;
+    let statistics = text(STATISTICS).ok_or_else(stateless)?;
+    let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
+
+    // Where the picture lies, and which word each channel holds
+    let (resolution, crop) = windows(header).ok_or_else(|| damaged(&"its windows make no sense"))?;
+    let least = match header.compression {
+        exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
+        _ => crop.area() / 8,
+    };
+    if path.metadata().map_or(0, |m| m.len()) < least {
+        return Err(damaged(&"it is too short for its pixels"));
+    }
+    let names = Accumulator::word_names();
+    let place_of = |channel: &ChannelDescription| {
+        let name = channel.name.to_string();
+        let is_word = channel.sample_type == exr::SampleType::U32;
+        let place = match name.strip_prefix(PREFIX).filter(|_| is_word)? {
+            _ if name == TARGET => Accumulator::WORDS,
+            word => names.iter().position(|n| n == word)?,
+        };
+        Some(place)
+    };
+    let places: Vec<Option<usize>> = header.channels.list.iter().map(place_of).collect();
+    if (0..=Accumulator::WORDS).any(|place| !places.contains(&Some(place))) {
+        return Err(stateless());
+    }
+
+    // The rows
+    let mut film = Film::starting_at(resolution, crop, metadata.first_sample);
+    let width = crop.size().x as usize;
+    let mut words = vec![[0; Accumulator::WORDS + 1]; width];
+    let last_channel = places.len() - 1;
+    for chunk in reader.all_chunks(false).map_err(|e| damaged(&e))? {
+        let chunk = chunk.map_err(|e| damaged(&e))?;
+        let block = block::UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(|e| damaged(&e))?;
+        for (bytes, line) in LineIndex::lines_in_block(block.index, &header.channels) {
+            let bytes = block.data.get(bytes).ok_or_else(|| damaged(&"a block is too short"))?;
+            if let Some(place) = places[line.channel] {
+                for (words, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+                    words[place] = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                }
+            }
+            if line.channel == last_channel {
+                put_row(&mut film, line.position.y(), &words);
+            }
+        }
+    }
+    let state = State {
+        film: &film,
+        statistics: &statistics,
+    };
+    if state.digest(&metadata) != digest {
+        return Err(damaged(&"its contents are not those that were written"));
+    }
+    Ok(Checkpoint {
+        film,
+        metadata,
+        statistics,
+    })
+}
+
+/// Size of the image, and the part of it that the layer holds.
+fn windows(header: &ExrHeader) -> Option<(UVec2, Rect)> {
+    let unsigned = |x: i32, y: i32| Some(UVec2::new(u32::try_from(x).ok()?, u32::try_from(y).ok()?));
+    let (size, layer) = (header.shared_attributes.display_window.size, header.layer_size);
+    let resolution = UVec2::new(u32::try_from(size.x()).ok()?, u32::try_from(size.y()).ok()?);
+    let at = header.own_attributes.layer_position;
+    let min = unsigned(at.x(), at.y())?;
+    let size = UVec2::new(u32::try_from(layer.x()).ok()?, u32::try_from(layer.y()).ok()?);
+    let max = UVec2::new(min.x.checked_add(size.x)?, min.y.checked_add(size.y)?);
+    let crop = Rect { min, max };
+    crop.is_inside(resolution).then_some((resolution, crop))
+}
+
+fn put_row(film: &mut Film, row: usize, words: &[[u32; Accumulator::WORDS + 1]]) {
+    for (pixel, words) in pixels_of_row(film.crop(), row).zip(words) {
+        let [own @ .., target] = words;
+        if let Some(tile) = film.tile_at_mut(pixel) {
+            tile.set_target(*target);
+            if let Some(sums) = tile.sums_mut(pixel) {
+                *sums = Accumulator::from_words(own);
+            }
+        }
+    }
+}
+
+fn pixels_of_row(crop: Rect, row: usize) -> impl Iterator<Item = UVec2> {
+    let y = crop.min.y + row as u32;
+    (crop.min.x..crop.max.x).map(move |x| UVec2::new(x, y))
+}
+
+/// Four bytes of each pixel in a row of `film`.
+fn fill_row(film: &Film, row: usize, bytes: &mut [u8], of: impl Fn(&Accumulator) -> [u8; 4]) {
+    for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
+        if let Some(sums) = film.sums(pixel) {
+            bytes.copy_from_slice(&of(sums));
+        }
+    }
+}

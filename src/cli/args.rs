@@ -263,12 +263,15 @@ pub(super) struct LoadArgs {
 Examples:
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
   embrasure render bunny.obj --size 800x600 --spp 256
-  embrasure render room.obj --position 0,1,4 --look-at 0,1,0 --fov 50 -o room.png")]
+  embrasure render room.obj --position 0,1,4 --look-at 0,1,0 --fov 50 -o room.png
+  embrasure render room.toml --spp 4096 --checkpoint room-state.exr --resume -o room.exr
+  embrasure render room.toml --spp 4096 --samples 1024..2048 -o room-2.exr   (a part for embrasure merge)")]
 pub(super) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here]
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here; nothing where
+    /// --samples go to a --checkpoint]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -279,6 +282,30 @@ pub(super) struct RenderArgs {
     /// Stop where the relative error is estimated to be LEVEL, such as 0.02; --spp is then the most a pixel may have [default: off]
     #[arg(long, value_name = "LEVEL")]
     pub noise: Option<f64>,
+
+    /// Stop after this time of rendering, such as 90s or 10m [default: off]
+    #[arg(long, value_name = "DUR", value_parser = parse_duration)]
+    pub time_limit: Option<f64>,
+
+    /// Take the samples A to B-1 alone, of the --spp of the whole picture: a part for `embrasure merge`; multiples of 64
+    #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "noise")]
+    pub samples: Option<[u32; 2]>,
+
+    /// Keep here, in an EXR file, all that the render knows, so that it can go on later: every so often, when it is interrupted, and at the end
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// How often --checkpoint is written, such as 10s or 5m [default: 60s]
+    #[arg(long, value_name = "DUR", value_parser = parse_duration, requires = "checkpoint")]
+    pub checkpoint_interval: Option<f64>,
+
+    /// Go on from --checkpoint, if that file is there; more --spp than before add to it
+    #[arg(long, requires = "checkpoint")]
+    pub resume: bool,
+
+    /// Write the images so far every so often, such as 30s [default: at the end]
+    #[arg(long, value_name = "DUR", value_parser = parse_duration)]
+    pub write_every: Option<f64>,
 
     /// Seed of the random numbers, 64 bits [default: 0]
     #[arg(long, value_name = "N")]
@@ -433,6 +460,17 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     let seconds = digits.parse().ok().map(|n: f64| n * unit);
     let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
+}
+
+/// `0..64`, without its end.
+fn parse_range(text: &str) -> Result<[u32; 2], String> {
+    let ends = text
+        .split_once("..")
+        .map(|(a, b)| (a.trim().parse().ok(), b.trim().parse().ok()));
+    match ends {
+        Some((Some(first), Some(end))) if first < end => Ok([first, end]),
+        _ => Err("the first sample and one past the last are expected, as in 64..128".into()),
+    }
 }
 
 /// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.

@@ -231,6 +231,11 @@ impl Estimator {
         }
     }
 
+    /// Whether its random numbers depend on how many samples a pixel gets in all.
+    pub fn knows_count(&self) -> bool {
+        self.strategy.directions == Directions::PerturbedQmc
+    }
+
     /// The name users type.
     pub fn name(&self) -> &'static str {
         name_of(KINDS, self.kind)

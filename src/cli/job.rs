@@ -33,8 +33,14 @@ pub(super) struct Job {
     pub crop: Rect,
     pub filter: Filter,
     pub samples: Range<u32>,
+    /// Samples of a pixel of the whole picture, of which `samples` may be a part.
+    pub total_samples: u32,
+    /// Whether they are a part of it, by --samples.
+    pub is_part: bool,
     /// Relative error at which to stop.
     pub noise: Option<f64>,
+    /// Seconds of rendering after which to stop.
+    pub time_limit: Option<f64>,
     pub seed: u64,
     pub sampler: SamplerKind,
     pub estimator: Estimator,
@@ -99,6 +105,7 @@ impl Job {
                 2 * BLOCK
             )));
         }
+        let samples = samples(args, spp)?;
         let estimator = Estimator::new(&args.estimator, &scene)?;
         let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, SamplerKind::NAMES)?;
         let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends())?;
@@ -111,8 +118,11 @@ impl Job {
             resolution,
             crop,
             filter,
-            samples: 0..spp,
+            total_samples: spp.max(samples.end),
+            samples,
+            is_part: args.samples.is_some(),
             noise,
+            time_limit: args.time_limit,
             seed: args.seed.or(settings.seed).unwrap_or(0),
             estimator,
             sampler,
@@ -254,15 +264,23 @@ impl Job {
             self.filter.radius()
         );
         match self.noise {
+            Some(level) => settings + &format!(" noise={level} most_samples={}", self.total_samples),
+            // Whether samples are added later, or in parts, is no business of others.
+            None if self.sampler.knows_count() || self.estimator.knows_count() => {
+                settings + &format!(" count={}", self.total_samples)
+            }
             None => settings,
-            Some(level) => settings + &format!(" noise={level}"),
         }
     }
 
     /// The random numbers of the render.
     pub fn sampler(&self) -> RenderSampler {
         // Blocks are what is taken where the count is not known ahead: each is then whole.
-        let count = if self.noise.is_some() { BLOCK } else { self.samples.end };
+        let count = if self.noise.is_some() {
+            BLOCK
+        } else {
+            self.total_samples
+        };
         self.estimator.sampler(self.sampler, self.seed, count)
     }
 
@@ -270,6 +288,26 @@ impl Job {
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
     }
+}
+
+/// The samples to take of a picture of `spp`.
+fn samples(args: &RenderArgs, spp: u32) -> Result<Range<u32>, CliError> {
+    let Some([first, end]) = args.samples else {
+        return Ok(0..spp);
+    };
+    let refused = |help: String| Err(CliError::Usage(format!("--samples {first}..{end}\n  help: {help}")));
+    if args.spp.is_some_and(|spp| end > spp) {
+        return refused(format!(
+            "the whole picture has {spp} samples a pixel: end at {spp}, or raise --spp"
+        ));
+    }
+    if first % BLOCK != 0 || (end % BLOCK != 0 && end != spp) {
+        return refused(format!(
+            "parts start and end at multiples of {BLOCK}, or end where the whole picture does (--spp), so that \
+             they give the bits of one render"
+        ));
+    }
+    Ok(first..end)
 }
 
 /// As many threads as the machine runs at a time.

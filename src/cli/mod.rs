@@ -12,6 +12,7 @@ mod explain;
 mod hash;
 mod info;
 mod job;
+mod keeper;
 mod lab;
 mod pixel;
 mod progress;

@@ -1,9 +1,11 @@
+use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
 use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Set by the first Ctrl-C or termination signal.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -35,9 +37,13 @@ impl Progress {
             };
         }
         let style = ProgressStyle::with_template(
-            "{wide_bar:.cyan/blue} {percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go",
+            "{wide_bar:.cyan/blue} {whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go",
         )
         .unwrap_or_else(|_| ProgressStyle::default_bar())
+        // Rounded down: what is not done is not 100 %.
+        .with_key("whole_percent", |state: &ProgressState, w: &mut dyn Write| {
+            let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
+        })
         .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
             let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
         });
@@ -46,9 +52,44 @@ impl Progress {
         }
     }
 
+    /// Starts with `samples` that were taken before.
+    pub fn skip(&self, samples: u64) {
+        self.bar.set_position(samples);
+        self.bar.reset_eta();
+    }
+
+    /// Runs `f` while the bar is away, so that words on the terminal do not mix with it.
+    pub fn suspend(&self, f: impl FnOnce()) {
+        self.bar.suspend(f);
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// A [`Progress`] that also stops the render when something is due.
+pub(super) struct Until<'a> {
+    pub progress: &'a Progress,
+    pub due: Option<Instant>,
+}
+
+impl Observer for Until<'_> {
+    fn progress(&self, samples: u64) {
+        self.progress.progress(samples);
+    }
+
+    fn expect(&self, samples: u64, error: f64) {
+        self.progress.expect(samples, error);
+    }
+
+    fn passed(&self, film: &Film) {
+        self.progress.passed(film);
+    }
+
+    fn should_stop(&self) -> bool {
+        self.progress.should_stop() || self.due.is_some_and(|due| Instant::now() >= due)
     }
 }
 
@@ -89,6 +130,12 @@ impl LoadObserver for Loading {
     }
 }
 
+/// How much is done, in whole per cent that are done.
+fn floored_percent(done: u64, of: Option<u64>) -> u64 {
+    let of = of.unwrap_or(0).max(1);
+    (done.min(of) as u128 * 100 / of as u128) as u64
+}
+
 impl Observer for Progress {
     fn progress(&self, samples: u64) {
         self.bar.inc(samples);
@@ -96,10 +143,30 @@ impl Observer for Progress {
 
     fn expect(&self, samples: u64, error: f64) {
         self.bar.set_length(self.bar.position() + samples);
-        self.bar.set_message(format!("noise {error:.2e}  "));
+        self.bar.set_message(format!("error {error:.2e}  "));
+    }
+
+    fn passed(&self, film: &Film) {
+        let error = (!self.bar.is_hidden()).then(|| film.relative_error());
+        if let Some(error) = error.flatten() {
+            self.bar.set_message(format!("error {error:.2e}  "));
+        }
     }
 
     fn should_stop(&self) -> bool {
         INTERRUPTED.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_is_said_of_all_alone() {
+        assert_eq!(floored_percent(999_999, Some(1_000_000)), 99);
+        assert_eq!(floored_percent(1_000_000, Some(1_000_000)), 100);
+        assert_eq!(floored_percent(u64::MAX - 1, Some(u64::MAX)), 99);
+        assert_eq!((floored_percent(0, Some(0)), floored_percent(5, None)), (0, 100));
     }
 }

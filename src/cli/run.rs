@@ -3,19 +3,20 @@ use super::audit::Report;
 use super::backend::{BackendTask, PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
+use super::keeper::{Keeper, Progressed};
 use super::pixel;
-use super::progress::{Loading, Progress, catch_interrupts};
+use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
-use crate::accel::{Accel, Auditor};
+use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
-use crate::io::{FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
-use crate::render::{Outcome, Statistics};
+use crate::io::{FileError, Format, Loaded, Metadata, Output, State, in_words, load_scene_watched};
+use crate::render::{Observer, Outcome, Statistics};
 use crate::scene::Scene;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
@@ -25,7 +26,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let files = Files {
         images: images(args)?,
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
+        write_every: args.write_every,
     };
+    let keeper = Keeper::new(args)?;
     let pool = job.thread_pool()?;
     let loading = Loading::new(job.quiet);
     let loaded = pool.install(|| load_scene_watched(&job.scene, job.estimator.scene_builder(), &loading));
@@ -53,6 +56,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 
     let task = Task {
         prepared: &prepared,
+        keeper,
         warnings: &mut warnings,
     };
     match args.audit_rays {
@@ -67,6 +71,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 /// Renders with the backend that was chosen.
 struct Task<'a> {
     prepared: &'a Prepared<'a>,
+    keeper: Option<Keeper>,
     warnings: &'a mut Vec<String>,
 }
 
@@ -74,7 +79,8 @@ impl BackendTask for Task<'_> {
     type Output = Result<ExitCode, CliError>;
 
     fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-        self.prepared.render(accel, build_s, self.warnings, || None)
+        self.prepared
+            .render(accel, build_s, self.keeper, self.warnings, || None)
     }
 }
 
@@ -88,9 +94,13 @@ impl PairTask for Audited<'_> {
     type Output = Result<ExitCode, CliError>;
 
     fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output {
-        let Task { prepared, warnings } = self.task;
+        let Task {
+            prepared,
+            keeper,
+            warnings,
+        } = self.task;
         let auditor = Auditor::new(prepared.scene, accels, self.share);
-        prepared.render(&auditor, build_s, warnings, || {
+        prepared.render(&auditor, build_s, keeper, warnings, || {
             let name = prepared.job.scene_path.display().to_string();
             let backends = accels.map(|accel| accel.info());
             let hash = prepared.scene_hash.clone();
@@ -103,6 +113,8 @@ impl PairTask for Audited<'_> {
 struct Files {
     images: Vec<(Format, Output)>,
     stats: Option<Output>,
+    /// Seconds after which images are written while the render goes on.
+    write_every: Option<f64>,
 }
 
 /// A job whose scene is loaded; what is missing is an acceleration structure.
@@ -123,6 +135,7 @@ impl Prepared<'_> {
         &self,
         accel: &A,
         build_s: f64,
+        mut keeper: Option<Keeper>,
         warnings: &mut Vec<String>,
         audit: impl FnOnce() -> Option<Report>,
     ) -> Result<ExitCode, CliError> {
@@ -139,25 +152,60 @@ impl Prepared<'_> {
             pixel::trace(&job.estimator, world, &mut sampler, (job.resolution, key));
             return Ok(ExitCode::SUCCESS);
         }
-        let mut film = Film::new(job.resolution, job.crop);
-        let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
 
+        // What was done before
+        let info = accel.info();
+        let mut metadata = self.metadata(&info);
+        let restored = match &mut keeper {
+            Some(keeper) => keeper.restore(job, &metadata)?,
+            None => None,
+        };
+        let mut done = restored.unwrap_or_else(|| Progressed::start(job));
+
+        // The render, with breaks in which files are written
+        let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
+        progress.skip(done.film.samples());
         catch_interrupts();
         let render_start = Instant::now();
-        let (outcome, statistics) = self.pool.install(|| {
-            job.estimator
-                .render(world, &sampler, &mut film, job.samples.end, job.noise, &progress)
-        });
-        let render_s = render_start.elapsed().as_secs_f64();
+        let seconds_before = done.seconds;
+        let mut clock = Clock::new(self, keeper.as_ref());
+        let stop = loop {
+            let until = Until {
+                progress: &progress,
+                due: clock.next(),
+            };
+            let (outcome, statistics) = self.pool.install(|| {
+                let (film, end) = (&mut done.film, job.samples.end);
+                job.estimator.render(world, &sampler, film, end, job.noise, &until)
+            });
+            done.statistics = done.statistics.merge(statistics);
+            done.seconds = seconds_before + render_start.elapsed().as_secs_f64();
+            if outcome == Outcome::Complete {
+                break Stop::of_complete(&done.film, job.noise);
+            } else if progress.should_stop() {
+                break Stop::Interrupt;
+            } else if clock.is_over() {
+                break Stop::TimeLimit;
+            }
+            let failures = self.write_meanwhile(&mut clock, keeper.as_ref(), &done, &metadata);
+            progress.suspend(|| {
+                failures
+                    .iter()
+                    .for_each(|f| eprintln!("warning: {f}; the render goes on"))
+            });
+        };
         progress.finish();
+        metadata.complete = stop.is_complete();
+        metadata.render_seconds = done.seconds;
+        let (film, statistics) = (&done.film, &done.statistics);
         if statistics.dropped > 0 {
-            let warning = dropped_warning(&statistics);
+            let warning = dropped_warning(statistics);
             eprintln!("warning: {warning}");
             warnings.push(warning);
         }
 
-        let noise = job.noise.map(|level| Noise::new(&film, level));
-        if let Some(noise) = noise.filter(|n| outcome == Outcome::Complete && !n.is_reached()) {
+        let noise = job.noise.map(|level| Noise::new(film, level));
+        if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
             let warning = noise.warning();
             eprintln!("warning: {warning}");
             warnings.push(warning);
@@ -175,26 +223,9 @@ impl Prepared<'_> {
         }
 
         // Every output is tried, so that one full disk does not cost the other picture.
-        let info = accel.info();
-        let metadata = Metadata {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: self.scene_hash.clone(),
-            settings: job.settings(),
-            first_sample: job.samples.start,
-            end_sample: job.samples.end,
-            total_samples: job.samples.end,
-            seed: job.seed,
-            backend: info.name.into(),
-            backend_version: format!("{} {}", info.version, info.isa),
-            render_seconds: render_s,
-            complete: outcome == Outcome::Complete,
-        };
-        let mut image = film.develop();
-        if noise.is_some() {
-            image.channels.push(film.error_map());
-        }
-        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, None, &metadata);
-        let mut failures: Vec<FileError> = self.files.images.iter().filter_map(|o| write(o).err()).collect();
+        let kept = keeper.map(|keeper| keeper.keep(&done, &metadata));
+        let mut failures: Vec<FileError> = kept.and_then(Result::err).into_iter().collect();
+        failures.extend(self.write_images(&done, &metadata));
 
         let stats = Stats {
             version: env!("CARGO_PKG_VERSION"),
@@ -211,7 +242,7 @@ impl Prepared<'_> {
             lights: self.scene.lights().len(),
             load_s: self.load_s,
             build_s,
-            render_s,
+            render_s: done.seconds,
             total_s: self.start.elapsed().as_secs_f64(),
             rays: Rays {
                 camera: statistics.rays.camera,
@@ -219,7 +250,9 @@ impl Prepared<'_> {
                 shadow: statistics.rays.shadow,
             },
             samples: statistics.samples,
-            complete: outcome == Outcome::Complete,
+            complete: stop.is_complete(),
+            stop: stop.name(),
+            error: film.relative_error(),
             scene_hash: &self.scene_hash,
             scene_bytes: self.scene.bytes(),
             bvh_bytes: accel.bytes(),
@@ -235,12 +268,69 @@ impl Prepared<'_> {
             failures.extend(output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err());
         }
         if !job.quiet {
-            self.summarize(&stats);
+            self.summarize(&stats, stop);
         }
-        finish(failures, outcome)
+        finish(failures, stop)
     }
 
-    fn summarize(&self, stats: &Stats) {
+    /// What files say of the render.
+    fn metadata(&self, info: &BackendInfo) -> Metadata {
+        let job = self.job;
+        Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: self.scene_hash.clone(),
+            settings: job.settings(),
+            first_sample: job.samples.start,
+            end_sample: job.samples.end,
+            total_samples: job.total_samples,
+            seed: job.seed,
+            backend: info.name.into(),
+            backend_version: format!("{} {}", info.version, info.isa),
+            render_seconds: 0.0,
+            complete: false,
+        }
+    }
+
+    /// Writes what is due, and what went wrong with it.
+    fn write_meanwhile(
+        &self,
+        clock: &mut Clock,
+        keeper: Option<&Keeper>,
+        done: &Progressed,
+        metadata: &Metadata,
+    ) -> Vec<FileError> {
+        let metadata = Metadata {
+            render_seconds: done.seconds,
+            ..metadata.clone()
+        };
+        let mut failures = Vec::new();
+        if let Some(keeper) = keeper.filter(|_| clock.checkpoint.is_due()) {
+            failures.extend(keeper.keep(done, &metadata).err());
+            clock.checkpoint.restart();
+        }
+        if clock.images.is_due() {
+            failures.extend(self.write_images(done, &metadata));
+            clock.images.restart();
+        }
+        failures
+    }
+
+    /// Writes the images as they are now, and what went wrong with it. A part of the samples comes with its sums.
+    fn write_images(&self, done: &Progressed, metadata: &Metadata) -> Vec<FileError> {
+        let mut image = done.film.develop();
+        if self.job.noise.is_some() {
+            image.channels.push(done.film.error_map());
+        }
+        let statistics = done.counted();
+        let state = self.job.is_part.then_some(State {
+            film: &done.film,
+            statistics: &statistics,
+        });
+        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, state.as_ref(), metadata);
+        self.files.images.iter().filter_map(|o| write(o).err()).collect()
+    }
+
+    fn summarize(&self, stats: &Stats, stop: Stop) {
         let job = self.job;
         let names: Vec<String> = self
             .files
@@ -249,7 +339,7 @@ impl Prepared<'_> {
             .map(|(_, o)| o.path().display().to_string())
             .collect();
         eprintln!(
-            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}) -> {}",
+            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{} -> {}",
             job.scene_path.display(),
             stats.width,
             stats.height,
@@ -259,7 +349,15 @@ impl Prepared<'_> {
             stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
             stats.backend,
             stats.backend_version,
-            names.join(", "),
+            stats
+                .error
+                .map_or(String::new(), |error| format!(", relative error {error:.2e}")),
+            stop.words(),
+            if names.is_empty() {
+                "no image".into()
+            } else {
+                names.join(", ")
+            },
         );
         if job.verbose {
             eprintln!(
@@ -294,27 +392,126 @@ fn dropped_warning(statistics: &Statistics) -> String {
     )
 }
 
-fn finish(failures: Vec<FileError>, outcome: Outcome) -> Result<ExitCode, CliError> {
+fn finish(failures: Vec<FileError>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         let words: Vec<String> = failures.iter().map(FileError::to_string).collect();
         return Err(CliError::Failed(words.join("\nerror: ")));
     }
-    match outcome {
-        Outcome::Complete => Ok(ExitCode::SUCCESS),
-        Outcome::Stopped => {
-            eprintln!("interrupted: the image holds the samples taken so far");
-            Ok(ExitCode::from(INTERRUPTED))
+    if stop == Stop::Interrupt {
+        eprintln!("interrupted: what is written holds the samples taken so far");
+        return Ok(ExitCode::from(INTERRUPTED));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stop {
+    /// All samples were taken.
+    Samples,
+    /// The noise is as low as was asked for.
+    Noise,
+    TimeLimit,
+    Interrupt,
+}
+
+impl Stop {
+    /// Of a render that has done all it was to do.
+    fn of_complete(film: &Film, noise: Option<f64>) -> Self {
+        match noise {
+            Some(level) if Noise::new(film, level).is_reached() => Self::Noise,
+            _ => Self::Samples,
         }
+    }
+
+    fn is_complete(self) -> bool {
+        matches!(self, Self::Samples | Self::Noise)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Noise => "noise",
+            Self::TimeLimit => "time-limit",
+            Self::Interrupt => "interrupt",
+        }
+    }
+
+    /// For the end of a sentence; nothing where all samples were taken.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Samples => "",
+            Self::Noise => ", stopped by --noise",
+            Self::TimeLimit => ", stopped by --time-limit",
+            Self::Interrupt => ", stopped by an interrupt",
+        }
+    }
+}
+
+/// When a render is to be left for a moment, or for good.
+struct Clock {
+    checkpoint: Timer,
+    images: Timer,
+    limit: Timer,
+}
+
+impl Clock {
+    /// Starts now.
+    fn new(prepared: &Prepared, keeper: Option<&Keeper>) -> Self {
+        Self {
+            checkpoint: Timer::new(keeper.map(|keeper| keeper.interval)),
+            images: Timer::new(prepared.files.write_every),
+            limit: Timer::new(prepared.job.time_limit),
+        }
+    }
+
+    /// The next time at which something is due.
+    fn next(&self) -> Option<Instant> {
+        let timers = [&self.checkpoint, &self.images, &self.limit];
+        timers.into_iter().filter_map(|timer| timer.due).min()
+    }
+
+    fn is_over(&self) -> bool {
+        self.limit.is_due()
+    }
+}
+
+/// Something that is due every so often, or never.
+struct Timer {
+    interval: Option<Duration>,
+    due: Option<Instant>,
+}
+
+impl Timer {
+    /// Due for the first time after so many seconds.
+    fn new(seconds: Option<f64>) -> Self {
+        let mut timer = Self {
+            interval: seconds.and_then(|s| Duration::try_from_secs_f64(s).ok()),
+            due: None,
+        };
+        timer.restart();
+        timer
+    }
+
+    fn restart(&mut self) {
+        self.due = self.interval.and_then(|interval| Instant::now().checked_add(interval));
+    }
+
+    fn is_due(&self) -> bool {
+        self.due.is_some_and(|due| Instant::now() >= due)
     }
 }
 
 /// The images to write, by name.
 fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
-    let paths = if args.output.is_empty() {
-        default()
-    } else {
+    let paths = if !args.output.is_empty() {
         args.output.clone()
+    } else if args.samples.is_some() && args.checkpoint.is_some() {
+        // A part that is kept: nobody has asked for a picture of it.
+        Vec::new()
+    } else {
+        default()
     };
     if let Some(twice) = paths
         .iter()

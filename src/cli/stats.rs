@@ -25,6 +25,10 @@ pub(super) struct Stats<'a> {
     pub rays: Rays,
     pub samples: u64,
     pub complete: bool,
+    /// What ended the render: samples, noise, time-limit or interrupt.
+    pub stop: &'static str,
+    /// Estimate of the relative error; `null` where nothing is known of it.
+    pub error: Option<f64>,
     pub scene_hash: &'a str,
     pub scene_bytes: u64,
     pub bvh_bytes: u64,

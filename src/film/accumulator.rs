@@ -191,6 +191,12 @@ impl Accumulator {
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
+    /// The same from the variance of all samples, as if they were independent.
+    pub fn independent_squared_error(&self) -> f64 {
+        let channel = |c| self.variance_of_mean(c) / (self.mean(c).powi(2) + DARK);
+        [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
+    }
+
     /// Mean albedo in channel `c`; background counts as black.
     pub fn albedo(&self, c: usize) -> f32 {
         (self.albedo[c].to_f64() / self.samples.max(1) as f64) as f32

@@ -143,6 +143,19 @@ impl Film {
         self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
+    /// The picture's relative error, so far as it is known: the square root of [`Film::error`], or, before there are two blocks of samples, what it
+    /// would be if samples were independent, which is too much for those that fill each other's gaps. `None` before the second sample.
+    pub fn relative_error(&self) -> Option<f64> {
+        let by_blocks = self.error();
+        let squared = if by_blocks.is_finite() {
+            by_blocks
+        } else {
+            let sum: f64 = self.pixels().map(|(_, sums)| sums.independent_squared_error()).sum();
+            sum / self.crop.area() as f64
+        };
+        squared.is_finite().then(|| squared.sqrt())
+    }
+
     /// The square root of each tile's error, in all its pixels.
     pub fn error_map(&self) -> Channel {
         Image::error_map(self)

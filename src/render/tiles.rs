@@ -17,6 +17,9 @@ pub trait Observer: Sync {
     /// number of samples is not known ahead.
     fn expect(&self, _samples: u64, _error: f64) {}
 
+    /// A pass over all tiles of `film` is done.
+    fn passed(&self, _film: &Film) {}
+
     /// Whether to end the render as soon as the tiles in work are done.
     fn should_stop(&self) -> bool;
 }
@@ -59,6 +62,7 @@ pub fn render<I: Integrator, S: Sampler>(
         if observer.should_stop() {
             return (Outcome::Stopped, statistics);
         }
+        observer.passed(film);
     }
     (Outcome::Complete, statistics)
 }

@@ -39,6 +39,19 @@ impl SamplerKind {
         ("antithetic", Self::Antithetic),
     ];
 
+    /// Whether its numbers depend on how many samples a pixel gets in all.
+    pub fn knows_count(self) -> bool {
+        match self {
+            Self::Hammersley | Self::ZSobol | Self::Orthogonal => true,
+            Self::Sobol
+            | Self::Independent
+            | Self::Stratified
+            | Self::MultiJittered
+            | Self::Halton
+            | Self::Antithetic => false,
+        }
+    }
+
     /// A sampler of this kind, for `count` samples of a pixel: some want to know.
     pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {

@@ -24,6 +24,8 @@ pub(super) enum Command {
     Audit(AuditArgs),
     /// Measure ray rates and the cost of a render, backend by backend
     Bench(BenchArgs),
+    /// Join parts of a render, sample ranges or crops, to the bits of the whole
+    Merge(MergeArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     Info(SceneArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
@@ -175,6 +177,40 @@ pub(super) struct BenchArgs {
     pub threads: Option<usize>,
 
     /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Parts come from `render` with --samples, --crop or both, by -o or --checkpoint. They must be of one picture: the same scene, settings, seed,
+program and backend; nothing may be missing or be there twice.
+Examples:
+  embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
+  embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
+  embrasure merge a.exr b.exr -o room.exr -o room.png")]
+pub(super) struct MergeArgs {
+    /// EXR files that hold parts
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+
+    /// Image to write, .exr (linear float32) or .png (display); repeatable
+    #[arg(short, long, value_name = "FILE", required_unless_present = "checkpoint")]
+    pub output: Vec<PathBuf>,
+
+    /// Keep the joined sums here, to join them further or to go on from them
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Join what there is: pixels or samples may be missing, parts may be unfinished
+    #[arg(long)]
+    pub allow_gaps: bool,
+
+    /// Threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No summary
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -35,7 +35,7 @@ pub(super) struct Job {
     pub samples: Range<u32>,
     /// Samples of a pixel of the whole picture, of which `samples` may be a part.
     pub total_samples: u32,
-    /// Whether they are a part of it, by --samples.
+    /// Whether samples or pixels are only a part of it.
     pub is_part: bool,
     /// Relative error at which to stop.
     pub noise: Option<f64>,
@@ -120,7 +120,7 @@ impl Job {
             filter,
             total_samples: spp.max(samples.end),
             samples,
-            is_part: args.samples.is_some(),
+            is_part: args.samples.is_some() || args.crop.is_some(),
             noise,
             time_limit: args.time_limit,
             seed: args.seed.or(settings.seed).unwrap_or(0),

@@ -4,10 +4,11 @@ use super::args::RenderArgs;
 use super::error::CliError;
 use super::job::Job;
 use crate::film::Film;
-use crate::io::{Checkpoint, FileError, Metadata, Output, State, read_checkpoint};
+use crate::io::{Checkpoint, FileError, Format, Metadata, Output, State, read_checkpoint};
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// Seconds between checkpoints where nothing else is said.
 const USUAL_INTERVAL: f64 = 60.0;
@@ -92,26 +93,23 @@ impl Keeper {
                 "ask for as many or for more: samples are not taken out",
             );
         }
-        let counted: Counted = match serde_json::from_str(&found.statistics) {
-            Ok(counted) => counted,
-            Err(error) => return refused(format!("its statistics make no sense: {error}"), "render anew"),
-        };
-        Ok(Some(Progressed {
-            film: found.film,
-            statistics: counted.statistics(),
-            seconds: counted.seconds,
-        }))
+        Progressed::of_checkpoint(self.output.path(), found).map(Some)
     }
 
     /// Writes all that is known.
     pub fn keep(&self, progressed: &Progressed, metadata: &Metadata) -> Result<(), FileError> {
-        let statistics = progressed.counted();
-        let state = State {
-            film: &progressed.film,
-            statistics: &statistics,
-        };
-        state.write(&self.output, metadata)
+        write_state(&self.output, progressed, metadata)
     }
+}
+
+/// Writes a checkpoint.
+pub(super) fn write_state(output: &Output, progressed: &Progressed, metadata: &Metadata) -> Result<(), FileError> {
+    let statistics = progressed.counted();
+    let state = State {
+        film: &progressed.film,
+        statistics: &statistics,
+    };
+    state.write(output, metadata)
 }
 
 impl Progressed {
@@ -122,6 +120,39 @@ impl Progressed {
             statistics: Statistics::default(),
             seconds: 0.0,
         }
+    }
+
+    /// What was read of `path`.
+    pub fn of_checkpoint(path: &Path, checkpoint: Checkpoint) -> Result<Self, CliError> {
+        let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
+            FileError::new(path, format!("its statistics make no sense: {error}")).help("render it anew")
+        })?;
+        Ok(Self {
+            film: checkpoint.film,
+            statistics: counted.statistics(),
+            seconds: counted.seconds,
+        })
+    }
+
+    /// Writes the images, and what went wrong with them: with a map of the error where that was asked for, and a part with its sums.
+    pub fn write_images(
+        &self,
+        images: &[(Format, Output)],
+        with_error: bool,
+        is_part: bool,
+        metadata: &Metadata,
+    ) -> Vec<FileError> {
+        let mut image = self.film.develop();
+        if with_error {
+            image.channels.push(self.film.error_map());
+        }
+        let statistics = self.counted();
+        let state = is_part.then_some(State {
+            film: &self.film,
+            statistics: &statistics,
+        });
+        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, state.as_ref(), metadata);
+        images.iter().filter_map(|o| write(o).err()).collect()
     }
 
     /// What has been counted, as JSON.

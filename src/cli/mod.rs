@@ -14,6 +14,7 @@ mod info;
 mod job;
 mod keeper;
 mod lab;
+mod merge;
 mod pixel;
 mod progress;
 mod run;
@@ -55,6 +56,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Lab(args)) => lab::lab(&args),
         Some(Command::Audit(args)) => audit::audit(&args),
         Some(Command::Bench(args)) => bench::bench(&args),
+        Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Explain(args)) => explain::explain(&args),

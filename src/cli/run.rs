@@ -11,7 +11,7 @@ use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::World;
-use crate::io::{FileError, Format, Loaded, Metadata, Output, State, in_words, load_scene_watched};
+use crate::io::{FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::scene::Scene;
 use std::path::PathBuf;
@@ -315,19 +315,10 @@ impl Prepared<'_> {
         failures
     }
 
-    /// Writes the images as they are now, and what went wrong with it. A part of the samples comes with its sums.
+    /// Writes the images as they are now, and what went wrong with it. A part comes with its sums.
     fn write_images(&self, done: &Progressed, metadata: &Metadata) -> Vec<FileError> {
-        let mut image = done.film.develop();
-        if self.job.noise.is_some() {
-            image.channels.push(done.film.error_map());
-        }
-        let statistics = done.counted();
-        let state = self.job.is_part.then_some(State {
-            film: &done.film,
-            statistics: &statistics,
-        });
-        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, state.as_ref(), metadata);
-        self.files.images.iter().filter_map(|o| write(o).err()).collect()
+        let with_error = self.job.noise.is_some();
+        done.write_images(&self.files.images, with_error, self.job.is_part, metadata)
     }
 
     fn summarize(&self, stats: &Stats, stop: Stop) {
@@ -502,7 +493,7 @@ impl Timer {
     }
 }
 
-/// The images to write, by name.
+/// The images that a render writes.
 fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
     let paths = if !args.output.is_empty() {
@@ -513,6 +504,11 @@ fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     } else {
         default()
     };
+    prepare_images(&paths)
+}
+
+/// The images to write, by name.
+pub(super) fn prepare_images(paths: &[PathBuf]) -> Result<Vec<(Format, Output)>, CliError> {
     if let Some(twice) = paths
         .iter()
         .enumerate()

@@ -126,86 +126,145 @@ impl State<'_> {
     }
 }
 
+/// What a file with a [`State`] says of itself.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Size of the full image.
+    pub resolution: UVec2,
+    /// The part of it that the file holds.
+    pub crop: Rect,
+    /// How it came to be.
+    pub metadata: Metadata,
+}
+
+/// What the file says of itself, without its pixels.
+pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
+    let opened = Opened::new(path)?;
+    Ok(Description {
+        resolution: opened.resolution,
+        crop: opened.crop,
+        metadata: opened.metadata,
+    })
+}
+
 /// Reads what [`State`] wrote, be it a checkpoint or a picture with its state. An error where it is not whole to the bit.
 pub fn read_checkpoint(path: &Path) -> Result<Checkpoint, FileError> {
-    let damaged = |error: &dyn std::fmt::Display| {
-        FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
-    };
-    let file = File::open(path).map_err(|e| FileError::system(path, "cannot read", &e))?;
-    let reader = block::read(BufReader::new(file), false).map_err(|e| damaged(&e))?;
-    let meta = reader.meta_data().clone();
-    check_exr(path, &meta)?;
-    let header = meta.headers.first().ok_or_else(|| damaged(&"it has no layer"))?;
-    let stateless = || {
-        FileError::new(path, "this file holds a picture, but not the sums that it is made of").help(
-            "give one that was written by --checkpoint, or by -o with --samples; a picture alone cannot be gone on with",
-        )
-    };
-    let attributes = &header.own_attributes;
-    let text = |name: &str| match attributes.other.get(&exr::Text::from(name)) {
-        Some(exr::AttributeValue::Text(text)) => Some(text.to_string()),
-        _ => None,
-    };
-    let digest = text(DIGEST).ok_or_else(stateless)?;
-    let statistics = text(STATISTICS).ok_or_else(stateless)?;
-    let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
+    Opened::new(path)?.read(path)
+}
 
-    // Where the picture lies, and which word each channel holds
-    let (resolution, crop) = windows(header).ok_or_else(|| damaged(&"its windows make no sense"))?;
-    let least = match header.compression {
-        exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
-        _ => crop.area() / 8,
-    };
-    if path.metadata().map_or(0, |m| m.len()) < least {
-        return Err(damaged(&"it is too short for its pixels"));
-    }
-    let names = Accumulator::word_names();
-    let place_of = |channel: &ChannelDescription| {
-        let name = channel.name.to_string();
-        let is_word = channel.sample_type == exr::SampleType::U32;
-        let place = match name.strip_prefix(PREFIX).filter(|_| is_word)? {
-            _ if name == TARGET => Accumulator::WORDS,
-            word => names.iter().position(|n| n == word)?,
+fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
+    FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
+}
+
+/// A file whose header was read.
+struct Opened {
+    reader: block::reader::Reader<BufReader<File>>,
+    resolution: UVec2,
+    crop: Rect,
+    /// The word that each channel holds.
+    places: Vec<Option<usize>>,
+    metadata: Metadata,
+    statistics: String,
+    digest: String,
+}
+
+impl Opened {
+    fn new(path: &Path) -> Result<Self, FileError> {
+        let file = File::open(path).map_err(|e| FileError::system(path, "cannot read", &e))?;
+        let reader = block::read(BufReader::new(file), false).map_err(|e| damaged(path, &e))?;
+        check_exr(path, reader.meta_data())?;
+        let header = reader
+            .headers()
+            .first()
+            .ok_or_else(|| damaged(path, &"it has no layer"))?;
+        let stateless = || {
+            FileError::new(path, "this file holds a picture, but not the sums that it is made of").help(
+                "give one that --checkpoint has written, or -o with --samples or --crop: a picture alone cannot be gone on with",
+            )
         };
-        Some(place)
-    };
-    let places: Vec<Option<usize>> = header.channels.list.iter().map(place_of).collect();
-    if (0..=Accumulator::WORDS).any(|place| !places.contains(&Some(place))) {
-        return Err(stateless());
+        let attributes = &header.own_attributes;
+        let text = |name: &str| match attributes.other.get(&exr::Text::from(name)) {
+            Some(exr::AttributeValue::Text(text)) => Some(text.to_string()),
+            _ => None,
+        };
+        let digest = text(DIGEST).ok_or_else(stateless)?;
+        let statistics = text(STATISTICS).ok_or_else(stateless)?;
+        let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
+
+        // Where the picture lies, and which word each channel holds
+        let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows make no sense"))?;
+        let least = match header.compression {
+            exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
+            _ => crop.area() / 8,
+        };
+        if path.metadata().map_or(0, |m| m.len()) < least {
+            return Err(damaged(path, &"it is too short for its pixels"));
+        }
+        let names = Accumulator::word_names();
+        let place_of = |channel: &ChannelDescription| {
+            let name = channel.name.to_string();
+            let is_word = channel.sample_type == exr::SampleType::U32;
+            let place = match name.strip_prefix(PREFIX).filter(|_| is_word)? {
+                _ if name == TARGET => Accumulator::WORDS,
+                word => names.iter().position(|n| n == word)?,
+            };
+            Some(place)
+        };
+        let places: Vec<Option<usize>> = header.channels.list.iter().map(place_of).collect();
+        if (0..=Accumulator::WORDS).any(|place| !places.contains(&Some(place))) {
+            return Err(stateless());
+        }
+
+        Ok(Self {
+            resolution,
+            crop,
+            places,
+            metadata,
+            statistics,
+            digest,
+            reader,
+        })
     }
 
-    // The rows
-    let mut film = Film::starting_at(resolution, crop, metadata.first_sample);
-    let width = crop.size().x as usize;
-    let mut words = vec![[0; Accumulator::WORDS + 1]; width];
-    let last_channel = places.len() - 1;
-    for chunk in reader.all_chunks(false).map_err(|e| damaged(&e))? {
-        let chunk = chunk.map_err(|e| damaged(&e))?;
-        let block = block::UncompressedBlock::decompress_chunk(chunk, &meta, false).map_err(|e| damaged(&e))?;
-        for (bytes, line) in LineIndex::lines_in_block(block.index, &header.channels) {
-            let bytes = block.data.get(bytes).ok_or_else(|| damaged(&"a block is too short"))?;
-            if let Some(place) = places[line.channel] {
-                for (words, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
-                    words[place] = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+    /// The rows.
+    fn read(self, path: &Path) -> Result<Checkpoint, FileError> {
+        let meta = self.reader.meta_data().clone();
+        let channels = meta.headers.first().map(|header| &header.channels);
+        let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
+        let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
+        let width = self.crop.size().x as usize;
+        let mut words = vec![[0; Accumulator::WORDS + 1]; width];
+        let last_channel = self.places.len() - 1;
+        for chunk in self.reader.all_chunks(false).map_err(|e| damaged(path, &e))? {
+            let chunk = chunk.map_err(|e| damaged(path, &e))?;
+            let block = block::UncompressedBlock::decompress_chunk(chunk, &meta, false);
+            let block = block.map_err(|e| damaged(path, &e))?;
+            for (bytes, line) in LineIndex::lines_in_block(block.index, channels) {
+                let bytes = block.data.get(bytes);
+                let bytes = bytes.ok_or_else(|| damaged(path, &"a block is too short"))?;
+                if let Some(place) = self.places[line.channel] {
+                    for (words, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
+                        words[place] = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                    }
+                }
+                if line.channel == last_channel {
+                    put_row(&mut film, line.position.y(), &words);
                 }
             }
-            if line.channel == last_channel {
-                put_row(&mut film, line.position.y(), &words);
-            }
         }
+        let state = State {
+            film: &film,
+            statistics: &self.statistics,
+        };
+        if state.digest(&self.metadata) != self.digest {
+            return Err(damaged(path, &"its contents are not those that were written"));
+        }
+        Ok(Checkpoint {
+            film,
+            metadata: self.metadata,
+            statistics: self.statistics,
+        })
     }
-    let state = State {
-        film: &film,
-        statistics: &statistics,
-    };
-    if state.digest(&metadata) != digest {
-        return Err(damaged(&"its contents are not those that were written"));
-    }
-    Ok(Checkpoint {
-        film,
-        metadata,
-        statistics,
-    })
 }
 
 /// Size of the image, and the part of it that the layer holds.

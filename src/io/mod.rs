@@ -25,7 +25,7 @@ mod scene_file;
 mod statements;
 mod texture;
 
-pub use checkpoint::{Checkpoint, State, read_checkpoint};
+pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use error::{FileError, Position};
 pub use exr::Metadata;

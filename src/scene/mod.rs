@@ -1,8 +1,12 @@
-//! The frozen scene: arrays and typed ids, made by one validating builder.
+//! The frozen scene: arrays and typed ids, made by one validating builder (`builder`), which checks what it is given (`validate`) and freezes
+//! it (`freeze`).
 
 mod builder;
+mod freeze;
+mod validate;
 
-pub use builder::{BuildError, PrototypeId, SceneBuilder, SceneReport};
+pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
@@ -70,6 +74,11 @@ impl Scene {
     /// The mesh `geom`.
     pub fn mesh(&self, geom: GeomId) -> &Mesh {
         &self.meshes[geom.0 as usize]
+    }
+
+    /// Id of each mesh.
+    pub fn geom_ids(&self) -> impl Iterator<Item = GeomId> {
+        (0..self.meshes.len() as u32).map(GeomId)
     }
 
     /// Materials, by [`MaterialId`].

@@ -1,0 +1,197 @@
+use super::builder::{SceneBuilder, SceneReport};
+use super::validate::BuildError;
+use super::{Instance, Scene, Shape};
+use crate::color::Spectrum;
+use crate::geometry::{GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
+use crate::light::{ConstantLight, Light, LightId, LightSelection, MovingTriangle, TriangleLight, TriangleSampling};
+use crate::material::{Map, Material, MaterialId};
+use crate::math::{Affine3A, Bounds3, Vec3};
+use crate::texture::TextureId;
+
+impl SceneBuilder {
+    /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
+    pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
+        // A map of a texture that is not there is none.
+        let count = self.textures.len() as u32;
+        place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
+        // What emits has no holes: light is sampled all over it.
+        for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
+            material.opacity = 1.0;
+            material.maps.opacity = None;
+        }
+        let count = self.meshes.len() + self.prototypes.iter().map(Vec::len).sum::<usize>();
+        if count >= u32::MAX as usize {
+            return Err(BuildError::TooMany("meshes"));
+        }
+        let mut scene = Scene {
+            bounds: self.bounds(),
+            meshes: Vec::with_capacity(count),
+            prototypes: Vec::with_capacity(self.prototypes.len()),
+            instances: Vec::with_capacity(self.instances.len()),
+            facets: Vec::with_capacity(count),
+            shapes: Vec::with_capacity(count),
+            bsdfs: self.materials.iter().map(Material::bsdf).collect(),
+            has_holes: self
+                .materials
+                .iter()
+                .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),
+            is_compact: false,
+            is_moving: false,
+            textures: self.textures,
+            texture_filter: self.texture_filter,
+            materials: self.materials,
+            lights: Vec::new(),
+            infinite_lights: Vec::new(),
+            light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
+        };
+
+        // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
+        let mut emitting = 0;
+        for (mesh, material) in self.meshes {
+            scene.add_shape(mesh, material, true, &mut emitting);
+        }
+        let mut of_instances = 0;
+        let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
+        for meshes in self.prototypes {
+            let first = scene.meshes.len() as u32;
+            let mut emitting = 0;
+            for (mesh, material) in meshes {
+                scene.add_shape(mesh, material, false, &mut emitting);
+            }
+            scene.prototypes.push(first..scene.meshes.len() as u32);
+            of_prototypes.push(emitting);
+        }
+        for (prototype, placement) in self.instances {
+            scene.instances.push(Instance {
+                prototype: prototype.0,
+                placement,
+                first_light: LightId((emitting + of_instances).min(u32::MAX as u64) as u32),
+            });
+            of_instances += of_prototypes[prototype.0 as usize];
+        }
+        if emitting + of_instances + self.lights.len() as u64 >= u32::MAX as u64 {
+            return Err(BuildError::TooMany("lights"));
+        }
+        let moves = |i: &Instance| i.placement.is_moving();
+        scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
+        scene.add_triangle_lights(self.triangle_sampling);
+        scene.lights.append(&mut self.lights);
+        if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
+            self.report.default_light = true;
+            scene.lights.push(Light::Constant(ConstantLight {
+                radiance: Spectrum::ONE,
+            }));
+        }
+
+        let ids = (0..scene.lights.len() as u32).map(LightId);
+        scene.infinite_lights = ids
+            .filter(|id| matches!(scene.lights[id.0 as usize], Light::Constant(_) | Light::Environment(_)))
+            .collect();
+        // A scene without extent still has a sky of some power.
+        let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
+        scene.light_selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
+        Ok((scene, self.report))
+    }
+
+    /// Box around all that is ever in the world.
+    fn bounds(&self) -> Bounds3 {
+        let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
+        let mut bounds: Bounds3 = standing.collect();
+        let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
+        for (prototype, placement) in &self.instances {
+            let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
+            bounds.extend(placed.min);
+            bounds.extend(placed.max);
+        }
+        bounds
+    }
+}
+
+impl Scene {
+    /// Adds a mesh that stands in the world, or is part of a prototype. `emitting` counts the triangles that emit.
+    fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
+        let surface = &self.materials[material.0 as usize];
+        let keeps_place = is_standing && !mesh.deforms();
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
+        let is_uniform = mesh.normals.is_empty() && !varies;
+        let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
+        if first_light.is_some() {
+            *emitting += mesh.triangles.len() as u64;
+        }
+        // Where triangles move, what their points share does so too.
+        let prims = 0..mesh.triangles.len() as u32;
+        self.facets.push(match keeps_place {
+            true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
+            false => Vec::new(),
+        });
+        self.meshes.push(mesh);
+        self.shapes.push(Shape {
+            material,
+            is_plain: keeps_place && is_uniform,
+            first_light,
+        });
+    }
+
+    /// Makes a light of each emitting triangle, in the order of their ids.
+    fn add_triangle_lights(&mut self, sampling: TriangleSampling) {
+        for geom in self.standing() {
+            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling);
+        }
+        for inst in 0..self.instances.len() {
+            for geom in self.prototypes[self.instances[inst].prototype as usize].clone() {
+                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling);
+            }
+        }
+    }
+
+    fn add_lights_of(&mut self, geom: GeomId, inst: InstanceId, sampling: TriangleSampling) {
+        let shape = self.shape(geom);
+        if shape.first_light.is_none() {
+            return;
+        }
+        let material = &self.materials[shape.material.0 as usize];
+        let radiance = material.emission_factor();
+        let mesh = &self.meshes[geom.0 as usize];
+        let placement = self.instance(inst).map(|i| &i.placement);
+        let is_moving = mesh.deforms() || placement.is_some_and(Placement::is_moving);
+        let light = |prim| match placement {
+            _ if is_moving => {
+                let ends = [0.0, 1.0].map(|time| mesh.corners_at(prim, time));
+                let placement = placement.cloned().unwrap_or(Placement::Still(Affine3A::IDENTITY));
+                Light::MovingTriangle(Box::new(MovingTriangle::new(ends, placement, radiance, sampling)))
+            }
+            None => Light::Triangle(TriangleLight::new(mesh.corners(prim), radiance, sampling)),
+            Some(placement) => {
+                let placed = PlacedTriangle::new(mesh.corners(prim), None, Some(placement.at(0.0)));
+                Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
+            }
+        };
+        let varied = |prim| match material.maps.emission {
+            Some(Map { texture, mapping }) => {
+                let uvs = mesh.corner_uvs(prim).unwrap_or_default();
+                light(prim).textured(uvs, texture, mapping, &self.textures)
+            }
+            None => light(prim),
+        };
+        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect();
+        self.lights.extend(lights);
+    }
+}
+
+/// Gives every map the texture that `place` says, or none.
+pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
+    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
+        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
+    }
+}
+
+fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    let places = [&mesh.positions, &mesh.positions_close];
+    let used = mesh.triangles.iter().flatten();
+    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
+}
+
+/// Box around all that is ever in `meshes`.
+pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
+    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
+}

@@ -1,0 +1,455 @@
+use crate::bsdf::Fresnel;
+use crate::color::Spectrum;
+use crate::geometry::{Mesh, Placement, triangle_area};
+use crate::light::LatLongImage;
+use crate::material::{Gloss, Material};
+use crate::math::{Bounds3, Quat, Vec3};
+use thiserror::Error;
+
+/// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
+const MAX_COORDINATE: f32 = 1e18;
+
+/// Why a scene cannot be built.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BuildError {
+    /// A triangle names a vertex that is not there.
+    #[error("triangle {triangle} uses vertex {index}, but the mesh has {vertices} vertices")]
+    IndexOutOfRange {
+        /// Triangle within its mesh.
+        triangle: usize,
+        /// The index it holds.
+        index: u32,
+        /// Number of vertices there are.
+        vertices: usize,
+    },
+    /// A vertex is NaN, infinite or beyond what backends can represent.
+    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and below 1e18", position.x, position.y, position.z)]
+    BadVertex {
+        /// Vertex within its mesh.
+        vertex: usize,
+        /// Where it claims to be.
+        position: Vec3,
+    },
+    /// A mesh that changes its shape has not as many vertices at time 1.
+    #[error("the mesh has {open} vertices at first and {close} in the end")]
+    OtherVertices {
+        /// At time 0.
+        open: usize,
+        /// At time 1.
+        close: usize,
+    },
+    /// An instance is flattened, turned inside out on its way, or beyond what backends can represent.
+    #[error("instance {instance} {problem}")]
+    BadPlacement {
+        /// In the order of adding.
+        instance: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// A vertex attribute is not there for every vertex, or has a value that it cannot have.
+    #[error("vertex {vertex} has no {attribute} that is finite{}", if *.attribute == "normal" { " and not zero" } else { "" })]
+    BadAttribute {
+        /// Vertex within its mesh.
+        vertex: usize,
+        /// Normal or texture coordinate.
+        attribute: &'static str,
+    },
+    /// A material has a value that no surface can have.
+    #[error("material `{material}`: {key} is {value}, but must be {rule}")]
+    BadMaterial {
+        /// Its name.
+        material: String,
+        /// The quantity.
+        key: &'static str,
+        /// What it was set to.
+        value: String,
+        /// What it should be.
+        rule: &'static str,
+    },
+    /// A light has a value that no light can have.
+    #[error("{light} light: {key} is {value}, but {rule}")]
+    BadLight {
+        /// Its type.
+        light: &'static str,
+        /// The quantity.
+        key: &'static str,
+        /// What it was set to.
+        value: String,
+        /// What it should be.
+        rule: &'static str,
+    },
+    /// More meshes, triangles or lights than 32-bit ids can name.
+    #[error("more than 2^32 - 2 {0} in one scene")]
+    TooMany(&'static str),
+}
+
+/// Checks what stands in the arrays of a mesh, and makes its normals unit vectors.
+pub(super) fn check_mesh(mesh: &mut Mesh) -> Result<(), BuildError> {
+    let vertices = mesh.positions.len();
+    if vertices > u32::MAX as usize - 1 {
+        return Err(BuildError::TooMany("vertices"));
+    }
+    if mesh.deforms() && mesh.positions_close.len() != vertices {
+        return Err(BuildError::OtherVertices {
+            open: vertices,
+            close: mesh.positions_close.len(),
+        });
+    }
+    let bad = |p: &Vec3| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE;
+    for positions in [&mesh.positions, &mesh.positions_close] {
+        if let Some(vertex) = positions.iter().position(bad) {
+            return Err(BuildError::BadVertex {
+                vertex,
+                position: positions[vertex],
+            });
+        }
+    }
+    check_attributes(mesh)?;
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices) {
+            return Err(BuildError::IndexOutOfRange {
+                triangle,
+                index,
+                vertices,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Takes out triangles that have no area at any time; how many these were.
+pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
+    let before = mesh.triangles.len();
+    let Mesh {
+        positions,
+        positions_close,
+        triangles,
+        ..
+    } = mesh;
+    triangles.retain(|corners| {
+        let has_area = |positions: &[Vec3]| {
+            let [p0, p1, p2] = corners.map(|i| positions[i as usize]);
+            triangle_area(p0, p1, p2) > 0.0
+        };
+        has_area(positions) || (!positions_close.is_empty() && has_area(positions_close))
+    });
+    (before - triangles.len()) as u64
+}
+
+/// Normals are made unit vectors. Attributes are there for every vertex or for none.
+fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
+    let vertices = mesh.positions.len();
+    let bad = |attribute, vertex| Err(BuildError::BadAttribute { vertex, attribute });
+    if !mesh.uvs.is_empty() {
+        let wrong = mesh.uvs.iter().position(|uv| !uv.is_finite());
+        let missing = (mesh.uvs.len() != vertices).then_some(mesh.uvs.len().min(vertices));
+        if let Some(vertex) = wrong.or(missing) {
+            return bad("texture coordinate", vertex);
+        }
+    }
+    if !mesh.normals.is_empty() {
+        for (vertex, normal) in mesh.normals.iter_mut().enumerate() {
+            match normal.try_normalize() {
+                Some(unit) => *normal = unit,
+                None => return bad("normal", vertex),
+            }
+        }
+        if mesh.normals.len() != vertices {
+            return bad("normal", mesh.normals.len().min(vertices));
+        }
+    }
+    // Without normals at one end there are none at the other.
+    if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
+        mesh.normals_close = Vec::new();
+    }
+    for normal in &mut mesh.normals_close {
+        *normal = normal.normalize_or_zero();
+    }
+    Ok(())
+}
+
+/// Checks the way on which `instance` places what lies within `bounds`.
+pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bounds3) -> Result<(), BuildError> {
+    let bad = |problem| Err(BuildError::BadPlacement { instance, problem });
+    let determinants = || placement.steps().iter().map(|step| step.matrix3.determinant());
+    if !placement.steps().iter().all(|step| step.is_finite()) || !determinants().all(|d| d.is_finite() && d != 0.0) {
+        return bad("is flattened, or its placement is not finite");
+    }
+    if determinants().any(|d| d < 0.0) && determinants().any(|d| d > 0.0) {
+        return bad("is turned inside out on its way");
+    }
+    if placement.is_moving() && !(2..=Placement::MOST_STEPS).contains(&placement.steps().len()) {
+        return bad("has too few or too many steps on its way");
+    }
+    let bounds = placement.bounds(bounds);
+    let within = |p: Vec3| p.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
+    if !bounds.is_empty() && ![bounds.min, bounds.max].into_iter().all(within) {
+        return bad("reaches beyond coordinates of 1e18");
+    }
+    Ok(())
+}
+
+/// Checks that there is a surface of these values.
+pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
+    let bad = |key, value: String, rule| BuildError::BadMaterial {
+        material: material.name.clone(),
+        key,
+        value,
+        rule,
+    };
+    for (key, color) in [
+        ("diffuse", material.diffuse),
+        ("specular", material.specular),
+        ("transmission", material.transmission),
+        ("emission", material.emission),
+        ("sheen", material.sheen),
+    ] {
+        if !color.is_valid() {
+            let value = format!("{:?}", color.to_array());
+            return Err(bad(key, value, "finite and 0 or more in every channel"));
+        }
+    }
+    for (key, share) in [
+        ("opacity", material.opacity),
+        ("anisotropy", material.anisotropy),
+        ("clearcoat", material.clearcoat),
+        ("clearcoat_roughness", material.clearcoat_roughness),
+        ("sheen", material.sheen.max_component()),
+    ] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad(key, share.to_string(), "between 0 and 1"));
+        }
+    }
+    if !material.anisotropy_rotation.is_finite() {
+        let value = material.anisotropy_rotation.to_string();
+        return Err(bad("anisotropy_rotation", value, "finite"));
+    }
+    let (exponent, fresnel) = match material.gloss {
+        Gloss::Phong(n) => (n, Fresnel::Full),
+        Gloss::Blinn(n, fresnel) => (n, fresnel),
+        Gloss::Ggx(fresnel) | Gloss::Mirror(fresnel) => (0.0, fresnel),
+        Gloss::Metallic(_) => (0.0, Fresnel::Full),
+    };
+    let metallic = match material.gloss {
+        Gloss::Metallic(metallic) => metallic,
+        _ => 0.0,
+    };
+    for (key, share) in [("roughness", material.roughness), ("metallic", metallic)] {
+        if !(0.0..=1.0).contains(&share) {
+            return Err(bad(key, share.to_string(), "a number from 0 to 1"));
+        }
+    }
+    if !(exponent.is_finite() && exponent >= 0.0) {
+        return Err(bad("exponent", exponent.to_string(), "finite and 0 or more"));
+    }
+    if let Fresnel::Schlick { f0 } = fresnel {
+        if !f0.iter().all(|f0| (0.0..=1.0).contains(f0)) {
+            return Err(bad("f0", format!("{f0:?}"), "numbers from 0 to 1"));
+        }
+    }
+    let (eta, k) = match fresnel {
+        Fresnel::Full | Fresnel::Schlick { .. } => ([1.0; 3], [0.0; 3]),
+        Fresnel::Dielectric { eta } => ([eta; 3], [0.0; 3]),
+        Fresnel::Conductor { eta, k } => (eta, k),
+    };
+    for (key, index) in [("ior", [material.ior; 3]), ("eta", eta)] {
+        if !index.iter().all(|n| n.is_finite() && *n > 0.0) {
+            return Err(bad(key, format!("{index:?}"), "finite and above 0"));
+        }
+    }
+    if !k.iter().all(|n| n.is_finite() && *n >= 0.0) {
+        return Err(bad("k", format!("{k:?}"), "finite and 0 or more"));
+    }
+    Ok(())
+}
+
+/// An error about `key` of a light of the type `light`.
+fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'static str) -> BuildError {
+    BuildError::BadLight {
+        light,
+        key,
+        value,
+        rule,
+    }
+}
+
+/// Checks that a light's place is one.
+pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
+    if position.is_finite() {
+        return Ok(());
+    }
+    let value = format!("{:?}", position.to_array());
+    Err(bad_light(light, "position", value, "coordinates must be finite"))
+}
+
+/// The unit vector along a light's direction.
+pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
+    let value = || format!("{:?}", direction.to_array());
+    let bad = || bad_light(light, "direction", value(), "must be finite and not zero");
+    direction.try_normalize().ok_or_else(bad)
+}
+
+/// Checks what a light sends out.
+pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
+    if value.is_valid() {
+        return Ok(());
+    }
+    let value = format!("{:?}", value.to_array());
+    let rule = "every channel must be a finite number, 0 or more";
+    Err(bad_light(light, key, value, rule))
+}
+
+/// Checks the half-angles of a spot light's cone, degrees.
+pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
+    let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
+    if !(angle > 0.0 && angle <= 90.0) {
+        return bad("angle", angle, "must be above 0 and 90 degrees at most");
+    }
+    if !(falloff >= 0.0 && falloff <= angle) {
+        return bad("falloff", falloff, "must lie between 0 and the angle");
+    }
+    Ok(())
+}
+
+/// Checks the picture of an environment, and how it is placed.
+pub(super) fn check_environment(image: &LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
+    let bad = |key, value, rule| Err(bad_light("environment", key, value, rule));
+    if !(scale.is_finite() && scale >= 0.0) {
+        return bad("scale", scale.to_string(), "must be a finite number, 0 or more");
+    }
+    if !rotation.is_finite() {
+        return bad("rotate", f32::NAN.to_string(), "must be finite");
+    }
+    let count = image.texels.len();
+    if count == 0 || count != image.width * image.height {
+        let rule = "must have a texel in each row and column";
+        return bad("image", count.to_string(), rule);
+    }
+    if let Some(texel) = image.texels.iter().find(|t| !t.is_valid()) {
+        let value = format!("{:?}", texel.to_array());
+        return bad("image", value, "every texel must be finite and 0 or more");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::SceneBuilder;
+    use super::*;
+
+    #[test]
+    fn materials_that_cannot_be_are_refused() {
+        let mut b = SceneBuilder::new();
+        let base = Material::default;
+        let metal = |eta, k| {
+            Gloss::Mirror(Fresnel::Conductor {
+                eta: [eta; 3],
+                k: [k; 3],
+            })
+        };
+        for (bad, key) in [
+            (
+                Material {
+                    specular: Spectrum::splat(-0.1),
+                    ..base()
+                },
+                "specular",
+            ),
+            (
+                Material {
+                    transmission: Spectrum::splat(f32::NAN),
+                    ..base()
+                },
+                "transmission",
+            ),
+            (Material { ior: 0.0, ..base() }, "ior"),
+            (
+                Material {
+                    gloss: Gloss::Phong(-1.0),
+                    ..base()
+                },
+                "exponent",
+            ),
+            (
+                Material {
+                    gloss: Gloss::Blinn(f32::INFINITY, Fresnel::Full),
+                    ..base()
+                },
+                "exponent",
+            ),
+            (
+                Material {
+                    gloss: metal(0.0, 1.0),
+                    ..base()
+                },
+                "eta",
+            ),
+            (
+                Material {
+                    gloss: metal(1.0, -1.0),
+                    ..base()
+                },
+                "k",
+            ),
+            (
+                Material {
+                    gloss: Gloss::Metallic(1.5),
+                    ..base()
+                },
+                "metallic",
+            ),
+            (
+                Material {
+                    roughness: f32::NAN,
+                    ..base()
+                },
+                "roughness",
+            ),
+            (
+                Material {
+                    clearcoat: 1.5,
+                    ..base()
+                },
+                "clearcoat",
+            ),
+            (
+                Material {
+                    clearcoat_roughness: f32::NAN,
+                    ..base()
+                },
+                "clearcoat_roughness",
+            ),
+            (
+                Material {
+                    sheen: Spectrum::rgb(0.0, 1.5, 0.0),
+                    ..base()
+                },
+                "sheen",
+            ),
+            (
+                Material {
+                    anisotropy: -0.5,
+                    ..base()
+                },
+                "anisotropy",
+            ),
+            (
+                Material {
+                    anisotropy_rotation: f32::INFINITY,
+                    ..base()
+                },
+                "anisotropy_rotation",
+            ),
+            (
+                Material {
+                    gloss: Gloss::Ggx(Fresnel::Schlick { f0: [0.5, -0.1, 0.5] }),
+                    ..base()
+                },
+                "f0",
+            ),
+        ] {
+            let error = b.add_material(bad).unwrap_err();
+            assert!(error.to_string().contains(&format!("{key} is")), "{error}");
+        }
+    }
+}

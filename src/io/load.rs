@@ -1,7 +1,6 @@
 use super::find_file::{case_differs, find_file};
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, MapRequest, MtlDialect, default_material};
-use super::mtl_map::MapSlot;
+use super::mtl::{FileMaterial, MapRequest, MapSlot, MtlDialect, default_material};
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{ObjectSection, SceneFile};

@@ -1,5 +1,5 @@
 use super::mtl::MapRequest;
-use super::mtl_map::{MapSlot, MapStatement};
+use super::mtl::{MapSlot, MapStatement};
 use super::{FileError, SceneFile};
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::Deserialize;

@@ -1,5 +1,5 @@
+use super::mtl::MapSlot;
 use super::mtl::{FileMaterial, MapRequest};
-use super::mtl_map::MapSlot;
 use super::{FileError, MapSection, SceneFile};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;

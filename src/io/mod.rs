@@ -13,7 +13,6 @@ mod map_section;
 mod material_section;
 mod memory;
 mod mtl;
-mod mtl_map;
 mod normals;
 mod obj;
 mod output;

@@ -3,7 +3,7 @@ use crate::texture::{Channel, Mapping, Wrap};
 
 /// What a texture of an MTL file is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum MapSlot {
+pub(in crate::io) enum MapSlot {
     Diffuse,
     Specular,
     Emission,
@@ -17,7 +17,7 @@ pub(super) enum MapSlot {
 
 /// A texture statement: which file, and how it lies on the surface.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct MapStatement {
+pub(in crate::io) struct MapStatement {
     pub slot: MapSlot,
     /// The file's name, as it is written.
     pub file: String,

@@ -1,0 +1,160 @@
+//! MTL files: statements and materials (`section`), textures (`map`), what programs mean by `Tr` (`dialect`).
+
+mod dialect;
+mod map;
+mod section;
+
+use super::statements::{place_of, split_keyword, statements};
+use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
+use crate::color::Spectrum;
+use crate::material::Material;
+use dialect::Dissolve;
+pub use dialect::MtlDialect;
+pub(super) use map::{MapSlot, MapStatement};
+use section::{Complaint, Section};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// Diffuse reflectance of a surface whose material says nothing about it.
+const DEFAULT_DIFFUSE: f32 = 0.8;
+/// The material of faces that have none.
+pub(super) fn default_material(name: &str) -> Material {
+    Material {
+        name: name.into(),
+        diffuse: Spectrum::splat(DEFAULT_DIFFUSE),
+        ..Material::default()
+    }
+}
+
+/// Where a library named in an OBJ file lies: relative to the OBJ's folder.
+pub(super) fn library_path(obj: &Path, name: &str) -> PathBuf {
+    obj.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// A material of a file, and the textures it asks for.
+#[derive(Clone, Debug)]
+pub(super) struct FileMaterial {
+    pub material: Material,
+    pub maps: Vec<MapRequest>,
+    pub library: PathBuf,
+    /// Of its `newmtl`.
+    pub line: usize,
+}
+
+/// A texture statement.
+#[derive(Clone, Debug)]
+pub(super) struct MapRequest {
+    pub statement: MapStatement,
+    /// Where it stands: an error without a message.
+    pub place: FileError,
+}
+
+impl MapRequest {
+    /// Says of the texture what is worth a warning.
+    pub fn remark(&self, words: &str) -> FileError {
+        let message = format!("texture `{}` {words}", self.statement.file);
+        FileError {
+            message,
+            ..self.place.clone()
+        }
+    }
+}
+
+/// The materials of an MTL file in its order. Statements that are wrong are left out.
+pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            let error = FileError::system(path, "cannot read the material library", &error);
+            findings.add(Severity::Error, "unreadable-file", error.help("check who may read it"));
+            return Vec::new();
+        }
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    let mut sections: Vec<Section> = Vec::new();
+    let mut skipped: Vec<(String, usize)> = Vec::new();
+    let mut wrong_count = 0;
+    let mut unknown: HashSet<String> = HashSet::new();
+    for (line, statement) in statements(&text) {
+        let (key, rest) = split_keyword(&statement);
+        if key.eq_ignore_ascii_case("newmtl") {
+            sections.push(Section::new(rest, line));
+            continue;
+        }
+        // Statements before the first material belong to none.
+        let Some(section) = sections.last_mut() else { continue };
+        let mut wrong = |(message, help): Complaint, name: &str| {
+            wrong_count += 1;
+            if wrong_count > MAX_WRONG {
+                return;
+            }
+            let error = FileError::new(path, format!("material `{name}`: {message}"));
+            let error = error.at(place_of(&text, line, suspect(key, rest))).help(help);
+            findings.add(Severity::Error, "wrong-statement", error);
+        };
+        let lower = key.to_ascii_lowercase();
+        if let Some(slot) = MapSlot::of_keyword(&lower) {
+            let statement = match MapStatement::parse(slot, rest) {
+                Ok(statement) => statement,
+                Err(message) => {
+                    let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
+                    wrong((format!("{key}: {message}"), help), &section.name);
+                    continue;
+                }
+            };
+            skipped.extend(statement.ignored.iter().map(|option| (option.to_string(), line)));
+            // The last one of a kind wins.
+            section.maps.retain(|m| m.statement.slot != slot);
+            section.maps.push(MapRequest {
+                statement,
+                place: FileError::new(path, "").at(Position::line(line)),
+            });
+            continue;
+        }
+        match section.set(&lower, key, rest) {
+            Ok(true) => section.lines.push((lower, line)),
+            Ok(false) if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
+            Ok(false) => {}
+            Err(complaint) => wrong(complaint, &section.name),
+        }
+    }
+
+    findings.add_untold(path, wrong_count.saturating_sub(MAX_WRONG));
+
+    if let Some((first, line)) = skipped.first() {
+        let keys: Vec<&str> = skipped.iter().map(|(key, _)| key.as_str()).collect();
+        let message = format!("no effect: {}; the first is here", keys.join(", "));
+        let error = FileError::new(path, message).at(place_of(&text, *line, first));
+        let others = skipped.iter().skip(1).map(|&(_, line)| Position::line(line));
+        let finding = Finding::new(Severity::Warning, "unknown-keyword", error);
+        findings.push(finding.repeated(skipped.len() as u64, others));
+    }
+    let dissolves: Vec<Dissolve> = sections.iter().map(|section| section.dissolve).collect();
+    let resolved = dialect.resolve(&text, &dissolves);
+    let materials = sections.into_iter().map(|section| {
+        let (material, remarks) = section.material(resolved);
+        for remark in remarks.into_iter().chain(section.assumed()) {
+            let message = format!("material `{}`: {}", section.name, remark.words);
+            let error = FileError::new(path, message).at(Position::line(section.line_of(remark.key)));
+            findings.add(remark.severity, remark.code, error);
+        }
+        FileMaterial {
+            material,
+            maps: section.maps,
+            library: path.to_path_buf(),
+            line: section.line,
+        }
+    });
+    materials.collect()
+}
+
+/// Of a statement that is wrong the word that likely is: the first that is no number, or all there is.
+fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
+    let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
+    let mut words = rest.split_whitespace();
+    let wrong = words.clone().find(|word| !is_number(word));
+    wrong.or_else(|| words.next()).unwrap_or(key)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,329 @@
+use super::dialect::{Dissolve, MtlDialect};
+use super::map::MapSlot;
+use super::{DEFAULT_DIFFUSE, MapRequest};
+use crate::bsdf::Fresnel;
+use crate::color::Spectrum;
+use crate::io::Severity;
+use crate::material::{Gloss, Material};
+
+/// Phong exponent of a `Ks` without `Ns`.
+const DEFAULT_EXPONENT: f32 = 10.0;
+/// Where the format's range of `Ns` ends.
+const MOST_EXPONENT: f32 = 1000.0;
+/// Index of refraction of glass without `Ni`.
+pub(super) const DEFAULT_IOR: f32 = 1.5;
+
+/// Something about a material.
+pub(super) struct Remark {
+    pub severity: Severity,
+    pub code: &'static str,
+    /// The keyword it is about, in lower case.
+    pub key: &'static str,
+    pub words: String,
+}
+
+impl Remark {
+    fn warning(code: &'static str, key: &'static str, words: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Warning,
+            code,
+            key,
+            words: words.into(),
+        }
+    }
+}
+
+/// What an MTL file says of one material.
+#[derive(Default)]
+pub(super) struct Section {
+    pub name: String,
+    diffuse: Option<Spectrum>,
+    specular: Option<Spectrum>,
+    emission: Option<Spectrum>,
+    filter: Option<Spectrum>,
+    exponent: Option<f32>,
+    ior: Option<f32>,
+    pub dissolve: Dissolve,
+    roughness: Option<f32>,
+    metallic: Option<f32>,
+    clearcoat: f32,
+    clearcoat_roughness: f32,
+    sheen: f32,
+    anisotropy: f32,
+    /// Of a whole turn.
+    anisotropy_rotation: f32,
+    illum: Option<u32>,
+    pub maps: Vec<MapRequest>,
+    /// Of its `newmtl`.
+    pub line: usize,
+    /// Lines of its statements, by keyword in lower case.
+    pub lines: Vec<(String, usize)>,
+}
+
+/// What is wrong, and the remedy.
+pub(super) type Complaint = (String, &'static str);
+
+impl Section {
+    pub fn new(name: &str, line: usize) -> Self {
+        Self {
+            name: name.into(),
+            line,
+            ..Self::default()
+        }
+    }
+
+    /// Takes a statement, whose keyword is given in lower case too; whether it has an effect.
+    pub fn set(&mut self, lower: &str, key: &str, rest: &str) -> Result<bool, Complaint> {
+        match lower {
+            "kd" => self.diffuse = Some(color(key, rest)?),
+            "ks" => self.specular = Some(color(key, rest)?),
+            "ke" => self.emission = Some(color(key, rest)?),
+            "tf" => self.filter = Some(color(key, rest)?),
+            "ns" => self.exponent = Some(number(key, rest, |n| n >= 0.0, "write a finite number, 0 or more")?),
+            "ni" => self.ior = Some(number(key, rest, |n| n > 0.0, "write a finite number above 0")?),
+            "d" => self.dissolve.d = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "tr" => self.dissolve.tr = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
+            "pc" => self.clearcoat = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "ps" => self.sheen = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "aniso" => self.anisotropy = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "anisor" => {
+                self.anisotropy_rotation = number(key, rest, |_| true, "write a share of a whole turn")?;
+            }
+            "illum" => {
+                let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
+                let complaint = || {
+                    (
+                        format!("illum `{rest}` is no illumination model"),
+                        "write a number from 0 to 10",
+                    )
+                };
+                self.illum = Some(model.ok_or_else(complaint)?);
+            }
+            // Ambient light is what path tracing computes; sharpness is of reflection maps.
+            "ka" | "map_ka" | "sharpness" => {}
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    /// The line of the last statement with this keyword, else that of the material.
+    pub fn line_of(&self, key: &str) -> usize {
+        let found = self.lines.iter().rev().find(|(k, _)| k == key);
+        found.map_or(self.line, |&(_, line)| line)
+    }
+
+    /// What is taken in some way though the file says it otherwise, or not at all.
+    pub fn assumed(&self) -> Vec<Remark> {
+        let mut notes = Vec::new();
+        let mut note = |code, key, words: String| {
+            let severity = Severity::Note;
+            let note = Remark {
+                severity,
+                code,
+                key,
+                words,
+            };
+            notes.push(note);
+        };
+        let shines = self.specular.is_some_and(|ks| !ks.is_black()) || self.has_map(MapSlot::Specular);
+        let emits = self.emission.is_some_and(|ke| !ke.is_black());
+        let has_holes = self.has_map(MapSlot::Opacity) || self.dissolve.d.is_some_and(|d| d < 1.0);
+        if emits && has_holes {
+            note(
+                "opacity",
+                "d",
+                "what emits has no holes: d and map_d have no effect".into(),
+            );
+        }
+        if let Some(ns) = self.exponent.filter(|&ns| ns > MOST_EXPONENT) {
+            let words = format!("Ns is {ns}, beyond the {MOST_EXPONENT} of the format; it is taken as it is");
+            note("exponent-range", "ns", words);
+        }
+        match self.illum {
+            Some(model @ (0 | 1)) if shines => {
+                note(
+                    "illum",
+                    "illum",
+                    format!("illum {model} has no highlight: Ks has no effect"),
+                );
+            }
+            Some(model @ (3 | 5)) if !shines => {
+                note(
+                    "illum",
+                    "illum",
+                    format!("illum {model} is a mirror, but there is no Ks: it is black"),
+                );
+            }
+            Some(model @ (4 | 6 | 7)) => {
+                if self.filter.is_none() && !self.dissolve.is_given() {
+                    note(
+                        "illum",
+                        "illum",
+                        format!("illum {model} is glass, but there is no Tf: it is clear"),
+                    );
+                }
+                if self.ior.is_none() {
+                    let words = format!("illum {model} is glass, but there is no Ni: it is {DEFAULT_IOR}");
+                    note("illum", "illum", words);
+                }
+            }
+            _ if shines && self.exponent.is_none() && !self.has_map(MapSlot::Exponent) => {
+                note(
+                    "default-exponent",
+                    "ks",
+                    format!("Ks without Ns: it is {DEFAULT_EXPONENT}"),
+                );
+            }
+            _ => {}
+        }
+        notes
+    }
+
+    fn has_map(&self, slot: MapSlot) -> bool {
+        self.maps.iter().any(|m| m.statement.slot == slot)
+    }
+
+    /// The factor of a colour: where a texture gives it, a factor that is missing or black would leave nothing of it.
+    fn color(
+        &self,
+        [key, lower]: [&'static str; 2],
+        given: Option<Spectrum>,
+        slot: MapSlot,
+        default: f32,
+        remarks: &mut Vec<Remark>,
+    ) -> Spectrum {
+        match (given, self.has_map(slot)) {
+            (Some(color), true) if color.is_black() => {
+                remarks.push(Remark::warning("black-texture", lower, counts_alone(key)));
+                Spectrum::ONE
+            }
+            (None, true) => Spectrum::ONE,
+            (given, _) => given.unwrap_or(Spectrum::splat(default)),
+        }
+    }
+
+    /// The factor of a number: 1 where a texture gives it alone.
+    fn factor(&self, given: Option<f32>, slot: MapSlot, default: f32) -> f32 {
+        given.unwrap_or(if self.has_map(slot) { 1.0 } else { default })
+    }
+
+    /// The material, and what of it was assumed.
+    pub fn material(&self, dialect: MtlDialect) -> (Material, Vec<Remark>) {
+        let mut remarks = Vec::new();
+        // A material that names any colour means the others to be black; one that names none is a plain surface.
+        let emission = self.emission.unwrap_or(Spectrum::ZERO);
+        let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
+        if self.emission.is_some() && emits && emission.is_black() {
+            remarks.push(Remark::warning("black-texture", "ke", counts_alone("Ke")));
+        }
+        let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
+        let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
+        let mut material = Material {
+            name: self.name.clone(),
+            diffuse: self.color(["Kd", "kd"], self.diffuse, MapSlot::Diffuse, plain, &mut remarks),
+            specular: self.color(["Ks", "ks"], self.specular, MapSlot::Specular, 0.0, &mut remarks),
+            gloss: Gloss::Phong(self.exponent.unwrap_or(DEFAULT_EXPONENT)),
+            emission,
+            clearcoat: self.clearcoat,
+            clearcoat_roughness: self.clearcoat_roughness,
+            sheen: Spectrum::splat(self.sheen),
+            ..Material::default()
+        };
+        match self.illum {
+            // Models without highlights
+            Some(0 | 1) => material.specular = Spectrum::ZERO,
+            Some(3 | 5) => material.gloss = Gloss::Mirror(Fresnel::Full),
+            _ => {}
+        }
+
+        // The extension for metal and roughness has a model of its own; glass is only roughened.
+        material.roughness = self.factor(self.roughness, MapSlot::Roughness, 0.0);
+        let is_physical = self.roughness.is_some()
+            || self.metallic.is_some()
+            || self.has_map(MapSlot::Roughness)
+            || self.has_map(MapSlot::Metallic);
+        if is_physical && !matches!(self.illum, Some(4 | 6 | 7)) {
+            let metallic = self.factor(self.metallic, MapSlot::Metallic, 0.0);
+            material.gloss = Gloss::Metallic(metallic);
+            material.specular = Spectrum::ONE;
+            material.ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
+        }
+        if is_physical {
+            material.anisotropy = self.anisotropy;
+            material.anisotropy_rotation = 360.0 * self.anisotropy_rotation.fract();
+        } else if self.anisotropy > 0.0 {
+            remarks.push(Remark::warning(
+                "no-effect",
+                "aniso",
+                "aniso has no effect without Pr or Pm",
+            ));
+        }
+
+        let (opacity, contradiction) = self.dissolve.opacity(dialect);
+        remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
+        match self.illum {
+            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left.
+            Some(4 | 6 | 7) => {
+                let dissolved = (opacity < 1.0).then(|| Spectrum::splat(1.0 - opacity));
+                material.transmission = self.filter.or(dissolved).unwrap_or(Spectrum::ONE);
+                material.ior = self.ior.unwrap_or(DEFAULT_IOR);
+                material.gloss = Gloss::Mirror(Fresnel::Full);
+                let all = material.diffuse + material.specular + material.transmission;
+                if !material.specular.is_black() && all.max_component() > 1.0 {
+                    material.specular = Spectrum::ZERO;
+                    let words = "glass reflects by its index of refraction; Ks is left out";
+                    remarks.push(Remark::warning("glass-reflection", "ks", words));
+                }
+            }
+            // A coloured veil: part of the light goes straight on, tinted.
+            _ if opacity < 1.0 && self.filter.is_some_and(|filter| filter != Spectrum::ONE) => {
+                material.diffuse *= opacity;
+                material.specular *= opacity;
+                let filter = self.filter.unwrap_or(Spectrum::ONE);
+                material.transmission = filter * (1.0 - opacity);
+                (material.thin, material.ior) = (true, 1.0);
+            }
+            // A filter alone, where no model and no opacity calls the surface opaque
+            None if !self.dissolve.is_given() => {
+                if let Some(filter) = self.filter {
+                    material.transmission = filter;
+                    (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
+                }
+            }
+            // A surface with holes
+            _ => material.opacity = opacity,
+        }
+        (material, remarks)
+    }
+}
+
+fn counts_alone(key: &str) -> String {
+    format!("{key} is 0 and would make its texture black; the texture counts alone")
+}
+
+fn is_share(n: f32) -> bool {
+    (0.0..=1.0).contains(&n)
+}
+
+/// The last word as a number; options like `-halo` may come before it.
+fn number(key: &str, rest: &str, is_good: fn(f32) -> bool, help: &'static str) -> Result<f32, Complaint> {
+    let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
+    let good = value.filter(|&n| n.is_finite() && is_good(n));
+    good.ok_or_else(|| (format!("{key} is `{rest}`"), help))
+}
+
+/// One number for a grey, or three.
+fn color(key: &str, rest: &str) -> Result<Spectrum, Complaint> {
+    let values: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
+    let color = match values.as_deref() {
+        Some(&[grey]) => Some(Spectrum::splat(grey)),
+        Some(&[r, g, b]) => Some(Spectrum::rgb(r, g, b)),
+        _ => None,
+    };
+    let help = "write one number or three, finite and 0 or more";
+    let good = color.filter(|c| c.is_valid());
+    good.ok_or_else(|| (format!("{key} is `{rest}`, which is no colour"), help))
+}

@@ -1,0 +1,232 @@
+use super::section::DEFAULT_IOR;
+use super::*;
+use crate::bsdf::Fresnel;
+use crate::material::Gloss;
+
+fn load(text: &str) -> Result<(Vec<Material>, Vec<String>), FileError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.mtl");
+    std::fs::write(&path, text).unwrap();
+    let (materials, warnings) = load_file(&path, MtlDialect::Auto)?;
+    let materials = materials.into_iter().map(|m| m.material);
+    Ok((materials.collect(), warnings))
+}
+
+fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<FileMaterial>, Vec<String>), FileError> {
+    let mut findings = Findings::default();
+    let materials = load_mtl(path, dialect, &mut findings);
+    match findings.first_error() {
+        Some(error) => Err(error.clone()),
+        None => Ok((materials, findings.warnings())),
+    }
+}
+
+fn one(text: &str) -> Material {
+    load(&format!("newmtl m\n{text}")).unwrap().0.remove(0)
+}
+
+#[test]
+fn keys_become_lobes() {
+    let grey = Spectrum::splat;
+    let phong = one("Kd 0.1 0.2 0.3\nKs 0.5\nNs 20\nillum 2");
+    assert_eq!(
+        (phong.diffuse, phong.specular),
+        (Spectrum::rgb(0.1, 0.2, 0.3), grey(0.5))
+    );
+    assert_eq!(phong.gloss, Gloss::Phong(20.0));
+    assert_eq!(one("Ks 0.9\nillum 3").gloss, Gloss::Mirror(Fresnel::Full));
+    assert_eq!(one("Ks 0.9\nillum 1").specular, Spectrum::ZERO);
+    // Glass
+    for text in [
+        "Tf 0.9\nNi 1.3\nillum 7",
+        "d 0.1\nNi 1.3\nillum 4",
+        "Tr 0.9\nNi 1.3\nillum 6\nKs 0.5",
+    ] {
+        let m = one(text);
+        assert!(
+            (m.transmission.max_component() - 0.9).abs() < 1e-6 && !m.thin && m.ior == 1.3,
+            "{m:?}"
+        );
+        assert!(m.specular.is_black());
+    }
+    // A file that leaves energy for Ks keeps it.
+    assert_eq!(one("Kd 0\nKs 0.3\nTf 0.1\nillum 7").specular, grey(0.3));
+    // Exporters write a filter of 1 for opaque surfaces.
+    assert!(one("Kd 0.7\nTf 1 1 1\nillum 2").transmission.is_black());
+    assert!(one("Kd 0.7\nTf 1 1 1\nd 1").transmission.is_black());
+    // A filter alone counts; with an index it refracts.
+    let filter = one("Kd 0.3\nTf 0.5\nNi 1.5");
+    assert!(filter.transmission == grey(0.5) && !filter.thin);
+    // Dissolving
+    let holes = one("Kd 0.8\nd 0.25\nillum 2");
+    assert_eq!((holes.diffuse, holes.opacity), (grey(0.8), 0.25));
+    assert!(holes.transmission.is_black());
+    let veil = one("Kd 0.8\nTf 0.5\nd 0.25\nillum 2");
+    assert_eq!((veil.diffuse, veil.transmission), (grey(0.2), grey(0.375)));
+    assert!(veil.thin && veil.ior == 1.0 && veil.opacity == 1.0);
+}
+
+#[test]
+fn metal_and_roughness_have_a_model_of_their_own() {
+    let metal = one("Kd 0.9 0.6 0.3\nKs 0.5\nNs 250\nNi 1.45\nPr 0.25\nPm 1\nillum 2");
+    assert_eq!(
+        (metal.gloss, metal.roughness, metal.ior),
+        (Gloss::Metallic(1.0), 0.25, 1.45)
+    );
+    assert_eq!(
+        (metal.diffuse, metal.specular),
+        (Spectrum::rgb(0.9, 0.6, 0.3), Spectrum::ONE)
+    );
+    let plastic = one("Kd 0.5\nPr 0.5\nNi 1");
+    assert_eq!(
+        (plastic.gloss, plastic.roughness, plastic.ior),
+        (Gloss::Metallic(0.0), 0.5, DEFAULT_IOR)
+    );
+    let mapped = one("Kd 0.5\nmap_Pr r.png\nmap_Pm m.png");
+    assert_eq!((mapped.gloss, mapped.roughness), (Gloss::Metallic(1.0), 1.0));
+    let glass = one("Tf 1\nNi 1.5\nPr 0.3\nillum 7");
+    assert_eq!((glass.roughness, glass.transmission), (0.3, Spectrum::ONE));
+    assert_eq!(glass.gloss, Gloss::Mirror(Fresnel::Full));
+}
+
+#[test]
+fn plain_materials_are_grey_and_lamps_black() {
+    assert_eq!(one("").diffuse, Spectrum::splat(DEFAULT_DIFFUSE));
+    assert_eq!(one("Ke 1").diffuse, Spectrum::ZERO);
+    assert_eq!(one("Ke 0 0 0").diffuse, Spectrum::splat(DEFAULT_DIFFUSE));
+}
+
+#[test]
+fn what_has_no_effect_is_said() {
+    let (_, warnings) = load("newmtl a\ndisp a.png\nrefl r.png\nnewmtl b\ndisp b.png\nd 0.5\nTr 0.9\n").unwrap();
+    assert!(
+        warnings[0].contains("t.mtl:2:1: no effect: disp, refl;"),
+        "{warnings:?}"
+    );
+    assert!(
+        warnings[1].contains("material `b`: d is 0.5 but Tr is 0.9"),
+        "{warnings:?}"
+    );
+}
+
+#[test]
+fn transparency_goes_by_dialect() {
+    let opacity = |dialect, text: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.mtl");
+        std::fs::write(&path, text).unwrap();
+        let (materials, warnings) = load_file(&path, dialect).unwrap();
+        (materials[0].material.opacity, warnings.len())
+    };
+    use MtlDialect::*;
+    let both = "newmtl m\nKd 1\nd 0.75\nTr 0.5\n";
+    for (dialect, text, expected) in [
+        (Spec, both, (0.75, 1)),
+        (Blender, both, (0.75, 1)),
+        (Max, both, (0.5, 1)),
+        (Meshlab, both, (0.75, 1)),
+        (Auto, both, (0.75, 1)),
+        // Alone
+        (Spec, "newmtl m\nTr 0.25\n", (0.75, 0)),
+        (Max, "newmtl m\nTr 0.25\n", (0.75, 0)),
+        (Meshlab, "newmtl m\nTr 0.25\n", (0.25, 0)),
+        (Auto, "newmtl m\nTr 0.25\n", (0.75, 0)),
+        (
+            Auto,
+            "# Wavefront material file\n# Converted by VCGLIB\nnewmtl m\nTr 0.25\n",
+            (0.25, 0),
+        ),
+        // What says the same twice is meant so.
+        (Auto, "newmtl m\nd 0.25\nTr 0.75\n", (0.25, 0)),
+        (Auto, "newmtl m\nd 0.25\nTr 0.25\n", (0.25, 0)),
+        (Auto, "newmtl m\nd 1\nTr 1\n", (1.0, 0)),
+        (Auto, "newmtl m\nTr 1\nnewmtl n\nTr 1\n", (1.0, 0)),
+        (Spec, "newmtl m\nTr 1\nnewmtl n\nTr 1\n", (0.0, 0)),
+    ] {
+        assert_eq!(opacity(dialect, text), expected, "{dialect:?}: {text:?}");
+    }
+}
+
+#[test]
+fn textures_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.mtl");
+    std::fs::write(
+        &path,
+        "newmtl a\nKd 0 0 0\nmap_Kd a.png\nMAP_KD -s 2 2 b c.png\nbump d.png\nmap_Ks e.png\n",
+    )
+    .unwrap();
+    let (materials, warnings) = load_file(&path, MtlDialect::Auto).unwrap();
+    let maps: Vec<_> = materials[0]
+        .maps
+        .iter()
+        .map(|m| (m.statement.slot, m.statement.file.as_str(), m.place.position))
+        .collect();
+    let expected = [
+        (MapSlot::Diffuse, "b c.png", Some(Position::line(4))),
+        (MapSlot::Bump, "d.png", Some(Position::line(5))),
+        (MapSlot::Specular, "e.png", Some(Position::line(6))),
+    ];
+    assert_eq!(maps, expected);
+    assert_eq!(
+        (materials[0].material.diffuse, materials[0].material.specular),
+        (Spectrum::ONE, Spectrum::ONE)
+    );
+    assert!(warnings[0].contains("Kd is 0"), "{warnings:?}");
+}
+
+#[test]
+fn layers_and_brushes_are_read() {
+    let lacquer = one("Kd 0.5\nPr 0.25\nPm 1\nPc 0.75\nPcr 0.125\nPs 0.5\naniso 0.5\nanisor 0.25");
+    assert_eq!((lacquer.clearcoat, lacquer.clearcoat_roughness), (0.75, 0.125));
+    assert_eq!(lacquer.sheen, Spectrum::splat(0.5));
+    assert_eq!((lacquer.anisotropy, lacquer.anisotropy_rotation), (0.5, 90.0));
+    let (materials, warnings) = load("newmtl m\nKd 1\nPc 1\naniso 0.5").unwrap();
+    assert_eq!((materials[0].clearcoat, materials[0].anisotropy), (1.0, 0.0));
+    assert!(warnings[0].contains("aniso has no effect"), "{warnings:?}");
+}
+
+#[test]
+fn a_texture_of_emission_is_a_color_too() {
+    let glowing = one("map_Ke a.png");
+    assert_eq!((glowing.diffuse, glowing.emission), (Spectrum::ZERO, Spectrum::ZERO));
+    assert_eq!(one("Ke 2\nmap_Ke a.png").emission, Spectrum::splat(2.0));
+    let (_, warnings) = load("newmtl m\nKe 0 0 0\nmap_Ke a.png").unwrap();
+    assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
+}
+
+#[test]
+fn mistakes_are_named_with_their_line() {
+    let cases = [
+        "Kd 0.5 red 0",
+        "Kd 1 2",
+        "Ke -1 0 0",
+        "Ks nan",
+        "Kd",
+        "Ns -1",
+        "Ni 0",
+        "Ni",
+        "d 1.5",
+        "Tr -0.1",
+        "Pr 2",
+        "Pm x",
+        "Pc 2",
+        "Pcr -1",
+        "Ps 1.5",
+        "aniso -0.5",
+        "anisor inf",
+        "illum x",
+        "Kd spectral a.rfl",
+        "map_Kd",
+        "map_Kd -s a.png",
+    ];
+    for statement in cases {
+        let error = load(&format!("newmtl m\nKa 1\n{statement}\n")).unwrap_err();
+        assert_eq!(error.position.map(|p| p.line), Some(3), "{statement}: {error}");
+        let key = statement.split(' ').next().unwrap();
+        assert!(
+            error.message.contains(key) && error.help.is_some(),
+            "{statement}: {error}"
+        );
+    }
+}

@@ -1,57 +1,10 @@
-use super::Wrap;
-use super::half;
-use super::levels::{self, Level};
-use crate::color::{Spectrum, srgb};
+use super::levels::Level;
+use super::samples::{LINEAR, Samples, Stored, Texels, share};
+use super::{Wrap, half};
+use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use std::array;
-use std::sync::LazyLock;
 
-/// What the codes 0 to 255 stand for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Curve {
-    /// Data: equal steps from 0 to 1.
-    Linear,
-    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even so.
-    Srgb,
-}
-
-/// Samples of a picture row by row from the top, those of a texel one after the other.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Texels {
-    /// 8 bits each.
-    Bytes(Vec<u8>, Curve),
-    /// 16 bits each: equal steps from 0 to 1.
-    Shorts(Vec<u16>),
-    /// The values themselves.
-    Floats(Vec<f32>),
-}
-
-/// Samples of all levels.
-#[derive(Clone, Debug)]
-enum Samples {
-    Bytes(Vec<u8>, &'static Codes),
-    Shorts(Vec<u16>),
-    /// Floats that lose nothing by it.
-    Halves(Vec<u16>),
-    Floats(Vec<f32>),
-}
-
-/// Values of the codes 0 to 255.
-type Codes = [f32; 256];
-
-static LINEAR: Codes = {
-    let mut codes = [0.0; 256];
-    let mut i = 0;
-    while i < 256 {
-        codes[i] = i as f32 / 255.0;
-        i += 1;
-    }
-    codes
-};
-static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
-
-/// Floats above this count as infinite, so that no mean of others is.
-const LARGEST: f32 = f32::MAX / 4.0;
 /// How many texels are looked at where all must be.
 const MOST_TEXELS: f32 = 4096.0;
 /// Texels from the origin up to here have middles that an `f32` can tell.
@@ -92,54 +45,16 @@ impl Texture {
     /// Floats that are NaN, infinite (or nearly so) or negative become 0 and are counted. `None` where the samples are not as
     /// many as that, or none, or a side is longer than 2²⁸.
     pub fn new(width: usize, height: usize, channels: usize, texels: Texels, wrap: Wrap) -> Option<Self> {
-        let length = match &texels {
-            Texels::Bytes(samples, _) => samples.len(),
-            Texels::Shorts(samples) => samples.len(),
-            Texels::Floats(samples) => samples.len(),
-        };
         let expected = width.checked_mul(height)?.checked_mul(channels)?;
-        if !(1..=4).contains(&channels) || length == 0 || length != expected || width.max(height) > LONGEST {
+        if !(1..=4).contains(&channels) || expected == 0 || texels.len() != expected || width.max(height) > LONGEST {
             return None;
         }
-
-        let size = (width, height);
-        let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
-        let mut replaced = 0;
-        let (samples, levels, max_value);
-        match texels {
-            Texels::Bytes(mut codes, curve) => {
-                let table = match curve {
-                    Curve::Linear => &LINEAR,
-                    Curve::Srgb => &*SRGB,
-                };
-                let of = |c| if is_alpha(c) { &LINEAR } else { table };
-                let decode = |c, code: u8| of(c)[code as usize];
-                max_value = table[largest(&codes, channels) as usize];
-                levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
-                samples = Samples::Bytes(codes, table);
-            }
-            Texels::Shorts(mut codes) => {
-                let encode = |_, value: f32| (value * 65535.0).round() as u16;
-                max_value = share(largest(&codes, channels));
-                levels = levels::append(&mut codes, size, channels, |_, code| share(code), encode);
-                samples = Samples::Shorts(codes);
-            }
-            Texels::Floats(mut values) => {
-                replaced = repair(&mut values, channels);
-                max_value = largest(&values, channels);
-                if values.iter().all(|&value| half::decode(half::encode(value)) == value) {
-                    let mut halves: Vec<u16> = values.into_iter().map(half::encode).collect();
-                    let decode = |_, bits| half::decode(bits);
-                    levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
-                    samples = Samples::Halves(halves);
-                } else {
-                    // Roundings of a mean must not lift it above all that it is the mean of.
-                    let most = |c| if is_alpha(c) { 1.0 } else { max_value };
-                    levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(most(c)));
-                    samples = Samples::Floats(values);
-                }
-            }
-        }
+        let Stored {
+            samples,
+            levels,
+            max_value,
+            replaced,
+        } = texels.store((width, height), channels);
         Some(Self {
             samples,
             channels,
@@ -251,30 +166,12 @@ impl Texture {
     pub fn visit_bytes(&self, mut visit: impl FnMut(&[u8])) {
         let [width, height] = self.size.to_array();
         visit(format!("{width} {height} {} {:?}\n", self.channels, self.wrap).as_bytes());
-        match &self.samples {
-            Samples::Bytes(codes, table) => {
-                table.iter().for_each(|value| visit(&value.to_le_bytes()));
-                visit(codes);
-            }
-            Samples::Shorts(codes) => {
-                visit(b"shorts");
-                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
-            }
-            Samples::Halves(codes) => {
-                visit(b"halves");
-                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
-            }
-            Samples::Floats(values) => values.iter().for_each(|value| visit(&value.to_le_bytes())),
-        }
+        self.samples.visit_bytes(visit);
     }
 
     /// Bytes of all levels.
     pub fn bytes(&self) -> usize {
-        match &self.samples {
-            Samples::Bytes(samples, _) => size_of_val(samples.as_slice()),
-            Samples::Shorts(samples) | Samples::Halves(samples) => size_of_val(samples.as_slice()),
-            Samples::Floats(samples) => size_of_val(samples.as_slice()),
-        }
+        self.samples.bytes()
     }
 
     fn value_between(&self, uv: Vec2, blend: Blend) -> f32 {
@@ -361,52 +258,11 @@ fn between<const N: usize>(a: [f32; N], b: [f32; N], part: f32) -> [f32; N] {
     array::from_fn(|c| a[c] + (b[c] - a[c]) * part)
 }
 
-/// The value of a 16-bit sample; 65535 gives exactly 1.
-fn share(code: u16) -> f32 {
-    code as f32 * (1.0 / 65535.0)
-}
-
-/// The code whose value is nearest.
-fn nearest(codes: &Codes, value: f32) -> u8 {
-    let above = codes.partition_point(|&v| v < value).clamp(1, 255);
-    let below = above - 1;
-    let is_below = value - codes[below] < codes[above] - value;
-    if is_below { below as u8 } else { above as u8 }
-}
-
-/// The largest sample but alpha's.
-fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
-    let colors = if channels < 3 { 1 } else { 3 };
-    let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
-    samples.fold(T::default(), |most, &sample| if sample > most { sample } else { most })
-}
-
-/// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
-fn repair(values: &mut [f32], channels: usize) -> usize {
-    let mut replaced = 0;
-    for texel in values.chunks_exact_mut(channels) {
-        let mut is_sound = true;
-        for (c, value) in texel.iter_mut().enumerate() {
-            let most = if channels % 2 == 0 && c + 1 == channels {
-                1.0
-            } else {
-                LARGEST
-            };
-            // −0 is sound; its sign goes.
-            if (0.0..=LARGEST).contains(value) {
-                *value = value.abs().min(most);
-            } else {
-                (*value, is_sound) = (0.0, false);
-            }
-        }
-        replaced += usize::from(!is_sound);
-    }
-    replaced
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::srgb;
+    use crate::texture::samples::{Curve, LARGEST};
 
     const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror];
 
@@ -711,21 +567,6 @@ mod tests {
         assert!(picture(3, 2, 2, 12));
         assert!(!picture(3, 2, 2, 11) && !picture(0, 2, 2, 0) && !picture(3, 2, 0, 0) && !picture(1, 1, 5, 5));
         assert!(!picture(usize::MAX, 2, 2, 12));
-    }
-
-    #[test]
-    fn codes_are_the_nearest() {
-        for table in [&LINEAR, &*SRGB] {
-            for (code, &value) in table.iter().enumerate() {
-                assert_eq!(nearest(table, value) as usize, code);
-            }
-            for value in noise(1000).chain([-1.0, 2.0]) {
-                let error = |code: u8| (table[code as usize] - value).abs();
-                let code = nearest(table, value);
-                assert!((0..=255).all(|other| error(code) <= error(other)));
-            }
-        }
-        assert_eq!(share(u16::MAX), 1.0);
     }
 
     #[test]

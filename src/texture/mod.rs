@@ -1,13 +1,15 @@
-//! Pictures on surfaces: looking texels up, filtered, and placing them. Knows no file formats.
+//! Pictures on surfaces: keeping texels (`samples`, `levels`), looking them up, filtered, and placing them. Knows no file formats.
 
 mod half;
 mod levels;
 mod lookup;
 mod mapping;
+mod samples;
 mod wrap;
 
-pub use lookup::{Curve, Texels, Texture};
+pub use lookup::Texture;
 pub use mapping::{Channel, Mapping};
+pub use samples::{Curve, Texels};
 pub use wrap::Wrap;
 
 /// How textures are looked up.

@@ -1,0 +1,211 @@
+use super::half;
+use super::levels::{self, Level};
+use crate::color::srgb;
+use std::sync::LazyLock;
+
+/// What the codes 0 to 255 stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Curve {
+    /// Data: equal steps from 0 to 1.
+    Linear,
+    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even so.
+    Srgb,
+}
+
+/// Samples of a picture row by row from the top, those of a texel one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    /// 8 bits each.
+    Bytes(Vec<u8>, Curve),
+    /// 16 bits each: equal steps from 0 to 1.
+    Shorts(Vec<u16>),
+    /// The values themselves.
+    Floats(Vec<f32>),
+}
+
+/// Samples of all levels.
+#[derive(Clone, Debug)]
+pub(super) enum Samples {
+    Bytes(Vec<u8>, &'static Codes),
+    Shorts(Vec<u16>),
+    /// Floats that lose nothing by it.
+    Halves(Vec<u16>),
+    Floats(Vec<f32>),
+}
+
+/// Values of the codes 0 to 255.
+pub(super) type Codes = [f32; 256];
+
+pub(super) static LINEAR: Codes = {
+    let mut codes = [0.0; 256];
+    let mut i = 0;
+    while i < 256 {
+        codes[i] = i as f32 / 255.0;
+        i += 1;
+    }
+    codes
+};
+static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
+
+/// Floats above this count as infinite, so that no mean of others is.
+pub(super) const LARGEST: f32 = f32::MAX / 4.0;
+/// A picture with its levels, as it is kept.
+pub(super) struct Stored {
+    pub samples: Samples,
+    pub levels: Vec<Level>,
+    /// The largest sample but alpha's.
+    pub max_value: f32,
+    /// How many texels had a sample that is no value.
+    pub replaced: usize,
+}
+
+impl Texels {
+    /// How many samples there are.
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Bytes(samples, _) => samples.len(),
+            Self::Shorts(samples) => samples.len(),
+            Self::Floats(samples) => samples.len(),
+        }
+    }
+
+    /// Adds the coarser levels of a picture of `size` (columns, rows), as compactly as loses nothing.
+    pub(super) fn store(self, size: (usize, usize), channels: usize) -> Stored {
+        let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
+        let mut replaced = 0;
+        let (samples, levels, max_value);
+        match self {
+            Self::Bytes(mut codes, curve) => {
+                let table = match curve {
+                    Curve::Linear => &LINEAR,
+                    Curve::Srgb => &*SRGB,
+                };
+                let of = |c| if is_alpha(c) { &LINEAR } else { table };
+                let decode = |c, code: u8| of(c)[code as usize];
+                max_value = table[largest(&codes, channels) as usize];
+                levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
+                samples = Samples::Bytes(codes, table);
+            }
+            Self::Shorts(mut codes) => {
+                let encode = |_, value: f32| (value * 65535.0).round() as u16;
+                max_value = share(largest(&codes, channels));
+                levels = levels::append(&mut codes, size, channels, |_, code| share(code), encode);
+                samples = Samples::Shorts(codes);
+            }
+            Self::Floats(mut values) => {
+                replaced = repair(&mut values, channels);
+                max_value = largest(&values, channels);
+                if values.iter().all(|&value| half::decode(half::encode(value)) == value) {
+                    let mut halves: Vec<u16> = values.into_iter().map(half::encode).collect();
+                    let decode = |_, bits| half::decode(bits);
+                    levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
+                    samples = Samples::Halves(halves);
+                } else {
+                    // Roundings of a mean must not lift it above all that it is the mean of.
+                    let most = |c| if is_alpha(c) { 1.0 } else { max_value };
+                    levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(most(c)));
+                    samples = Samples::Floats(values);
+                }
+            }
+        }
+        Stored {
+            samples,
+            levels,
+            max_value,
+            replaced,
+        }
+    }
+}
+
+impl Samples {
+    /// Bytes of all levels.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Bytes(samples, _) => size_of_val(samples.as_slice()),
+            Self::Shorts(samples) | Self::Halves(samples) => size_of_val(samples.as_slice()),
+            Self::Floats(samples) => size_of_val(samples.as_slice()),
+        }
+    }
+
+    /// Gives all that decides values to `visit`, piece by piece as bytes that are the same on every machine.
+    pub fn visit_bytes(&self, mut visit: impl FnMut(&[u8])) {
+        match self {
+            Self::Bytes(codes, table) => {
+                table.iter().for_each(|value| visit(&value.to_le_bytes()));
+                visit(codes);
+            }
+            Self::Shorts(codes) => {
+                visit(b"shorts");
+                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+            }
+            Self::Halves(codes) => {
+                visit(b"halves");
+                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+            }
+            Self::Floats(values) => values.iter().for_each(|value| visit(&value.to_le_bytes())),
+        }
+    }
+}
+
+/// The value of a 16-bit sample; 65535 gives exactly 1.
+pub(super) fn share(code: u16) -> f32 {
+    code as f32 * (1.0 / 65535.0)
+}
+
+/// The code whose value is nearest.
+fn nearest(codes: &Codes, value: f32) -> u8 {
+    let above = codes.partition_point(|&v| v < value).clamp(1, 255);
+    let below = above - 1;
+    let is_below = value - codes[below] < codes[above] - value;
+    if is_below { below as u8 } else { above as u8 }
+}
+
+/// The largest sample but alpha's.
+fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
+    let colors = if channels < 3 { 1 } else { 3 };
+    let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
+    samples.fold(T::default(), |most, &sample| if sample > most { sample } else { most })
+}
+
+/// Puts 0 for what is not finite or negative, and tells how many texels that were; alpha is cut off at 1.
+fn repair(values: &mut [f32], channels: usize) -> usize {
+    let mut replaced = 0;
+    for texel in values.chunks_exact_mut(channels) {
+        let mut is_sound = true;
+        for (c, value) in texel.iter_mut().enumerate() {
+            let most = if channels % 2 == 0 && c + 1 == channels {
+                1.0
+            } else {
+                LARGEST
+            };
+            // −0 is sound; its sign goes.
+            if (0.0..=LARGEST).contains(value) {
+                *value = value.abs().min(most);
+            } else {
+                (*value, is_sound) = (0.0, false);
+            }
+        }
+        replaced += usize::from(!is_sound);
+    }
+    replaced
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_the_nearest() {
+        for table in [&LINEAR, &*SRGB] {
+            for (code, &value) in table.iter().enumerate() {
+                assert_eq!(nearest(table, value) as usize, code);
+            }
+            for value in (0..1000).map(|i| i as f32 / 999.0).chain([-1.0, 2.0]) {
+                let error = |code: u8| (table[code as usize] - value).abs();
+                let code = nearest(table, value);
+                assert!((0..=255).all(|other| error(code) <= error(other)));
+            }
+        }
+        assert_eq!(share(u16::MAX), 1.0);
+    }
+}

@@ -763,6 +763,7 @@ mod together {
                 accel,
                 camera,
                 filter: &Filter::BOX,
+                features: false,
             },
             strategy: Strategy::default(),
             max_depth: Some(16),

@@ -231,6 +231,20 @@ impl Camera {
         self.lens_radius > 0.0
     }
 
+    /// Where `p` is on the film at `time`, through the centre of the lens: pixels, origin top left. `None` behind the camera.
+    pub fn film_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
+        let camera = self.at(time);
+        let to = p - camera.position;
+        let depth = to.dot(camera.forward);
+        let image = Vec2::new(to.dot(camera.right), -to.dot(camera.up)) / depth;
+        (depth > 0.0).then(|| (image + camera.offset) / camera.scale)
+    }
+
+    /// When the shutter opens and when it closes.
+    pub fn shutter(&self) -> [f32; 2] {
+        self.shutter
+    }
+
     /// Distance of `p` from the camera along the view axis, at `time`.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);

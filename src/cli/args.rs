@@ -343,6 +343,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub write_every: Option<f64>,
 
+    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, or all
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub aov: Vec<String>,
+
     /// Seed of the random numbers, 64 bits [default: 0]
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

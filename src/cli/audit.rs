@@ -198,6 +198,7 @@ impl Audit<'_> {
             accel: &auditor,
             camera: self.camera,
             filter: &self.job.filter,
+            features: false,
         };
         let mut film = Film::new(job.resolution, job.crop);
         let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);

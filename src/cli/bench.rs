@@ -242,6 +242,7 @@ impl Measure<'_> {
             accel,
             camera: self.camera,
             filter: &self.job.filter,
+            features: false,
         }
     }
 

@@ -315,6 +315,7 @@ impl BackendTask for Portrait<'_> {
             accel,
             camera: camera.1,
             filter: &filter,
+            features: false,
         };
         let spp = self.args.spp.get();
         let kind = SamplerKind::Sobol;
@@ -340,6 +341,7 @@ impl BackendTask for Portrait<'_> {
             backend_version: format!("{} {}", info.version, info.isa),
             render_seconds: start.elapsed().as_secs_f64(),
             complete: outcome == Outcome::Complete,
+            features: None,
         };
         let (format, output) = self.output;
         output.write_image(format, &film.develop(), None, &metadata)?;

@@ -4,7 +4,7 @@ use super::error::CliError;
 use super::estimator::Estimator;
 use super::info::forecast;
 use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
-use crate::film::{BLOCK, Filter, FilterKind, Rect};
+use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in_words};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{RenderSampler, SamplerKind};
@@ -44,6 +44,8 @@ pub(super) struct Job {
     pub seed: u64,
     pub sampler: SamplerKind,
     pub estimator: Estimator,
+    /// Further channels.
+    pub aovs: Vec<Aov>,
     /// The pixel and sample to explain instead of rendering.
     pub pixel: Option<([u32; 2], u32)>,
     pub backend: Backend,
@@ -125,6 +127,7 @@ impl Job {
             time_limit: args.time_limit,
             seed: args.seed.or(settings.seed).unwrap_or(0),
             estimator,
+            aovs: aovs(&args.aov)?,
             sampler,
             backend,
             threads: args.threads.unwrap_or_else(all_threads),
@@ -256,13 +259,17 @@ impl Job {
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn settings(&self) -> String {
-        let settings = format!(
+        let mut settings = format!(
             "{} sampler={} filter={} filter_radius={}",
             self.estimator.settings(),
             self.sampler_name(),
             name_of(FilterKind::NAMES, self.filter.kind()),
             self.filter.radius()
         );
+        if !self.aovs.is_empty() {
+            let names: Vec<&str> = self.aovs.iter().map(|&aov| name_of(Aov::NAMES, aov)).collect();
+            settings += &format!(" aov={}", names.join(","));
+        }
         match self.noise {
             Some(level) => settings + &format!(" noise={level} most_samples={}", self.total_samples),
             // Whether samples are added later, or in parts, is no business of others.
@@ -288,6 +295,20 @@ impl Job {
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
     }
+}
+
+/// Further channels, in the order in which they are listed.
+fn aovs(wanted: &[String]) -> Result<Vec<Aov>, CliError> {
+    let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
+    if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
+        let known: Vec<&str> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
+        return Err(CliError::Usage(format!(
+            "--aov {unknown}: no such channels\n  help: use some of {}, or all",
+            known.join(", ")
+        )));
+    }
+    let is_wanted = |(name, _): &&(&str, Aov)| wanted.iter().any(|w| w == name || w == "all");
+    Ok(Aov::NAMES.iter().filter(is_wanted).map(|&(_, aov)| aov).collect())
 }
 
 /// The samples to take of a picture of `spp`.

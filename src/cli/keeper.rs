@@ -3,8 +3,8 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::job::Job;
-use crate::film::Film;
-use crate::io::{Checkpoint, FileError, Format, Metadata, Output, State, read_checkpoint};
+use crate::film::{Aov, Film};
+use crate::io::{Checkpoint, FileError, Format, Metadata, Output, State, cryptomattes, read_checkpoint};
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
@@ -115,8 +115,13 @@ pub(super) fn write_state(output: &Output, progressed: &Progressed, metadata: &M
 impl Progressed {
     /// Nothing yet.
     pub fn start(job: &Job) -> Self {
+        let film = Film::starting_at(job.resolution, job.crop, job.samples.start);
         Self {
-            film: Film::starting_at(job.resolution, job.crop, job.samples.start),
+            film: if job.aovs.is_empty() {
+                film
+            } else {
+                film.with_features()
+            },
             statistics: Statistics::default(),
             seconds: 0.0,
         }
@@ -143,6 +148,13 @@ impl Progressed {
         metadata: &Metadata,
     ) -> Vec<FileError> {
         let mut image = self.film.develop();
+        if let Some(names) = &metadata.features {
+            let aovs = names.aovs();
+            image.channels.extend(self.film.develop_features(&aovs));
+            if aovs.contains(&Aov::Cryptomatte) {
+                image.channels.extend(cryptomattes(&self.film, names));
+            }
+        }
         if with_error {
             image.channels.push(self.film.error_map());
         }

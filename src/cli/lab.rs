@@ -217,6 +217,7 @@ impl BackendTask for Ladder<'_> {
             accel,
             camera: self.camera,
             filter: &self.job.filter,
+            features: false,
         };
         let best = self.job.estimator;
         let mut rows = Vec::new();

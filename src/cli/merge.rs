@@ -196,8 +196,10 @@ impl Whole {
 
     /// All sums.
     fn join(&self, parts: &[Part]) -> Result<Progressed, CliError> {
+        let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
+        let has_features = parts.iter().any(|part| part.description.metadata.features.is_some());
         let mut merged = Progressed {
-            film: Film::starting_at(self.resolution, self.crop, self.samples.start),
+            film: if has_features { film.with_features() } else { film },
             statistics: Statistics::default(),
             seconds: 0.0,
         };

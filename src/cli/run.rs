@@ -2,16 +2,16 @@ use super::args::RenderArgs;
 use super::audit::Report;
 use super::backend::{BackendTask, PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
-use super::job::Job;
+use super::job::{Job, name_of};
 use super::keeper::{Keeper, Progressed};
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
-use crate::film::Film;
+use crate::film::{Aov, Film};
 use crate::integrator::World;
-use crate::io::{FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
+use crate::io::{FeatureNames, FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::scene::Scene;
 use std::path::PathBuf;
@@ -145,6 +145,7 @@ impl Prepared<'_> {
             accel,
             camera: self.camera,
             filter: &job.filter,
+            features: !job.aovs.is_empty(),
         };
         let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
@@ -288,7 +289,19 @@ impl Prepared<'_> {
             backend_version: format!("{} {}", info.version, info.isa),
             render_seconds: 0.0,
             complete: false,
+            features: self.feature_names(),
         }
+    }
+
+    /// What further channels are of, if any are asked for.
+    fn feature_names(&self) -> Option<FeatureNames> {
+        let aovs = &self.job.aovs;
+        let materials = self.scene.materials().iter();
+        (!aovs.is_empty()).then(|| FeatureNames {
+            aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
+            objects: self.scene.objects().to_vec(),
+            materials: materials.map(|m| m.name.clone()).collect(),
+        })
     }
 
     /// Writes what is due, and what went wrong with it.

@@ -1,5 +1,5 @@
-use super::Fixed;
 use super::metrics::DARK;
+use super::{Features, Fixed};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
@@ -12,6 +12,8 @@ pub struct FirstSurface {
     pub normal: Vec3,
     /// Distance along the camera's axis, scene units.
     pub depth: f32,
+    /// What further channels show, where they are wanted.
+    pub features: Option<Features>,
 }
 
 /// Samples whose sum is one term of a pixel's total.
@@ -245,6 +247,7 @@ mod tests {
             albedo: Spectrum::splat(0.5),
             normal: Vec3::Y,
             depth: 4.0,
+            features: None,
         };
         let mut block = Block::default();
         for i in 0..10 {

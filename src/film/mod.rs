@@ -1,6 +1,7 @@
 //! Sums of samples per pixel. No files, no threads, no tone curve.
 
 mod accumulator;
+mod features;
 mod filter;
 mod fixed;
 mod image;
@@ -9,10 +10,12 @@ mod state;
 mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
+pub use features::{Coverage, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
-pub use image::{Channel, Image, Z_BACKGROUND};
+pub use image::{Aov, Channel, Image, Z_BACKGROUND};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
+pub use state::StateLayout;
 pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;
@@ -67,6 +70,22 @@ impl Film {
         Rect { min, max }
     }
 
+    /// The same, which also sums the [`Features`] of what is met.
+    pub fn with_features(mut self) -> Self {
+        self.tiles.iter_mut().for_each(Tile::sum_features);
+        self
+    }
+
+    /// Whether it does.
+    pub fn has_features(&self) -> bool {
+        self.tiles.first().is_some_and(Tile::has_features)
+    }
+
+    /// Sums of the features of `pixel`, if there are any.
+    pub fn features(&self, pixel: UVec2) -> Option<&FeatureSums> {
+        self.tile_at(pixel)?.features(pixel)
+    }
+
     /// Size of the full image.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
@@ -115,8 +134,14 @@ impl Film {
     /// Adds the sums of what somebody else has rendered of the same image; pixels that are not here are left out.
     pub fn merge(&mut self, other: &Self) {
         for (pixel, sums) in other.pixels() {
-            if let Some(own) = self.tile_at_mut(pixel).and_then(|tile| tile.sums_mut(pixel)) {
+            let Some(tile) = self.tile_at_mut(pixel) else {
+                continue;
+            };
+            if let Some(own) = tile.sums_mut(pixel) {
                 own.merge(sums);
+            }
+            if let (Some(own), Some(features)) = (tile.features_mut(pixel), other.features(pixel)) {
+                own.merge(features);
             }
         }
     }
@@ -164,6 +189,11 @@ impl Film {
     /// Bytes that a film of this crop takes.
     pub fn bytes(crop: Rect) -> u64 {
         crop.area() * size_of::<Accumulator>() as u64
+    }
+
+    /// The channels of `aovs`, but for mattes, which need names. Zero where nothing is known.
+    pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
+        image::develop_features(self, aovs)
     }
 
     /// Means, variances and counts as channels of float32.

@@ -1,4 +1,5 @@
-use super::{Accumulator, Fixed};
+use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, Tile};
+use crate::math::UVec2;
 
 /// Sums that are kept exactly, by name.
 const FIXED: [&str; 13] = [
@@ -83,6 +84,110 @@ impl Accumulator {
     }
 }
 
+/// Sums of [`FeatureSums`], by name.
+const FEATURES: [&str; FeatureSums::SUMS] = ["P.X", "P.Y", "P.Z", "uv.U", "uv.V", "motion.X", "motion.Y"];
+/// Its coverages.
+const COVERAGES: [&str; 2] = ["objects", "materials"];
+
+/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and its features, if there are any.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StateLayout {
+    /// How many objects and how many materials a pixel may name, where there are features.
+    levels: Option<[usize; 2]>,
+}
+
+impl StateLayout {
+    /// One that has room for all of `film`.
+    pub fn of_film(film: &Film) -> Self {
+        let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
+        let most = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
+        Self {
+            levels: film
+                .has_features()
+                .then(|| [most(|f| &f.objects), most(|f| &f.materials)]),
+        }
+    }
+
+    /// The one whose words have these names, in any order; `None` if there is none.
+    pub fn of_names(names: &[String]) -> Option<Self> {
+        let levels = COVERAGES.map(|kind| {
+            let level = |i: &usize| names.contains(&format!("{kind}.{i}.id"));
+            (0..).take_while(level).count()
+        });
+        let has_features = names.iter().any(|name| name == "P.X.0");
+        let layout = Self {
+            levels: has_features.then_some(levels),
+        };
+        let wanted = layout.names();
+        (wanted.len() == names.len() && wanted.iter().all(|name| names.contains(name))).then_some(layout)
+    }
+
+    /// Whether there are features.
+    pub fn has_features(&self) -> bool {
+        self.levels.is_some()
+    }
+
+    /// A name for each word.
+    pub fn names(&self) -> Vec<String> {
+        let mut names = Accumulator::word_names();
+        names.push("target".into());
+        if let Some(levels) = self.levels {
+            let words = |name: &&str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
+            names.extend(FEATURES.iter().flat_map(words));
+            for (kind, levels) in COVERAGES.iter().zip(levels) {
+                names.extend((0..levels).flat_map(|i| [format!("{kind}.{i}.id"), format!("{kind}.{i}.count")]));
+            }
+        }
+        names
+    }
+
+    /// The word at place `i` of [`StateLayout::names`], of `pixel` in `tile`; 0 where there is none.
+    pub fn word(&self, tile: &Tile, pixel: UVec2, i: usize) -> u32 {
+        let Some(i) = i.checked_sub(Accumulator::WORDS) else {
+            return tile.sums(pixel).map_or(0, |sums| sums.word(i));
+        };
+        let Some(i) = i.checked_sub(1) else {
+            return tile.target();
+        };
+        let (Some(features), Some([objects, _])) = (tile.features(pixel), self.levels) else {
+            return 0;
+        };
+        let Some(i) = i.checked_sub(FEATURES.len() * Fixed::WORDS) else {
+            return features.sums[i / Fixed::WORDS].word(i % Fixed::WORDS);
+        };
+        let (coverage, i) = match i.checked_sub(2 * objects) {
+            None => (&features.objects, i),
+            Some(i) => (&features.materials, i),
+        };
+        let entry = coverage.iter().nth(i / 2);
+        entry.map_or(0, |(id, count)| if i % 2 == 0 { id } else { count })
+    }
+
+    /// Sets all that `words` say of `pixel` in `tile`, which has nothing yet.
+    pub fn put(&self, tile: &mut Tile, pixel: UVec2, words: &[u32]) {
+        let Some((own, [target, features @ ..])) = words.split_first_chunk::<{ Accumulator::WORDS }>() else {
+            return;
+        };
+        tile.set_target(*target);
+        if let Some(sums) = tile.sums_mut(pixel) {
+            *sums = Accumulator::from_words(own);
+        }
+        let (Some(sums), Some([objects, _])) = (tile.features_mut(pixel), self.levels) else {
+            return;
+        };
+        let (fixed, coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
+        for (sum, words) in sums.sums.iter_mut().zip(fixed.chunks_exact(Fixed::WORDS)) {
+            *sum = Fixed::from_words([words[0], words[1], words[2], words[3]]);
+        }
+        let (of_objects, of_materials) = coverages.split_at(2 * objects);
+        for (coverage, words) in [(&mut sums.objects, of_objects), (&mut sums.materials, of_materials)] {
+            for entry in words.chunks_exact(2).filter(|entry| entry[1] > 0) {
+                coverage.add(entry[0], entry[1]);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,6 +206,7 @@ mod tests {
                     albedo: Spectrum::rgb(0.1, 0.2, 0.3),
                     normal: Vec3::new(-0.6, 0.0, 0.8),
                     depth: 3.5,
+                    features: None,
                 };
                 block.add(
                     Spectrum::rgb(0.1 * i as f32, j as f32, 7e-5),

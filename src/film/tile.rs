@@ -1,4 +1,4 @@
-use super::Accumulator;
+use super::{Accumulator, FeatureSums};
 use crate::math::UVec2;
 
 /// A half-open rectangle of pixels, origin at the top left of the image.
@@ -63,6 +63,8 @@ pub struct Tile {
     /// Samples a pixel that it was promised.
     target: u32,
     pixels: Vec<Accumulator>,
+    /// One a pixel, or none.
+    features: Vec<FeatureSums>,
 }
 
 impl Tile {
@@ -74,6 +76,7 @@ impl Tile {
             bounds,
             first,
             target: 0,
+            features: Vec::new(),
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -91,6 +94,27 @@ impl Tile {
     /// Each pixel's coordinates and sums, row by row.
     pub fn iter(&self) -> impl Iterator<Item = (UVec2, &Accumulator)> {
         self.bounds.pixels().zip(&self.pixels)
+    }
+
+    /// Sums the features of what is met, from now on.
+    pub(super) fn sum_features(&mut self) {
+        self.features = vec![FeatureSums::default(); self.pixels.len()];
+    }
+
+    /// Whether it does.
+    pub fn has_features(&self) -> bool {
+        !self.features.is_empty()
+    }
+
+    /// Sums of the features of `pixel`, if there are any.
+    pub fn features(&self, pixel: UVec2) -> Option<&FeatureSums> {
+        self.features.get(self.index(pixel)?)
+    }
+
+    /// The same, to add to them.
+    pub fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
+        let index = self.index(pixel)?;
+        self.features.get_mut(index)
     }
 
     /// Samples that each pixel has.

@@ -67,7 +67,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         let slot = BsdfSlot::new();
         let vertex = world.vertex(&hit, ray, &slot);
         if branch.depth == 0 {
-            out.first_surface(world.first_surface(&vertex));
+            out.first_surface(world.first_surface(&hit, &vertex));
         }
         if let Some(light) = world
             .scene

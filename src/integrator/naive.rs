@@ -37,7 +37,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             if depth == 0 {
-                out.first_surface(world.first_surface(&vertex));
+                out.first_surface(world.first_surface(&hit, &vertex));
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.

@@ -215,8 +215,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> (Option<Vertex<'v>>, Option<End>) {
         let (mut radiance, first) = self.arrive(&start.path, start.hit, slot);
         let mut end = None;
-        if let Some(first) = &first {
-            out.first_surface(self.world.first_surface(first));
+        if let (Some(first), Some(hit)) = (&first, &start.hit) {
+            out.first_surface(self.world.first_surface(hit, first));
             let (direct, next) = self.first_step(first, &start, out);
             radiance += direct;
             if let Some(next) = next {

@@ -2,7 +2,7 @@ use super::direct::Vertex;
 use super::{RayKind, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::film::{Filter, FirstSurface};
+use crate::film::{Features, Filter, FirstSurface};
 use crate::geometry::{Hit, SurfacePoint, ray_between, ray_towards};
 use crate::material::BsdfSlot;
 use crate::math::hash::mix;
@@ -21,6 +21,8 @@ pub struct World<'a, A> {
     pub camera: &'a Camera,
     /// How pixels see the image.
     pub filter: &'a Filter,
+    /// Whether first surfaces come with their [`Features`].
+    pub features: bool,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -35,13 +37,18 @@ impl<'a, A: Accel> World<'a, A> {
     /// The same with other answers to ray queries.
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {
-            scene, camera, filter, ..
+            scene,
+            camera,
+            filter,
+            features,
+            ..
         } = self;
         World {
             scene,
             accel,
             camera,
             filter,
+            features,
         }
     }
 
@@ -80,7 +87,7 @@ impl<'a, A: Accel> World<'a, A> {
         let ray = self.camera_ray(key, None, sampler, out);
         let hit = self.intersect(&ray, RayKind::Camera, out)?;
         let vertex = self.vertex(&hit, &ray, slot);
-        out.first_surface(self.first_surface(&vertex));
+        out.first_surface(self.first_surface(&hit, &vertex));
         Some((hit, vertex))
     }
 
@@ -186,11 +193,37 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// What the auxiliary channels show of `vertex`.
-    pub(super) fn first_surface(&self, vertex: &Vertex) -> FirstSurface {
+    pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
         FirstSurface {
+            features: self.features.then(|| self.features_of(hit, vertex)),
             albedo: vertex.bsdf.albedo(),
             normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
             depth: self.camera.depth(vertex.point.p, vertex.point.time),
+        }
+    }
+}
+
+impl<A: Accel> World<'_, A> {
+    /// What further channels show of `vertex`, which is at `hit`.
+    #[inline(never)]
+    fn features_of(&self, hit: &Hit, vertex: &Vertex) -> Features {
+        // Where the point is on the film when the shutter opens and when it closes
+        let moves = self.scene.is_moving() || self.camera.is_moving();
+        let film = |time: f32| {
+            let p = self.scene.placed(hit, time).point(hit.b1, hit.b2).p;
+            self.camera.film_of(p, time)
+        };
+        let ends = self.camera.shutter().map(|time| moves.then(|| film(time)).flatten());
+        let motion = match ends {
+            [Some(open), Some(close)] => (close - open) * Vec2::new(1.0, -1.0),
+            _ => Vec2::ZERO,
+        };
+        Features {
+            p: vertex.point.p,
+            uv: self.scene.uv(hit).unwrap_or_default(),
+            motion,
+            object: self.scene.object(hit),
+            material: self.scene.shape(hit.geom).material.0,
         }
     }
 }

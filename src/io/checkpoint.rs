@@ -1,7 +1,7 @@
 use super::exr::{Header, RowChannel, write_rows};
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
-use crate::film::{Accumulator, Film, Rect};
+use crate::film::{Accumulator, Film, Rect, StateLayout};
 use crate::math::UVec2;
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
@@ -14,10 +14,8 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Before the names of the channels that hold the words of a film ([`Accumulator::word_names`]).
+/// Before the names of the channels that hold the words of a film ([`StateLayout::names`]).
 const PREFIX: &str = "state.";
-/// The channel of [`Tile::target`](crate::film::Tile::target).
-const TARGET: &str = "state.target";
 /// The attribute that holds the digest of all of it.
 const DIGEST: &str = "embrasure.stateDigest";
 /// The one of what has been counted.
@@ -68,43 +66,40 @@ impl State<'_> {
 
     /// A channel for each word of a pixel.
     pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
-        let film = self.film;
-        let names = Accumulator::word_names().into_iter().enumerate();
+        let (film, layout) = (self.film, StateLayout::of_film(self.film));
+        let names = layout.names().into_iter().enumerate();
         let words = names.map(|(i, name)| RowChannel {
             name: format!("{PREFIX}{name}"),
             kind: exr::SampleType::U32,
             fill: Box::new(move |row, bytes| {
-                fill_row(film, row, bytes, |sums| sums.word(i).to_ne_bytes());
-            }),
-        });
-        let target = RowChannel {
-            name: TARGET.into(),
-            kind: exr::SampleType::U32,
-            fill: Box::new(move |row, bytes| {
                 for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
-                    let target = film.tile_at(pixel).map_or(0, |tile| tile.target());
-                    bytes.copy_from_slice(&target.to_ne_bytes());
+                    let word = film.tile_at(pixel).map_or(0, |tile| layout.word(tile, pixel, i));
+                    bytes.copy_from_slice(&word.to_ne_bytes());
                 }
             }),
-        };
-        words.chain([target]).collect()
+        });
+        words.collect()
     }
 
-    pub(super) fn attributes(&self, metadata: &Metadata) -> Vec<(&'static str, String)> {
-        vec![(STATISTICS, self.statistics.into()), (DIGEST, self.digest(metadata))]
+    pub(super) fn attributes(&self, metadata: &Metadata) -> Vec<(String, String)> {
+        vec![
+            (STATISTICS.into(), self.statistics.into()),
+            (DIGEST.into(), self.digest(metadata)),
+        ]
     }
 
     /// SHA-256 over everything that a render goes on from: damage shows.
     fn digest(&self, metadata: &Metadata) -> String {
         let crop = self.film.crop();
+        let layout = StateLayout::of_film(self.film);
+        let count = layout.names().len();
         let rows: Vec<_> = (0..crop.size().y as usize)
             .into_par_iter()
             .map(|row| {
                 let mut bytes = Vec::new();
                 for pixel in pixels_of_row(crop, row) {
-                    if let Some((tile, sums)) = self.film.tile_at(pixel).and_then(|t| Some((t, t.sums(pixel)?))) {
-                        let words = (0..Accumulator::WORDS).map(|i| sums.word(i)).chain([tile.target()]);
-                        bytes.extend(words.flat_map(u32::to_le_bytes));
+                    if let Some(tile) = self.film.tile_at(pixel) {
+                        bytes.extend((0..count).flat_map(|i| layout.word(tile, pixel, i).to_le_bytes()));
                     }
                 }
                 Sha256::digest(&bytes)
@@ -161,6 +156,7 @@ struct Opened {
     reader: block::reader::Reader<BufReader<File>>,
     resolution: UVec2,
     crop: Rect,
+    layout: StateLayout,
     /// The word that each channel holds.
     places: Vec<Option<usize>>,
     metadata: Metadata,
@@ -200,24 +196,21 @@ impl Opened {
         if path.metadata().map_or(0, |m| m.len()) < least {
             return Err(damaged(path, &"it is too short for its pixels"));
         }
-        let names = Accumulator::word_names();
-        let place_of = |channel: &ChannelDescription| {
+        let word = |channel: &ChannelDescription| {
             let name = channel.name.to_string();
             let is_word = channel.sample_type == exr::SampleType::U32;
-            let place = match name.strip_prefix(PREFIX).filter(|_| is_word)? {
-                _ if name == TARGET => Accumulator::WORDS,
-                word => names.iter().position(|n| n == word)?,
-            };
-            Some(place)
+            name.strip_prefix(PREFIX).filter(|_| is_word).map(str::to_string)
         };
-        let places: Vec<Option<usize>> = header.channels.list.iter().map(place_of).collect();
-        if (0..=Accumulator::WORDS).any(|place| !places.contains(&Some(place))) {
-            return Err(stateless());
-        }
-
+        let words: Vec<Option<String>> = header.channels.list.iter().map(word).collect();
+        let names: Vec<String> = words.iter().flatten().cloned().collect();
+        let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
+        let names = layout.names();
+        let place = |word: Option<String>| names.iter().position(|name| Some(name) == word.as_ref());
+        let places = words.into_iter().map(place).collect();
         Ok(Self {
             resolution,
             crop,
+            layout,
             places,
             metadata,
             statistics,
@@ -233,7 +226,10 @@ impl Opened {
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
-        let mut words = vec![[0; Accumulator::WORDS + 1]; width];
+        if self.layout.has_features() {
+            film = film.with_features();
+        }
+        let mut words = vec![vec![0; self.layout.names().len()]; width];
         let last_channel = self.places.len() - 1;
         for chunk in self.reader.all_chunks(false).map_err(|e| damaged(path, &e))? {
             let chunk = chunk.map_err(|e| damaged(path, &e))?;
@@ -248,7 +244,7 @@ impl Opened {
                     }
                 }
                 if line.channel == last_channel {
-                    put_row(&mut film, line.position.y(), &words);
+                    put_row(&mut film, self.layout, line.position.y(), &words);
                 }
             }
         }
@@ -280,14 +276,10 @@ fn windows(header: &ExrHeader) -> Option<(UVec2, Rect)> {
     crop.is_inside(resolution).then_some((resolution, crop))
 }
 
-fn put_row(film: &mut Film, row: usize, words: &[[u32; Accumulator::WORDS + 1]]) {
+fn put_row(film: &mut Film, layout: StateLayout, row: usize, words: &[Vec<u32>]) {
     for (pixel, words) in pixels_of_row(film.crop(), row).zip(words) {
-        let [own @ .., target] = words;
         if let Some(tile) = film.tile_at_mut(pixel) {
-            tile.set_target(*target);
-            if let Some(sums) = tile.sums_mut(pixel) {
-                *sums = Accumulator::from_words(own);
-            }
+            layout.put(tile, pixel, words);
         }
     }
 }

@@ -1,5 +1,5 @@
-use super::State;
-use crate::film::{Image, Rect};
+use super::{State, cryptomatte};
+use crate::film::{Aov, Image, Rect};
 use crate::math::UVec2;
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
@@ -7,6 +7,7 @@ use ::exr::math::RoundingMode;
 use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode};
 use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
+use serde::{Deserialize, Serialize};
 use std::io::{self, Seek, Write};
 
 // Names of attributes
@@ -19,6 +20,7 @@ const SEED: &str = "embrasure.seed";
 const BACKEND: &str = "embrasure.backend";
 const BACKEND_VERSION: &str = "embrasure.backendVersion";
 const COMPLETE: &str = "embrasure.complete";
+const FEATURES: &str = "embrasure.features";
 const RENDER_TIME: &str = "renderTime";
 
 /// How an image came to be; written beside its pixels.
@@ -46,6 +48,29 @@ pub struct Metadata {
     pub render_seconds: f64,
     /// Whether all samples were taken.
     pub complete: bool,
+    /// What further channels are of, if there are any.
+    pub features: Option<FeatureNames>,
+}
+
+/// Channels that were asked for, and the names of what they number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FeatureNames {
+    /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
+    pub aovs: Vec<String>,
+    /// Objects of the scene, from the first.
+    pub objects: Vec<String>,
+    /// Materials of the scene, from the first.
+    pub materials: Vec<String>,
+}
+
+impl FeatureNames {
+    /// The channels that were asked for.
+    pub fn aovs(&self) -> Vec<Aov> {
+        let known = Aov::NAMES
+            .iter()
+            .filter(|(name, _)| self.aovs.iter().any(|aov| aov == name));
+        known.map(|&(_, aov)| aov).collect()
+    }
 }
 
 impl Metadata {
@@ -81,6 +106,10 @@ impl Metadata {
                 _ => return None,
             },
             complete: text(COMPLETE)? == "yes",
+            features: match text(FEATURES) {
+                Some(json) => Some(serde_json::from_str(&json).ok()?),
+                None => None,
+            },
         })
     }
 
@@ -103,7 +132,10 @@ impl Metadata {
     /// Attributes of the EXR header, by name.
     fn attributes(&self) -> Vec<(&'static str, exr::AttributeValue)> {
         let text = |s: &str| exr::AttributeValue::Text(s.into());
-        vec![
+        // Names alone: nothing can go wrong.
+        let features = self.features.as_ref();
+        let features = features.map(|names| serde_json::to_string(names).unwrap_or_default());
+        let mut attributes = vec![
             (VERSION, text(&self.version)),
             (SCENE_HASH, text(&self.scene_hash)),
             (SETTINGS, text(&self.settings)),
@@ -115,7 +147,9 @@ impl Metadata {
             (BACKEND_VERSION, text(&self.backend_version)),
             (COMPLETE, text(if self.complete { "yes" } else { "no" })),
             (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
-        ]
+        ];
+        attributes.extend(features.map(|names| (FEATURES, text(&names))));
+        attributes
     }
 }
 
@@ -170,7 +204,7 @@ pub(super) struct Header<'a> {
     pub crop: Rect,
     pub metadata: &'a Metadata,
     /// Further attributes, by name.
-    pub attributes: Vec<(&'static str, String)>,
+    pub attributes: Vec<(String, String)>,
     pub compression: exr::Compression,
 }
 
@@ -184,11 +218,14 @@ pub(super) fn write(
     let width = image.crop.size().x as usize;
     let channels = image.channels.iter();
     let channels = channels.map(|c| RowChannel::of_values(c.name, &c.values, width));
+    let mut attributes = state.map_or(Vec::new(), |state| state.attributes(metadata));
+    let features = metadata.features.as_ref();
+    attributes.extend(features.map_or(Vec::new(), cryptomatte::attributes));
     let header = Header {
         resolution: image.resolution,
         crop: image.crop,
         metadata,
-        attributes: state.map_or(Vec::new(), |state| state.attributes(metadata)),
+        attributes,
         compression: exr::Compression::ZIP16,
     };
     let state = state.map_or(Vec::new(), State::channels);
@@ -210,11 +247,12 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
         ..Default::default()
     };
     let own = metadata.attributes().into_iter();
+    let own = own.map(|(name, value)| (name.to_string(), value));
     let further = header.attributes.into_iter();
     let further = further.map(|(name, text)| (name, exr::AttributeValue::Text(text.as_str().into())));
     attributes
         .other
-        .extend(own.chain(further).map(|(name, value)| (name.into(), value)));
+        .extend(own.chain(further).map(|(name, value)| (name.as_str().into(), value)));
     let layer = exr::Layer::new(
         (crop.size().x as usize, crop.size().y as usize),
         attributes,

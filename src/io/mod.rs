@@ -2,6 +2,7 @@
 
 mod checkpoint;
 mod contact_sheet;
+mod cryptomatte;
 mod environment;
 mod error;
 mod exr;
@@ -26,8 +27,9 @@ mod texture;
 
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
+pub use cryptomatte::cryptomattes;
 pub use error::{FileError, Position};
-pub use exr::Metadata;
+pub use exr::{FeatureNames, Metadata};
 use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_section::{LightSection, Rotation};

@@ -135,6 +135,8 @@ pub struct RenderSection {
 pub struct ObjectSection {
     /// OBJ file, relative to the scene file.
     pub obj: Spanned<PathBuf>,
+    /// What mattes call it; the OBJ's stem if this is left out.
+    pub name: Option<String>,
     /// Placement in the world.
     pub transform: Option<Spanned<TransformSection>>,
     /// Placement as four rows of four, instead of `transform`.
@@ -313,6 +315,7 @@ impl SceneFile {
     pub fn of_obj(path: &Path) -> Self {
         let object = ObjectSection {
             obj: Spanned::new(0..0, path.to_path_buf()),
+            name: None,
             transform: None,
             matrix: None,
             transform_close: None,

@@ -2,7 +2,7 @@ use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Accumulator, Block, Film, FirstSurface, Tile};
+use crate::film::{Block, Film, FirstSurface, Tile};
 use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -72,8 +72,8 @@ pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, ti
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
-    let again = (start < next).then(|| render_tile(integrator, sampler, tile, start..next, Accumulator::take_back));
-    let taken = passes(start..end).map(|pass| render_tile(integrator, sampler, tile, pass, Accumulator::add));
+    let again = (start < next).then(|| render_tile(integrator, sampler, tile, start..next, Turn::TakeBack));
+    let taken = passes(start..end).map(|pass| render_tile(integrator, sampler, tile, pass, Turn::Add));
     let statistics = taken.reduce(Statistics::merge).unwrap_or_default();
     match again {
         Some(again) => statistics.after(&again),
@@ -81,13 +81,20 @@ pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, ti
     }
 }
 
-/// Takes `samples` of each pixel of `tile` and gives their sums to `put`, with what the pixel has.
+/// What becomes of samples that are taken.
+#[derive(Clone, Copy)]
+enum Turn {
+    Add,
+    TakeBack,
+}
+
+/// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again.
 fn render_tile<I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     tile: &mut Tile,
     samples: Range<u32>,
-    put: impl Fn(&mut Accumulator, &Block),
+    turn: Turn,
 ) -> Statistics {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
@@ -133,13 +140,23 @@ fn render_tile<I: Integrator, S: Sampler>(
                     }
                     sample.radiance = Spectrum::ZERO;
                 }
+                let features = sample.surface.and_then(|surface| surface.features);
+                if let (Some(features), Some(sums)) = (&features, tile.features_mut(key.pixel())) {
+                    match turn {
+                        Turn::Add => sums.add(features),
+                        Turn::TakeBack => sums.take_back(features),
+                    }
+                }
                 let block = &mut blocks[i * group.len() / count];
                 block.add(sample.radiance * sample.weight, sample.surface.as_ref());
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
             if let Some(sums) = tile.sums_mut(pixel) {
-                put(sums, block);
+                match turn {
+                    Turn::Add => sums.add(block),
+                    Turn::TakeBack => sums.take_back(block),
+                }
                 statistics.samples += samples.len() as u64;
             }
         }

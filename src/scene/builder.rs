@@ -31,9 +31,15 @@ pub struct PrototypeId(pub(super) u32);
 /// Collects validated parts and freezes them into a [`Scene`].
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
+    /// Names of objects; what is added is part of the last one.
+    pub(super) objects: Vec<String>,
     pub(super) meshes: Vec<(Mesh, MaterialId)>,
+    /// The object of each.
+    pub(super) mesh_objects: Vec<u32>,
     pub(super) prototypes: Vec<Vec<(Mesh, MaterialId)>>,
     pub(super) instances: Vec<(PrototypeId, Placement)>,
+    /// The object of each.
+    pub(super) instance_objects: Vec<u32>,
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,
@@ -71,8 +77,22 @@ impl SceneBuilder {
         let mesh = self.checked(mesh)?;
         if !mesh.triangles.is_empty() {
             self.meshes.push((mesh, material));
+            self.mesh_objects.push(self.object());
         }
         Ok(())
+    }
+
+    /// Names what is added from now on, until the next call. Names of objects are made different where they are not.
+    pub fn begin_object(&mut self, name: &str) {
+        let is_taken = |candidate: &String| self.objects.contains(candidate);
+        let numbered = (2..).map(|n| format!("{name}.{n}"));
+        let mut candidates = std::iter::once(name.to_string()).chain(numbered);
+        self.objects.extend(candidates.find(|candidate| !is_taken(candidate)));
+    }
+
+    /// The object that things are added to.
+    fn object(&self) -> u32 {
+        self.objects.len().saturating_sub(1) as u32
     }
 
     /// Adds meshes that are kept once and put into the world by [`SceneBuilder::add_instance`], as often as one likes.
@@ -96,6 +116,7 @@ impl SceneBuilder {
             return Err(BuildError::TooMany("instances"));
         }
         self.instances.push((prototype, placement));
+        self.instance_objects.push(self.object());
         Ok(())
     }
 

@@ -8,6 +8,9 @@ use crate::material::{Map, Material, MaterialId};
 use crate::math::{Affine3A, Bounds3, Vec3};
 use crate::texture::TextureId;
 
+/// Name of the object that everything is part of where nothing else is said.
+const ONLY_OBJECT: &str = "scene";
+
 impl SceneBuilder {
     /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
     pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
@@ -39,6 +42,10 @@ impl SceneBuilder {
             is_moving: false,
             textures: self.textures,
             texture_filter: self.texture_filter,
+            objects: match self.objects.is_empty() {
+                true => vec![ONLY_OBJECT.into()],
+                false => self.objects,
+            },
             materials: self.materials,
             lights: Vec::new(),
             infinite_lights: Vec::new(),
@@ -47,8 +54,8 @@ impl SceneBuilder {
 
         // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
         let mut emitting = 0;
-        for (mesh, material) in self.meshes {
-            scene.add_shape(mesh, material, true, &mut emitting);
+        for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
+            scene.add_shape(mesh, material, Some(object), &mut emitting);
         }
         let mut of_instances = 0;
         let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
@@ -56,15 +63,16 @@ impl SceneBuilder {
             let first = scene.meshes.len() as u32;
             let mut emitting = 0;
             for (mesh, material) in meshes {
-                scene.add_shape(mesh, material, false, &mut emitting);
+                scene.add_shape(mesh, material, None, &mut emitting);
             }
             scene.prototypes.push(first..scene.meshes.len() as u32);
             of_prototypes.push(emitting);
         }
-        for (prototype, placement) in self.instances {
+        for ((prototype, placement), object) in self.instances.into_iter().zip(self.instance_objects) {
             scene.instances.push(Instance {
                 prototype: prototype.0,
                 placement,
+                object,
                 first_light: LightId((emitting + of_instances).min(u32::MAX as u64) as u32),
             });
             of_instances += of_prototypes[prototype.0 as usize];
@@ -108,10 +116,10 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh that stands in the world, or is part of a prototype. `emitting` counts the triangles that emit.
-    fn add_shape(&mut self, mesh: Mesh, material: MaterialId, is_standing: bool, emitting: &mut u64) {
+    /// Adds a mesh that stands in the world as part of `object`, or is part of a prototype. `emitting` counts the triangles that emit.
+    fn add_shape(&mut self, mesh: Mesh, material: MaterialId, object: Option<u32>, emitting: &mut u64) {
         let surface = &self.materials[material.0 as usize];
-        let keeps_place = is_standing && !mesh.deforms();
+        let keeps_place = object.is_some() && !mesh.deforms();
         let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
@@ -127,6 +135,7 @@ impl Scene {
         self.meshes.push(mesh);
         self.shapes.push(Shape {
             material,
+            object: object.unwrap_or(0),
             is_plain: keeps_place && is_uniform,
             first_light,
         });

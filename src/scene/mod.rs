@@ -13,7 +13,7 @@ use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
 use crate::light::{Light, LightId, LightSelection, Receiver, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
-use crate::math::{Bounds3, Frame, Vec3};
+use crate::math::{Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::ops::Range;
 
@@ -24,6 +24,8 @@ pub struct Shape {
     pub material: MaterialId,
     /// Whether it stands in the world itself and keeps its shape, and its normals and its material are the same all over a triangle.
     pub is_plain: bool,
+    /// Which object it is part of, in the order of [`Scene::objects`], if it stands in the world itself.
+    pub object: u32,
     /// Light of its first triangle, if they emit; the other triangles follow in order. Where it is part of a prototype this counts from
     /// [`Instance::first_light`].
     pub first_light: Option<LightId>,
@@ -36,6 +38,8 @@ pub struct Instance {
     pub prototype: u32,
     /// Where it is.
     pub placement: Placement,
+    /// Which object it is part of, in the order of [`Scene::objects`].
+    pub object: u32,
     /// The first light of its triangles, if any of them emit.
     pub first_light: LightId,
 }
@@ -51,6 +55,7 @@ pub struct Scene {
     /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them, and in compact scenes.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
+    objects: Vec<String>,
     materials: Vec<Material>,
     /// The BSDF of each material by its constants.
     bsdfs: Vec<Bsdf>,
@@ -223,6 +228,24 @@ impl Scene {
             Some(placement) => corners.map(|p| placement.transform_point3a(p)),
             None => corners,
         }
+    }
+
+    /// Names of the objects that the scene is made of.
+    pub fn objects(&self) -> &[String] {
+        &self.objects
+    }
+
+    /// The object that was hit, in the order of [`Scene::objects`].
+    pub fn object(&self, hit: &Hit) -> u32 {
+        match self.instance(hit.inst) {
+            Some(instance) => instance.object,
+            None => self.shape(hit.geom).object,
+        }
+    }
+
+    /// Texture coordinates at `hit`, where there are any.
+    pub fn uv(&self, hit: &Hit) -> Option<Vec2> {
+        self.mesh(hit.geom).uv(hit.prim, hit.b1, hit.b2)
     }
 
     /// Material of the surface that was hit.

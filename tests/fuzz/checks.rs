@@ -298,6 +298,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
             accel: &accel,
             camera: &camera,
             filter: &Filter::BOX,
+            features: false,
         },
         strategy: Strategy::default(),
         max_depth: Some(3),

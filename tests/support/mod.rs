@@ -60,6 +60,7 @@ pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Bac
         accel: &accel,
         camera: &camera,
         filter: &Filter::BOX,
+        features: false,
     })
 }
 

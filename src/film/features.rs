@@ -1,0 +1,161 @@
+use super::Fixed;
+use crate::math::{Vec2, Vec3};
+
+/// What a camera ray meets, besides what every picture shows of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Features {
+    /// Position in world space.
+    pub p: Vec3,
+    /// Texture coordinates; zero where there are none.
+    pub uv: Vec2,
+    /// Where it goes on the film while the shutter is open: pixels, x to the right, y upwards.
+    pub motion: Vec2,
+    /// Which object it is part of.
+    pub object: u32,
+    /// Which material it has.
+    pub material: u32,
+}
+
+/// Sums of the features of one pixel. All of them are exact, so that samples may come in any order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FeatureSums {
+    /// Position, texture coordinates and motion.
+    pub(super) sums: [Fixed; Self::SUMS],
+    /// Samples that met each object.
+    pub objects: Coverage,
+    /// Samples that met each material.
+    pub materials: Coverage,
+}
+
+impl FeatureSums {
+    /// Sums of floats.
+    pub(super) const SUMS: usize = 7;
+
+    /// Adds those of a sample that met something.
+    pub fn add(&mut self, features: &Features) {
+        self.change(features, Fixed::plus);
+        self.objects.add(features.object, 1);
+        self.materials.add(features.material, 1);
+    }
+
+    /// Takes those of a sample out again.
+    pub fn take_back(&mut self, features: &Features) {
+        self.change(features, Fixed::minus);
+        self.objects.take_back(features.object);
+        self.materials.take_back(features.material);
+    }
+
+    /// Adds those that somebody else has of the same pixel.
+    pub fn merge(&mut self, other: &Self) {
+        for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
+            *sum = sum.plus(*other);
+        }
+        other.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
+        other.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
+    }
+
+    fn change(&mut self, features: &Features, by: fn(Fixed, Fixed) -> Fixed) {
+        let (p, uv, motion) = (features.p, features.uv, features.motion);
+        let values = [p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y];
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum = by(*sum, Fixed::new(value as f64));
+        }
+    }
+
+    /// Samples that met something.
+    pub fn surfaces(&self) -> u32 {
+        self.objects.iter().map(|(_, n)| n).sum()
+    }
+
+    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards. 0 where nothing was met.
+    pub fn mean(&self, i: usize) -> f32 {
+        (self.sums[i].to_f64() / self.surfaces().max(1) as f64) as f32
+    }
+}
+
+/// Samples of a pixel by what they met.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Coverage(Vec<(u32, u32)>);
+
+impl Coverage {
+    /// Adds `n` samples that met `id`.
+    pub fn add(&mut self, id: u32, n: u32) {
+        match self.0.binary_search_by_key(&id, |&(id, _)| id) {
+            Ok(at) => self.0[at].1 = self.0[at].1.saturating_add(n),
+            Err(at) => self.0.insert(at, (id, n)),
+        }
+    }
+
+    fn take_back(&mut self, id: u32) {
+        if let Ok(at) = self.0.binary_search_by_key(&id, |&(id, _)| id) {
+            match self.0[at].1 {
+                ..=1 => _ = self.0.remove(at),
+                _ => self.0[at].1 -= 1,
+            }
+        }
+    }
+
+    /// What was met and how often, in the order of the ids.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.0.iter().copied()
+    }
+
+    /// Things that were met.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Whether nothing was met.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The same, what was met most first; of equals the lower id.
+    pub fn by_rank(&self) -> Vec<(u32, u32)> {
+        let mut ranked = self.0.clone();
+        ranked.sort_by_key(|&(id, n)| (std::cmp::Reverse(n), id));
+        ranked
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn features(i: u32) -> Features {
+        Features {
+            p: Vec3::new(i as f32 * 0.1, 1e-6, -3e4),
+            uv: Vec2::new(0.3, 1.0 / (i + 1) as f32),
+            motion: Vec2::new(-0.7, i as f32),
+            object: i % 3,
+            material: 7,
+        }
+    }
+
+    #[test]
+    fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
+        let sum = |order: &mut dyn Iterator<Item = u32>| {
+            let mut sums = FeatureSums::default();
+            order.for_each(|i| sums.add(&features(i)));
+            sums
+        };
+        let (mut all, mut first) = (sum(&mut (0..100)), sum(&mut (0..40)));
+        assert_eq!(all, sum(&mut (0..100).rev()));
+        first.merge(&sum(&mut (40..100)));
+        assert_eq!(all, first);
+        (2..100).for_each(|i| all.take_back(&features(i)));
+        assert_eq!(all, sum(&mut (0..2)));
+        assert_eq!((all.surfaces(), all.objects.len(), all.materials.len()), (2, 2, 1));
+        assert!((all.mean(0) - 0.05).abs() < 1e-7 && all.mean(6) == 0.5);
+    }
+
+    #[test]
+    fn what_covers_most_comes_first() {
+        let mut coverage = Coverage::default();
+        for (id, n) in [(5, 3), (2, 9), (8, 3), (5, 1)] {
+            coverage.add(id, n);
+        }
+        assert_eq!(coverage.by_rank(), [(2, 9), (5, 4), (8, 3)]);
+        assert_eq!(FeatureSums::default().mean(0), 0.0);
+    }
+}

@@ -1,3 +1,4 @@
+use super::fixed::Narrow;
 use super::metrics::DARK;
 use super::{Features, Fixed};
 use crate::color::Spectrum;
@@ -61,8 +62,8 @@ impl Block {
 pub struct Accumulator {
     pub(super) sum: [Fixed; 3],
     pub(super) sum_of_squares: [Fixed; 3],
-    pub(super) albedo: [Fixed; 3],
-    pub(super) normal: [Fixed; 3],
+    pub(super) albedo: [Narrow; 3],
+    pub(super) normal: [Narrow; 3],
     pub(super) depth: Fixed,
     /// Squared differences of the means of whole blocks from their mean.
     pub(super) block_spread: [f64; 3],
@@ -91,11 +92,12 @@ impl Accumulator {
     pub fn take_back(&mut self, block: &Block) {
         let taken = Self::of(block);
         let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
+        let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
         *self = Self {
             sum: without(self.sum, taken.sum),
             sum_of_squares: without(self.sum_of_squares, taken.sum_of_squares),
-            albedo: without(self.albedo, taken.albedo),
-            normal: without(self.normal, taken.normal),
+            albedo: narrow(self.albedo, taken.albedo),
+            normal: narrow(self.normal, taken.normal),
             depth: self.depth.minus(taken.depth),
             block_spread: self.block_spread,
             surfaces: self.surfaces.saturating_sub(taken.surfaces),
@@ -126,8 +128,8 @@ impl Accumulator {
         Self {
             sum: block.sum.map(Fixed::new),
             sum_of_squares: block.sum_of_squares.map(Fixed::new),
-            albedo: block.albedo.map(|v| Fixed::new(v as f64)),
-            normal: block.normal.map(|v| Fixed::new(v as f64)),
+            albedo: block.albedo.map(|v| Narrow::new(v as f64)),
+            normal: block.normal.map(|v| Narrow::new(v as f64)),
             depth: Fixed::new(block.depth as f64),
             block_spread: [0.0; 3],
             surfaces: block.surfaces,
@@ -138,11 +140,12 @@ impl Accumulator {
     /// Both sums; the spread is that of neither.
     fn plus(&self, other: &Self) -> Self {
         let both = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
+        let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
         Self {
             sum: both(self.sum, other.sum),
             sum_of_squares: both(self.sum_of_squares, other.sum_of_squares),
-            albedo: both(self.albedo, other.albedo),
-            normal: both(self.normal, other.normal),
+            albedo: narrow(self.albedo, other.albedo),
+            normal: narrow(self.normal, other.normal),
             depth: self.depth.plus(other.depth),
             block_spread: [0.0; 3],
             surfaces: self.surfaces.saturating_add(other.surfaces),

@@ -1,48 +1,62 @@
-/// A sum whose terms may come in any order, and be taken out again: a whole number of 2⁻⁶⁴ths.
-///
-/// Floats round each time they are added, so their sums depend on the order. Here only a term is rounded, towards zero, when it
-/// comes. Sums beyond ±2⁶³ stay there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Fixed(i128);
+//! Sums whose terms may come in any order, and be taken out again: whole numbers of some small unit.
+//!
+//! Floats round each time they are added, so their sums depend on the order. Here only a term is rounded, towards zero, when it
+//! comes. Sums that are too large stay at the end of the range.
 
-/// Units in 1.
-const ONE: f64 = (1u128 << 64) as f64;
+/// A whole number of 2 to the -`$fraction` in `$bits`, which are `$words` words.
+macro_rules! fixed_point {
+    ($(#[$doc:meta])* $name:ident: $integer:ty, $fraction:literal, $words:literal) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct $name($integer);
 
-impl Fixed {
-    /// Words that hold one.
-    pub const WORDS: usize = 4;
+        impl $name {
+            /// Words of 32 bits that hold one.
+            pub const WORDS: usize = $words;
+            /// Units in 1.
+            const ONE: f64 = (1u128 << $fraction) as f64;
 
-    /// The nearest towards zero; 0 for NaN.
-    pub fn new(value: f64) -> Self {
-        // Scaling by a power of two is exact, and the cast saturates.
-        Self((value * ONE) as i128)
-    }
+            /// The nearest towards zero; 0 for NaN.
+            pub fn new(value: f64) -> Self {
+                // Scaling by a power of two is exact, and the cast saturates.
+                Self((value * Self::ONE) as $integer)
+            }
 
-    /// Rounded to a float.
-    pub fn to_f64(self) -> f64 {
-        self.0 as f64 / ONE
-    }
+            /// Rounded to a float.
+            pub fn to_f64(self) -> f64 {
+                self.0 as f64 / Self::ONE
+            }
 
-    /// The sum, exactly.
-    pub fn plus(self, other: Self) -> Self {
-        Self(self.0.saturating_add(other.0))
-    }
+            /// The sum, exactly.
+            pub fn plus(self, other: Self) -> Self {
+                Self(self.0.saturating_add(other.0))
+            }
 
-    /// The difference, exactly.
-    pub fn minus(self, other: Self) -> Self {
-        Self(self.0.saturating_sub(other.0))
-    }
+            /// The difference, exactly.
+            pub fn minus(self, other: Self) -> Self {
+                Self(self.0.saturating_sub(other.0))
+            }
 
-    /// The word of 32 bits at place `i`, the lowest at 0.
-    pub fn word(self, i: usize) -> u32 {
-        (self.0 >> (32 * i)) as u32
-    }
+            /// The word at place `i`, the lowest at 0.
+            pub fn word(self, i: usize) -> u32 {
+                (self.0 >> (32 * i)) as u32
+            }
 
-    /// The one of these words.
-    pub fn from_words(words: [u32; Self::WORDS]) -> Self {
-        let bits = words.iter().rev().fold(0u128, |bits, &word| bits << 32 | word as u128);
-        Self(bits as i128)
-    }
+            /// The one of these words.
+            pub fn from_words(words: [u32; $words]) -> Self {
+                Self(words.iter().rev().fold(0, |bits, &word| bits << 32 | word as $integer))
+            }
+        }
+    };
+}
+
+fixed_point! {
+    /// For values of any size: from 2⁻⁶⁴ to 2⁶³.
+    Fixed: i128, 64, 4
+}
+fixed_point! {
+    /// For values up to 1, of which there are less than 2³¹: they are kept to 2⁻³².
+    Narrow: i64, 32, 2
 }
 
 #[cfg(test)]
@@ -74,6 +88,8 @@ mod tests {
     #[test]
     fn words_hold_it() {
         for value in [0.0, 1.0, -1.0, 0.1, -1e-18, 1e18, -3e12] {
+            let narrow = Narrow::new(value);
+            assert_eq!(Narrow::from_words([0, 1].map(|i| narrow.word(i))), narrow);
             let fixed = Fixed::new(value);
             assert_eq!(Fixed::from_words([0, 1, 2, 3].map(|i| fixed.word(i))), fixed);
         }

@@ -1,31 +1,23 @@
+use super::fixed::Narrow;
 use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, Tile};
 use crate::math::UVec2;
 
-/// Sums that are kept exactly, by name.
-const FIXED: [&str; 13] = [
-    "sum.R",
-    "sum.G",
-    "sum.B",
-    "squares.R",
-    "squares.G",
-    "squares.B",
-    "albedo.R",
-    "albedo.G",
-    "albedo.B",
-    "N.X",
-    "N.Y",
-    "N.Z",
-    "Z",
-];
-/// Those that are floats.
+/// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
+const FIXED: [&str; 7] = ["sum.R", "sum.G", "sum.B", "squares.R", "squares.G", "squares.B", "Z"];
+const NARROW: [&str; 6] = ["albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z"];
 const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
 /// Counts.
 const COUNTS: [&str; 2] = ["surfaces", "samples"];
 
+// Where the words of each kind end
+const FIXED_END: usize = FIXED.len() * Fixed::WORDS;
+const NARROW_END: usize = FIXED_END + NARROW.len() * Narrow::WORDS;
+const FLOATS_END: usize = NARROW_END + FLOATS.len() * 2;
+
 /// All that a pixel knows, as words of 32 bits: what checkpoints hold.
 impl Accumulator {
     /// Words of a pixel.
-    pub const WORDS: usize = FIXED.len() * Fixed::WORDS + FLOATS.len() * 2 + COUNTS.len();
+    pub const WORDS: usize = FLOATS_END + COUNTS.len();
 
     /// A name for each word: that of what it is of, and its place there, the lowest word first.
     pub fn word_names() -> Vec<String> {
@@ -35,6 +27,7 @@ impl Accumulator {
         };
         let counts = COUNTS.iter().map(|name| name.to_string());
         parts(&FIXED, Fixed::WORDS)
+            .chain(parts(&NARROW, Narrow::WORDS))
             .chain(parts(&FLOATS, 2))
             .chain(counts)
             .collect()
@@ -42,21 +35,24 @@ impl Accumulator {
 
     /// The word at place `i` of [`Accumulator::word_names`]; 0 beyond.
     pub fn word(&self, i: usize) -> u32 {
-        let three = |sums: &[Fixed; 3], i: usize| sums[i / Fixed::WORDS].word(i % Fixed::WORDS);
-        let per_three = 3 * Fixed::WORDS;
-        let (group, place) = (i / per_three, i % per_three);
-        match group {
-            0 => three(&self.sum, place),
-            1 => three(&self.sum_of_squares, place),
-            2 => three(&self.albedo, place),
-            3 => three(&self.normal, place),
-            _ => match i - 4 * per_three {
-                i @ ..4 => self.depth.word(i),
-                i @ 4..10 => (self.block_spread[(i - 4) / 2].to_bits() >> (32 * (i % 2))) as u32,
-                10 => self.surfaces,
-                11 => self.samples,
-                _ => 0,
-            },
+        if i < FIXED_END {
+            let (which, word) = (i / Fixed::WORDS, i % Fixed::WORDS);
+            match which {
+                0..3 => self.sum[which].word(word),
+                3..6 => self.sum_of_squares[which - 3].word(word),
+                _ => self.depth.word(word),
+            }
+        } else if i < NARROW_END {
+            let (which, word) = ((i - FIXED_END) / Narrow::WORDS, (i - FIXED_END) % Narrow::WORDS);
+            match which {
+                0..3 => self.albedo[which].word(word),
+                _ => self.normal[which - 3].word(word),
+            }
+        } else if i < FLOATS_END {
+            let (which, word) = ((i - NARROW_END) / 2, (i - NARROW_END) % 2);
+            (self.block_spread[which].to_bits() >> (32 * word)) as u32
+        } else {
+            [self.surfaces, self.samples].get(i - FLOATS_END).copied().unwrap_or(0)
         }
     }
 
@@ -67,19 +63,21 @@ impl Accumulator {
 
     /// What [`Accumulator::to_words`] gave.
     pub fn from_words(words: &[u32; Self::WORDS]) -> Self {
-        let (fixed, rest) = words.split_at(FIXED.len() * Fixed::WORDS);
-        let fixed = |i: usize| Fixed::from_words(std::array::from_fn(|w| fixed[i * Fixed::WORDS + w]));
-        let three = |first: usize| [0, 1, 2].map(|c| fixed(first + c));
-        let float = |i: usize| f64::from_bits(rest[2 * i] as u64 | (rest[2 * i + 1] as u64) << 32);
+        let fixed = |i: usize| Fixed::from_words(std::array::from_fn(|w| words[i * Fixed::WORDS + w]));
+        let narrow = |i: usize| Narrow::from_words(std::array::from_fn(|w| words[FIXED_END + i * Narrow::WORDS + w]));
+        let float = |i: usize| {
+            let [low, high] = [0, 1].map(|w| words[NARROW_END + 2 * i + w] as u64);
+            f64::from_bits(low | high << 32)
+        };
         Self {
-            sum: three(0),
-            sum_of_squares: three(3),
-            albedo: three(6),
-            normal: three(9),
-            depth: fixed(12),
+            sum: [0, 1, 2].map(fixed),
+            sum_of_squares: [3, 4, 5].map(fixed),
+            depth: fixed(6),
+            albedo: [0, 1, 2].map(narrow),
+            normal: [3, 4, 5].map(narrow),
             block_spread: [0, 1, 2].map(float),
-            surfaces: rest[2 * FLOATS.len()],
-            samples: rest[2 * FLOATS.len() + 1],
+            surfaces: words[FLOATS_END],
+            samples: words[FLOATS_END + 1],
         }
     }
 }

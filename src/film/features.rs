@@ -16,7 +16,35 @@ pub struct Features {
     pub material: u32,
 }
 
-/// Sums of the features of one pixel. All of them are exact, so that samples may come in any order.
+/// Sums of the features of samples of one pixel that one task takes, of a block at most.
+#[derive(Clone, Debug, Default)]
+pub struct FeatureBlock {
+    sums: [f64; FeatureSums::SUMS],
+    objects: Coverage,
+    materials: Coverage,
+}
+
+impl FeatureBlock {
+    /// Adds those of a sample that met something.
+    pub fn add(&mut self, features: &Features) {
+        let (p, uv, motion) = (features.p, features.uv, features.motion);
+        let values = [p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y];
+        for (sum, value) in self.sums.iter_mut().zip(values) {
+            *sum += value as f64;
+        }
+        self.objects.add(features.object, 1);
+        self.materials.add(features.material, 1);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.sums = Default::default();
+        self.objects.0.clear();
+        self.materials.0.clear();
+    }
+}
+
+/// Sums of the features of one pixel, exact as those of [`Accumulator`](super::Accumulator).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSums {
     /// Position, texture coordinates and motion.
@@ -31,18 +59,25 @@ impl FeatureSums {
     /// Sums of floats.
     pub(super) const SUMS: usize = 7;
 
-    /// Adds those of a sample that met something.
-    pub fn add(&mut self, features: &Features) {
-        self.change(features, Fixed::plus);
-        self.objects.add(features.object, 1);
-        self.materials.add(features.material, 1);
+    /// Adds the samples that come next.
+    pub fn add(&mut self, block: &FeatureBlock) {
+        for (sum, value) in self.sums.iter_mut().zip(block.sums) {
+            *sum = sum.plus(Fixed::new(value));
+        }
+        block.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
+        block.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
-    /// Takes those of a sample out again.
-    pub fn take_back(&mut self, features: &Features) {
-        self.change(features, Fixed::minus);
-        self.objects.take_back(features.object);
-        self.materials.take_back(features.material);
+    /// Takes the samples out again that came last, part of a block.
+    pub fn take_back(&mut self, block: &FeatureBlock) {
+        for (sum, value) in self.sums.iter_mut().zip(block.sums) {
+            *sum = sum.minus(Fixed::new(value));
+        }
+        block.objects.iter().for_each(|(id, n)| self.objects.take_back(id, n));
+        block
+            .materials
+            .iter()
+            .for_each(|(id, n)| self.materials.take_back(id, n));
     }
 
     /// Adds those that somebody else has of the same pixel.
@@ -52,14 +87,6 @@ impl FeatureSums {
         }
         other.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
         other.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
-    }
-
-    fn change(&mut self, features: &Features, by: fn(Fixed, Fixed) -> Fixed) {
-        let (p, uv, motion) = (features.p, features.uv, features.motion);
-        let values = [p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y];
-        for (sum, value) in self.sums.iter_mut().zip(values) {
-            *sum = by(*sum, Fixed::new(value as f64));
-        }
     }
 
     /// Samples that met something.
@@ -80,17 +107,22 @@ pub struct Coverage(Vec<(u32, u32)>);
 impl Coverage {
     /// Adds `n` samples that met `id`.
     pub fn add(&mut self, id: u32, n: u32) {
-        match self.0.binary_search_by_key(&id, |&(id, _)| id) {
+        // Most pixels see one thing.
+        let found = match self.0.as_slice() {
+            [(only, _)] if *only == id => Ok(0),
+            all => all.binary_search_by_key(&id, |&(id, _)| id),
+        };
+        match found {
             Ok(at) => self.0[at].1 = self.0[at].1.saturating_add(n),
             Err(at) => self.0.insert(at, (id, n)),
         }
     }
 
-    fn take_back(&mut self, id: u32) {
+    fn take_back(&mut self, id: u32, n: u32) {
         if let Ok(at) = self.0.binary_search_by_key(&id, |&(id, _)| id) {
-            match self.0[at].1 {
-                ..=1 => _ = self.0.remove(at),
-                _ => self.0[at].1 -= 1,
+            self.0[at].1 = self.0[at].1.saturating_sub(n);
+            if self.0[at].1 == 0 {
+                self.0.remove(at);
             }
         }
     }
@@ -134,17 +166,24 @@ mod tests {
 
     #[test]
     fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
-        let sum = |order: &mut dyn Iterator<Item = u32>| {
+        let block = |range: std::ops::Range<u32>| {
+            let mut block = FeatureBlock::default();
+            range.for_each(|i| block.add(&features(i)));
+            block
+        };
+        let sum = |blocks: &[FeatureBlock]| {
             let mut sums = FeatureSums::default();
-            order.for_each(|i| sums.add(&features(i)));
+            blocks.iter().for_each(|block| sums.add(block));
             sums
         };
-        let (mut all, mut first) = (sum(&mut (0..100)), sum(&mut (0..40)));
-        assert_eq!(all, sum(&mut (0..100).rev()));
-        first.merge(&sum(&mut (40..100)));
+        let blocks = [block(0..2), block(2..40), block(40..100)];
+        let backwards = [blocks[2].clone(), blocks[1].clone(), blocks[0].clone()];
+        let (mut all, mut first) = (sum(&blocks), sum(&blocks[..2]));
+        assert_eq!(all, sum(&backwards));
+        first.merge(&sum(&blocks[2..]));
         assert_eq!(all, first);
-        (2..100).for_each(|i| all.take_back(&features(i)));
-        assert_eq!(all, sum(&mut (0..2)));
+        blocks[1..].iter().for_each(|block| all.take_back(block));
+        assert_eq!(all, sum(&blocks[..1]));
         assert_eq!((all.surfaces(), all.objects.len(), all.materials.len()), (2, 2, 1));
         assert!((all.mean(0) - 0.05).abs() < 1e-7 && all.mean(6) == 0.5);
     }

@@ -10,7 +10,7 @@ mod state;
 mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
-pub use features::{Coverage, FeatureSums, Features};
+pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};

@@ -2,7 +2,7 @@ use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, Film, FirstSurface, Tile};
+use crate::film::{Block, FeatureBlock, Film, FirstSurface, Tile};
 use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -110,6 +110,10 @@ fn render_tile<I: Integrator, S: Sampler>(
         _ => shuffled(tile.cell(), samples.start),
     };
     let mut blocks: [Block; SAMPLES_AT_ONCE] = Default::default();
+    let mut feature_blocks = match tile.has_features() {
+        true => vec![FeatureBlock::default(); SAMPLES_AT_ONCE],
+        false => Vec::new(),
+    };
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     for group in pixels.chunks(pixels_at_once) {
@@ -117,6 +121,7 @@ fn render_tile<I: Integrator, S: Sampler>(
             continue;
         }
         blocks[..group.len()].fill_with(Block::default);
+        feature_blocks.iter_mut().for_each(FeatureBlock::clear);
         for start in samples.clone().step_by(samples_at_once) {
             let end = samples.end.min(start.saturating_add(samples_at_once as u32));
             let mut count = 0;
@@ -141,14 +146,18 @@ fn render_tile<I: Integrator, S: Sampler>(
                     sample.radiance = Spectrum::ZERO;
                 }
                 let features = sample.surface.and_then(|surface| surface.features);
-                if let (Some(features), Some(sums)) = (&features, tile.features_mut(key.pixel())) {
-                    match turn {
-                        Turn::Add => sums.add(features),
-                        Turn::TakeBack => sums.take_back(features),
-                    }
+                if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(i * group.len() / count)) {
+                    block.add(features);
                 }
                 let block = &mut blocks[i * group.len() / count];
                 block.add(sample.radiance * sample.weight, sample.surface.as_ref());
+            }
+        }
+        for (&pixel, block) in group.iter().zip(&feature_blocks) {
+            match (tile.features_mut(pixel), turn) {
+                (Some(sums), Turn::Add) => sums.add(block),
+                (Some(sums), Turn::TakeBack) => sums.take_back(block),
+                (None, _) => {}
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {

@@ -4,15 +4,20 @@ mod support;
 
 use ::exr::prelude::{self as exr, WritableImage, f16};
 use embrasure::color::Spectrum;
+use embrasure::geometry::Mesh;
+use embrasure::integrator::{PathIntegrator, Roulette, Strategy};
 use embrasure::io::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
-use embrasure::math::Vec2;
-use embrasure::texture::{Channel, Texture, TextureId, Wrap};
+use embrasure::material::{Map, Maps, Material};
+use embrasure::math::{UVec2, Vec2};
+use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler, Sobol};
+use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::texture::{Channel, Curve, Mapping, Texels, Texture, TextureFilter, TextureId, Wrap};
 use image::ExtendedColorType::{self, L8, Rgb8, Rgba8};
 use image::{ImageEncoder, codecs};
 use png::{BitDepth, ColorType};
 use std::io::Cursor;
 use std::path::PathBuf;
-use support::shared;
+use support::{add, film_by, from_front, material, panel, shared, with_world};
 use tempfile::TempDir;
 
 // A picture of three columns and two rows, no two texels alike, in no symmetry.
@@ -676,4 +681,111 @@ fn unbounded_pictures_say_so() {
             texture.bytes()
         );
     }
+}
+
+/// Pixels along a side of a panel, and texels across each of them.
+const PIXELS: usize = 16;
+const ACROSS: usize = 16;
+
+/// A panel under texels without any pattern.
+fn noisy_panel(codes: &[u8], filter: TextureFilter) -> Scene {
+    let n = PIXELS * ACROSS;
+    let texels = Texels::Bytes(codes.to_vec(), Curve::Linear);
+    let mut b = SceneBuilder::new();
+    b.texture_filter(filter);
+    b.set_textures(
+        vec![Texture::new(n, n, 1, texels, Wrap::Repeat).unwrap()],
+        &[Some(TextureId(0))],
+    );
+    let diffuse = Some(Map {
+        texture: TextureId(0),
+        mapping: Mapping::default(),
+    });
+    let painted = Material {
+        maps: Maps {
+            diffuse,
+            ..Maps::default()
+        },
+        ..material(1.0, 0.0)
+    };
+    let plain = panel(0.0, 1.0);
+    let uvs = plain
+        .positions
+        .iter()
+        .map(|p| 0.5 + 0.5 * Vec2::new(p.x, p.y))
+        .collect();
+    add(&mut b, Mesh { uvs, ..plain }, painted);
+    b.build().unwrap().0
+}
+
+/// The albedo that `spp` samples of each pixel show of `scene`, row by row.
+fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
+    let resolution = UVec2::splat(PIXELS as u32);
+    with_world(scene, from_front(), resolution, |world| {
+        let integrator = PathIntegrator {
+            world,
+            strategy: Strategy::default(),
+            max_depth: Some(1),
+            roulette: Roulette::default(),
+            light_samples: 1,
+            reuse: false,
+        };
+        let film = film_by(&Sobol::new(7), &integrator, resolution, spp);
+        let mut albedos = vec![0.0; PIXELS * PIXELS];
+        for (pixel, sums) in film.pixels() {
+            albedos[pixel.y as usize * PIXELS + pixel.x as usize] = f64::from(sums.albedo(0));
+        }
+        albedos
+    })
+}
+
+/// Levels take noise off a few samples and no detail off many: a sample stands for its share of a pixel, not for all of it. Errors against the
+/// integral over each pixel, in closed form, of what is linear between texels.
+#[test]
+fn levels_spare_samples_and_pixels_stay_sharp() {
+    let n = PIXELS * ACROSS;
+    let mut sampler = Independent::new(5);
+    let code = |i: usize| {
+        sampler.start(SampleKey::new((i % n) as u32, (i / n) as u32, 0));
+        (256.0 * sampler.get_2d(Dimension::PIXEL).x) as u8
+    };
+    let codes: Vec<u8> = (0..n * n).map(code).collect();
+    // How much of a texel's hat lies within a pixel: an eighth of it next to the border, seven inside
+    let weights = |pixel: usize| {
+        (0..ACROSS + 2).map(move |k| {
+            let weight = match k {
+                0 => 0.125,
+                1 => 0.875,
+                _ if k == ACROSS => 0.875,
+                _ if k == ACROSS + 1 => 0.125,
+                _ => 1.0,
+            };
+            ((pixel * ACROSS + k + n - 1) % n, weight / ACROSS as f64)
+        })
+    };
+    let expected: Vec<f64> = (0..PIXELS * PIXELS)
+        .map(|i| {
+            let rows = weights(i / PIXELS).flat_map(|(y, v)| weights(i % PIXELS).map(move |(x, u)| (y * n + x, u * v)));
+            rows.map(|(texel, weight)| weight * f64::from(codes[texel]) / 255.0)
+                .sum()
+        })
+        .collect();
+    let mean = |values: &mut dyn Iterator<Item = f64>| values.sum::<f64>() / expected.len() as f64;
+    let middle = mean(&mut expected.iter().copied());
+    let variance = mean(&mut expected.iter().map(|e| (e - middle).powi(2)));
+    let error = |filter, spp| {
+        let seen = albedos(&noisy_panel(&codes, filter), spp);
+        mean(&mut seen.iter().zip(&expected).map(|(s, e)| (s - e).powi(2))) / variance
+    };
+    use TextureFilter::{Bilinear, Mip};
+    let [mip_64, bilinear_64, mip_1024, bilinear_1024] =
+        [(Mip, 64), (Bilinear, 64), (Mip, 1024), (Bilinear, 1024)].map(|(filter, spp)| error(filter, spp));
+    println!(
+        "of the pixels' variance: {mip_64:.4}, not {bilinear_64:.4}, at 64; {mip_1024:.4}, {bilinear_1024:.4} at 1024"
+    );
+    assert!(mip_64 < 0.3 * bilinear_64, "{mip_64} and {bilinear_64}");
+    assert!(
+        bilinear_1024 < 0.02 && mip_1024 < 0.05,
+        "{mip_1024} and {bilinear_1024}"
+    );
 }

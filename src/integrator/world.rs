@@ -10,6 +10,13 @@ use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::scene::Scene;
 
+/// How wide a sample is, in widths of a pixel.
+///
+/// A pixel's samples have places of their own in it, and their mean filters textures once more: for n samples 1/√n is wide enough (PBR4
+/// §10.1.3, which stops at 1/8). Here n is taken to be 64, whatever it will be, so that samples stay what they are when others are added: fewer
+/// see more noise of textures than need be, which is far below that of light (docs/benchmarks.md).
+const SAMPLE_WIDTH: f32 = 0.125;
+
 /// What every integrator works in.
 #[derive(Debug)]
 pub struct World<'a, A> {
@@ -184,12 +191,12 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// How much of the surface at `point`, in scene units, a ray stands for: what a pixel sees there if it looks straight from the camera. Along
-    /// a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way).
+    /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
+    /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way).
     fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
         // A pixel's square is stretched along one axis, where light grazes the surface: the side of a square of the same area.
         let cos = ray.direction.dot(point.ng).abs().max(1e-2);
-        self.camera.pixel_width(point.p, point.time) / cos.sqrt()
+        SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
     }
 
     /// What the auxiliary channels show of `vertex`.

@@ -721,6 +721,11 @@ mod together {
         for name in ["cornell", "hall", "sponza"] {
             files.extend(shared(&format!("suite/{name}/{name}.toml")));
         }
+        // Textures, an environment, and leaves that a map cuts out
+        if shared("scenes").is_some() {
+            let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gallery");
+            files.extend(["sponza.toml", "living-room.toml"].map(|name| gallery.join(name)));
+        }
         for path in files {
             let file = SceneFile::load(&path).unwrap();
             let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;

@@ -343,6 +343,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub write_every: Option<f64>,
 
+    /// Show the picture so far in the tev viewer that listens there, such as 127.0.0.1:14158: about every second, and all channels at the end
+    #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
+    pub tev: Option<String>,
+
     /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, or all
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub aov: Vec<String>,
@@ -500,6 +504,15 @@ fn parse_duration(text: &str) -> Result<f64, String> {
     let seconds = digits.parse().ok().map(|n: f64| n * unit);
     let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
+}
+
+/// `localhost:14158`; whether there is such a host is found out later.
+fn parse_address(text: &str) -> Result<String, String> {
+    let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
+    match parts {
+        Some((host, Ok(1..))) if !host.is_empty() => Ok(text.into()),
+        _ => Err("a host and a port are expected, such as 127.0.0.1:14158".into()),
+    }
 }
 
 /// `0..64`, without its end.

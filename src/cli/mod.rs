@@ -19,6 +19,7 @@ mod pixel;
 mod progress;
 mod run;
 mod stats;
+mod tev;
 
 use args::{Args, Command};
 use clap::Parser;

@@ -7,6 +7,7 @@ use super::keeper::{Keeper, Progressed};
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
+use super::tev::Preview;
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
 use crate::film::{Aov, Film};
@@ -29,6 +30,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         write_every: args.write_every,
     };
     let keeper = Keeper::new(args)?;
+    let preview = Preview::new(args)?;
     let pool = job.thread_pool()?;
     let loading = Loading::new(job.quiet);
     let loaded = pool.install(|| load_scene_watched(&job.scene, job.estimator.scene_builder(), &loading));
@@ -57,6 +59,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let task = Task {
         prepared: &prepared,
         keeper,
+        preview,
         warnings: &mut warnings,
     };
     match args.audit_rays {
@@ -72,6 +75,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 struct Task<'a> {
     prepared: &'a Prepared<'a>,
     keeper: Option<Keeper>,
+    preview: Preview,
     warnings: &'a mut Vec<String>,
 }
 
@@ -80,7 +84,7 @@ impl BackendTask for Task<'_> {
 
     fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
         self.prepared
-            .render(accel, build_s, self.keeper, self.warnings, || None)
+            .render(accel, build_s, self.keeper, self.preview, self.warnings, || None)
     }
 }
 
@@ -97,10 +101,11 @@ impl PairTask for Audited<'_> {
         let Task {
             prepared,
             keeper,
+            preview,
             warnings,
         } = self.task;
         let auditor = Auditor::new(prepared.scene, accels, self.share);
-        prepared.render(&auditor, build_s, keeper, warnings, || {
+        prepared.render(&auditor, build_s, keeper, preview, warnings, || {
             let name = prepared.job.scene_path.display().to_string();
             let backends = accels.map(|accel| accel.info());
             let hash = prepared.scene_hash.clone();
@@ -136,6 +141,7 @@ impl Prepared<'_> {
         accel: &A,
         build_s: f64,
         mut keeper: Option<Keeper>,
+        mut preview: Preview,
         warnings: &mut Vec<String>,
         audit: impl FnOnce() -> Option<Report>,
     ) -> Result<ExitCode, CliError> {
@@ -162,14 +168,15 @@ impl Prepared<'_> {
             None => None,
         };
         let mut done = restored.unwrap_or_else(|| Progressed::start(job));
+        warn_of(preview.open(&done.film).as_slice());
 
-        // The render, with breaks in which files are written
+        // The render, with breaks in which files are written and pictures shown
         let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
         progress.skip(done.film.samples());
         catch_interrupts();
         let render_start = Instant::now();
         let seconds_before = done.seconds;
-        let mut clock = Clock::new(self, keeper.as_ref());
+        let mut clock = Clock::new(self, keeper.as_ref(), &preview);
         let stop = loop {
             let until = Until {
                 progress: &progress,
@@ -188,12 +195,13 @@ impl Prepared<'_> {
             } else if clock.is_over() {
                 break Stop::TimeLimit;
             }
-            let failures = self.write_meanwhile(&mut clock, keeper.as_ref(), &done, &metadata);
-            progress.suspend(|| {
-                failures
-                    .iter()
-                    .for_each(|f| eprintln!("warning: {f}; the render goes on"))
-            });
+            let mut failures = self.write_meanwhile(&mut clock, keeper.as_ref(), &done, &metadata);
+            if clock.preview.is_due() {
+                failures.extend(preview.update(&done.film));
+                clock.preview.interval = preview.interval;
+                clock.preview.restart();
+            }
+            progress.suspend(|| warn_of(&failures));
         };
         progress.finish();
         metadata.complete = stop.is_complete();
@@ -227,6 +235,10 @@ impl Prepared<'_> {
         let kept = keeper.map(|keeper| keeper.keep(&done, &metadata));
         let mut failures: Vec<FileError> = kept.and_then(Result::err).into_iter().collect();
         failures.extend(self.write_images(&done, &metadata));
+        if let Some(lost) = preview.finish(&done.film) {
+            eprintln!("warning: {lost}");
+            warnings.push(lost.to_string());
+        }
 
         let stats = Stats {
             version: env!("CARGO_PKG_VERSION"),
@@ -383,6 +395,13 @@ impl Prepared<'_> {
     }
 }
 
+/// Says what went wrong without ending the render.
+fn warn_of(failures: &[FileError]) {
+    for failure in failures {
+        eprintln!("warning: {failure}; the render goes on");
+    }
+}
+
 fn dropped_warning(statistics: &Statistics) -> String {
     let first = statistics.first_dropped.first().map_or_else(String::new, |d| {
         format!(
@@ -456,22 +475,24 @@ impl Stop {
 struct Clock {
     checkpoint: Timer,
     images: Timer,
+    preview: Timer,
     limit: Timer,
 }
 
 impl Clock {
     /// Starts now.
-    fn new(prepared: &Prepared, keeper: Option<&Keeper>) -> Self {
+    fn new(prepared: &Prepared, keeper: Option<&Keeper>, preview: &Preview) -> Self {
         Self {
             checkpoint: Timer::new(keeper.map(|keeper| keeper.interval)),
             images: Timer::new(prepared.files.write_every),
+            preview: Timer::new(preview.interval.map(|i| i.as_secs_f64())),
             limit: Timer::new(prepared.job.time_limit),
         }
     }
 
     /// The next time at which something is due.
     fn next(&self) -> Option<Instant> {
-        let timers = [&self.checkpoint, &self.images, &self.limit];
+        let timers = [&self.checkpoint, &self.images, &self.preview, &self.limit];
         timers.into_iter().filter_map(|timer| timer.due).min()
     }
 

@@ -108,10 +108,17 @@ fn index(crop: Rect, pixel: UVec2) -> usize {
 }
 
 impl Image {
-    pub(super) fn from_film(film: &Film) -> Self {
+    /// Names of the channels that a film has when it is developed, in their order.
+    pub fn channel_names() -> impl Iterator<Item = &'static str> {
+        CHANNELS.iter().map(|&(name, _)| name)
+    }
+
+    /// The first `count` channels.
+    pub(super) fn from_film(film: &Film, count: usize) -> Self {
         let crop = film.crop();
         let mut channels: Vec<Channel> = CHANNELS
             .iter()
+            .take(count)
             .map(|&(name, _)| Channel {
                 name,
                 values: vec![0.0; crop.area() as usize],

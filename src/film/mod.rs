@@ -198,6 +198,11 @@ impl Film {
 
     /// Means, variances and counts as channels of float32.
     pub fn develop(&self) -> Image {
-        Image::from_film(self)
+        Image::from_film(self, usize::MAX)
+    }
+
+    /// `R G B` of [`Film::develop`] alone, in a fraction of the time.
+    pub fn develop_picture(&self) -> Image {
+        Image::from_film(self, 3)
     }
 }

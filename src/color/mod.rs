@@ -1,6 +1,9 @@
 //! Colour along paths, and its edge towards displays.
 
+pub mod false_color;
 mod spectrum;
 pub mod srgb;
+pub mod tone;
 
 pub use spectrum::Spectrum;
+pub use tone::{Curve, Tone};

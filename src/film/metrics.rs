@@ -1,5 +1,6 @@
 //! How far an image is from a reference.
 
+use crate::color::srgb;
 use thiserror::Error;
 
 /// Linear red, green and blue of each pixel, row by row from the top.
@@ -25,6 +26,8 @@ pub struct Errors {
     /// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst 0.1 % of the pixels, whose outliers
     /// would decide it.
     pub rel_mse: f64,
+    /// Mean squared difference over pixels and channels of what a display shows: values clamped to [0, 1] and encoded as sRGB.
+    pub display_mse: f64,
 }
 
 /// Share of the pixels that the relative error keeps.
@@ -43,13 +46,7 @@ pub struct SizeMismatch {
 impl Errors {
     /// Of `image` against `reference`.
     pub fn new(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
-        let sizes = [image, reference].map(|i| [i.width, i.height]);
-        if sizes[0] != sizes[1] || image.pixels.len() != reference.pixels.len() {
-            return Err(SizeMismatch {
-                image: sizes[0],
-                reference: sizes[1],
-            });
-        }
+        same_size(image, reference)?;
         let pairs = || image.pixels.iter().zip(&reference.pixels);
         let per_pixel = |f: fn(f64, f64) -> f64| {
             let channels = move |(x, r): (&[f32; 3], &[f32; 3])| -> f64 {
@@ -58,6 +55,7 @@ impl Errors {
             pairs().map(channels).collect::<Vec<f64>>()
         };
         let squares = per_pixel(|x, r| (x - r).powi(2));
+        let shown = per_pixel(|x, r| (srgb::encode(x as f32) as f64 - srgb::encode(r as f32) as f64).powi(2));
         let mut relative = per_pixel(|x, r| (x - r).powi(2) / (r * r + DARK));
         relative.sort_by(f64::total_cmp);
         relative.truncate((relative.len() as f64 * KEPT).ceil() as usize);
@@ -66,8 +64,37 @@ impl Errors {
             reference_mean: mean(reference),
             mse: average(&squares),
             rel_mse: average(&relative),
+            display_mse: average(&shown),
         })
     }
+
+    /// What the image's mean has more than the reference's, by channel.
+    pub fn bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.mean[c] - self.reference_mean[c])
+    }
+
+    /// The same as a share of the reference's mean; NaN where that is 0.
+    pub fn relative_bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.mean[c] / self.reference_mean[c] - 1.0)
+    }
+
+    /// Peak signal-to-noise ratio in decibels, `−10 log10` of [`Errors::display_mse`]: the peak is 1, the display's white, since linear light has no
+    /// peak of its own. Infinite where the display shows no difference.
+    pub fn psnr(&self) -> f64 {
+        -10.0 * self.display_mse.log10()
+    }
+}
+
+/// An error unless both have the same columns and rows.
+pub(super) fn same_size(image: &RgbImage, reference: &RgbImage) -> Result<(), SizeMismatch> {
+    let sizes = [image, reference].map(|i| [i.width, i.height]);
+    if sizes[0] == sizes[1] && image.pixels.len() == reference.pixels.len() {
+        return Ok(());
+    }
+    Err(SizeMismatch {
+        image: sizes[0],
+        reference: sizes[1],
+    })
 }
 
 fn average(values: &[f64]) -> f64 {
@@ -101,6 +128,20 @@ mod tests {
         assert!(errors.mse > 1e8);
         assert_eq!(errors.reference_mean[0], 1.0);
         assert!((errors.mean[0] - 500.9995).abs() < 1e-9);
+    }
+
+    #[test]
+    fn bias_and_psnr_worked_out_by_hand() {
+        // 0.5 is encoded as 0.735357, and what is above 1 as 1.
+        let (a, b) = (image(vec![[1.0, 0.5, 2.0]; 10]), image(vec![[1.0, 1.0, 4.0]; 10]));
+        let errors = Errors::new(&a, &b).unwrap();
+        assert_eq!(
+            (errors.bias(), errors.relative_bias()),
+            ([0.0, -0.5, -2.0], [0.0, -0.5, -0.5])
+        );
+        let expected = -10.0 * ((1.0f64 - 0.735_357).powi(2) / 3.0).log10();
+        assert!((errors.psnr() - expected).abs() < 1e-4, "{}", errors.psnr());
+        assert_eq!(Errors::new(&a, &a).unwrap().psnr(), f64::INFINITY);
     }
 
     #[test]

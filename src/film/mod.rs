@@ -4,19 +4,23 @@ mod accumulator;
 mod features;
 mod filter;
 mod fixed;
+mod flip;
 mod image;
 mod metrics;
 mod state;
 mod tile;
+mod verdict;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
+pub use flip::{Exposures, Flip};
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
+pub use verdict::{Extreme, Noise, Scale, Verdict, pixel_scores};
 
 use crate::math::UVec2;
 

@@ -198,6 +198,9 @@ pub(super) struct MergeArgs {
     #[arg(short, long, value_name = "FILE", required_unless_present = "checkpoint")]
     pub output: Vec<PathBuf>,
 
+    #[command(flatten)]
+    pub tone: ToneArgs,
+
     /// Keep the joined sums here, to join them further or to go on from them
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
@@ -382,6 +385,9 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub load: LoadArgs,
 
+    #[command(flatten)]
+    pub tone: ToneArgs,
+
     /// Ray-tracing backend, of those built in (see --version)
     #[arg(long, value_name = "NAME")]
     pub backend: Option<String>,
@@ -490,6 +496,18 @@ pub(super) struct EstimatorArgs {
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub view: Option<String>,
+}
+
+/// How PNG files show a picture.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct ToneArgs {
+    /// Brighten PNG files by so many stops, each of which doubles light [default: 0]
+    #[arg(long, value_name = "STOPS", allow_hyphen_values = true)]
+    pub exposure: Option<f32>,
+
+    /// Tone curve of PNG files: srgb (clips), reinhard, aces-narkowicz or aces-hill (two fits of ACES), or agx [default: srgb]
+    #[arg(long, value_name = "NAME")]
+    pub tone: Option<String>,
 }
 
 /// Seconds from `90`, `90s`, `10m` or `2h`.

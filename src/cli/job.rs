@@ -1,9 +1,10 @@
-use super::args::{LoadArgs, RenderArgs};
+use super::args::{LoadArgs, RenderArgs, ToneArgs};
 use super::backend::Backend;
 use super::error::CliError;
 use super::estimator::Estimator;
 use super::info::forecast;
 use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
+use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in_words};
 use crate::math::{Bounds3, UVec2, Vec3};
@@ -32,6 +33,8 @@ pub(super) struct Job {
     pub resolution: UVec2,
     pub crop: Rect,
     pub filter: Filter,
+    /// Of PNG files.
+    pub tone: Tone,
     pub samples: Range<u32>,
     /// Samples of a pixel of the whole picture, of which `samples` may be a part.
     pub total_samples: u32,
@@ -80,6 +83,8 @@ impl Job {
         let radius = positive(&scene, "filter-radius", args.filter_radius, &scene.image.filter_radius)?;
         let filter = Filter::new(kind, radius.unwrap_or(kind.usual_radius()));
 
+        let tone = tone(&scene, &args.tone)?;
+
         let settings = &scene.render;
         let noise = positive(&scene, "noise", args.noise, &None)?;
         let spp = match (args.spp, &settings.samples) {
@@ -120,6 +125,7 @@ impl Job {
             resolution,
             crop,
             filter,
+            tone,
             total_samples: spp.max(samples.end),
             samples,
             is_part: args.samples.is_some() || args.crop.is_some(),
@@ -449,6 +455,28 @@ fn crop(args: &RenderArgs, resolution: UVec2) -> Result<Rect, CliError> {
     Ok(crop)
 }
 
+/// How PNG files show a picture.
+pub(super) fn tone(scene: &SceneFile, args: &ToneArgs) -> Result<Tone, CliError> {
+    // NaN is out of range too.
+    let is_good = |stops: f32| stops.abs() <= MAX_EXPOSURE;
+    let help = format!("use stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
+    let exposure = match (args.exposure, &scene.image.exposure) {
+        (Some(stops), _) if !is_good(stops) => {
+            return Err(CliError::Usage(format!("--exposure {stops}\n  help: {help}")));
+        }
+        (Some(stops), _) => stops,
+        (None, Some(stops)) if !is_good(*stops.get_ref()) => {
+            let message = format!("exposure = {}", stops.get_ref());
+            return Err(scene.error(stops.span(), message).help(help).into());
+        }
+        (None, stops) => stops.as_ref().map_or(0.0, |stops| *stops.get_ref()),
+    };
+    Ok(Tone {
+        exposure,
+        curve: choose(scene, "tone", &args.tone, &scene.image.tone, Curve::NAMES)?,
+    })
+}
+
 /// What the flag names, else the scene file, else the first of those there are.
 pub(super) fn choose<T: Copy>(
     scene: &SceneFile,
@@ -498,11 +526,11 @@ pub(super) fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'
     names.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
 }
 
-fn find<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {
+pub(super) fn find<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {
     known.iter().find(|(k, _)| *k == name).map(|(_, value)| *value)
 }
 
-fn join_names<T>(known: &[(&str, T)]) -> String {
+pub(super) fn join_names<T>(known: &[(&str, T)]) -> String {
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     names.join(", ")
 }

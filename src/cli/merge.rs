@@ -1,10 +1,10 @@
 use super::args::MergeArgs;
 use super::error::CliError;
-use super::job::{all_threads, thread_pool};
+use super::job::{all_threads, thread_pool, tone};
 use super::keeper::{Progressed, write_state};
 use super::run::prepare_images;
 use crate::film::{Film, Rect};
-use crate::io::{Description, FileError, Metadata, Output, describe_checkpoint, read_checkpoint};
+use crate::io::{Description, FileError, Metadata, Output, SceneFile, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
 use crate::render::Statistics;
 use std::ops::Range;
@@ -29,7 +29,7 @@ impl Part {
 
 /// Joins parts of a picture, and writes it.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
-    let images = prepare_images(&args.output)?;
+    let images = prepare_images(&args.output, tone(&SceneFile::default(), &args.tone)?)?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
     let describe = |path: &PathBuf| {
         Ok(Part {

@@ -10,6 +10,7 @@ use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
+use crate::color::Tone;
 use crate::film::{Aov, Film};
 use crate::integrator::World;
 use crate::io::{FeatureNames, FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
@@ -25,7 +26,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(args)?;
     // Files that cannot be written are found before any work.
     let files = Files {
-        images: images(args)?,
+        images: images(args, job.tone)?,
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
         write_every: args.write_every,
     };
@@ -528,7 +529,7 @@ impl Timer {
 }
 
 /// The images that a render writes.
-fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
+fn images(args: &RenderArgs, tone: Tone) -> Result<Vec<(Format, Output)>, CliError> {
     let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
     let paths = if !args.output.is_empty() {
         args.output.clone()
@@ -538,11 +539,11 @@ fn images(args: &RenderArgs) -> Result<Vec<(Format, Output)>, CliError> {
     } else {
         default()
     };
-    prepare_images(&paths)
+    prepare_images(&paths, tone)
 }
 
-/// The images to write, by name.
-pub(super) fn prepare_images(paths: &[PathBuf]) -> Result<Vec<(Format, Output)>, CliError> {
+/// The images to write, by name; PNG files with this tone.
+pub(super) fn prepare_images(paths: &[PathBuf], tone: Tone) -> Result<Vec<(Format, Output)>, CliError> {
     if let Some(twice) = paths
         .iter()
         .enumerate()
@@ -555,7 +556,10 @@ pub(super) fn prepare_images(paths: &[PathBuf]) -> Result<Vec<(Format, Output)>,
     }
     // A name that is no image is wrong usage; a folder that cannot be written is a failure.
     let prepared = paths.iter().map(|path| {
-        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
+        let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
+            Format::Png(_) => Format::Png(tone),
+            Format::Exr => Format::Exr,
+        };
         Ok((format, Output::prepare(path)?))
     });
     prepared.collect()

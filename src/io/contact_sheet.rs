@@ -1,6 +1,6 @@
 //! Several pictures in one PNG, each with lines of text.
 
-use super::{FileError, Output};
+use super::{FileError, Output, png};
 use crate::color::srgb;
 use crate::film::RgbImage;
 use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_8X13};
@@ -28,16 +28,8 @@ const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
 /// Writes `panels` in rows of `columns` as an sRGB PNG.
 pub fn write_contact_sheet(output: &Output, panels: &[Panel], columns: usize) -> Result<(), FileError> {
     let sheet = Sheet::draw(panels, columns.max(1));
-    output.write(|writer| {
-        let mut encoder = png::Encoder::new(writer, sheet.width as u32, sheet.height as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&sheet.bytes)?;
-        writer.finish()?;
-        Ok(())
-    })
+    let size = [sheet.width as u32, sheet.height as u32];
+    output.write(|writer| png::encode(writer, size, &sheet.bytes, &[]))
 }
 
 /// A picture to draw on.

@@ -44,6 +44,7 @@ pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::{Format, Output};
+pub use png::Figure;
 pub use read_image::read_exr;
 pub use scene_file::{
     CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,

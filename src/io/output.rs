@@ -1,16 +1,17 @@
 use super::{FileError, Metadata, State, exr, png};
+use crate::color::Tone;
 use crate::film::Image;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Image file formats that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Format {
     /// OpenEXR: linear float32, all channels, metadata.
     Exr,
-    /// PNG: 8-bit sRGB for display.
-    Png,
+    /// PNG: 8 bits for an sRGB display, which shows light as the tone says.
+    Png(Tone),
 }
 
 /// A file that will be written: checked beforehand, replaced in one step at the end, never half-written.
@@ -74,7 +75,7 @@ impl Output {
     ) -> Result<(), FileError> {
         self.write(|writer| match format {
             Format::Exr => exr::write(writer, image, state, metadata),
-            Format::Png => png::write(writer, image, metadata),
+            Format::Png(tone) => png::write(writer, image, metadata, &tone),
         })
     }
 
@@ -110,12 +111,12 @@ impl Output {
 }
 
 impl Format {
-    /// By the file name's extension.
+    /// By the file name's extension; a PNG clips what is too bright.
     pub fn of_path(path: &Path) -> Result<Self, FileError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("exr") => Ok(Self::Exr),
-            Some("png") => Ok(Self::Png),
+            Some("png") => Ok(Self::Png(Tone::default())),
             other => Err(FileError::new(
                 path,
                 match other {

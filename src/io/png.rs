@@ -1,21 +1,53 @@
-use super::Metadata;
-use crate::color::srgb;
+use super::{FileError, Metadata, Output};
+use crate::color::Tone;
 use crate::film::Image;
 use std::io::{self, Write};
 
-/// Writes the `R G B` channels as 8-bit sRGB; values outside [0, 1] are clamped.
+/// Writes the `R G B` channels as `tone` shows them, in 8 bits for an sRGB display.
 ///
 /// A crop becomes a picture of its own size, since PNG has no data window.
-pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata) -> io::Result<()> {
+pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     let size = image.crop.size();
-    let mut encoder = png::Encoder::new(writer, size.x, size.y);
+    let texts = [("Software", metadata.software()), ("embrasure.tone", tone.to_string())];
+    let bytes: Vec<u8> = image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
+    encode(writer, [size.x, size.y], &bytes, &texts)
+}
+
+/// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
+pub(super) fn encode(
+    writer: impl Write,
+    [width, height]: [u32; 2],
+    bytes: &[u8],
+    texts: &[(&str, String)],
+) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(writer, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    encoder.add_text_chunk("Software".into(), metadata.software())?;
-    let bytes: Vec<u8> = image.rgb().flat_map(|rgb| rgb.map(srgb::encode_u8)).collect();
+    for (keyword, text) in texts {
+        encoder.add_text_chunk(keyword.to_string(), text.clone())?;
+    }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
+    writer.write_image_data(bytes)?;
     writer.finish()?;
     Ok(())
+}
+
+/// A picture of colours that stand for something, with a word on what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// 8-bit sRGB of each pixel, row by row from the top.
+    pub pixels: Vec<[u8; 3]>,
+    /// What the colours mean.
+    pub legend: String,
+}
+
+impl Figure {
+    /// Writes it as a PNG; the legend goes into its text.
+    pub fn write(&self, output: &Output) -> Result<(), FileError> {
+        let texts = [("Description", self.legend.clone())];
+        output.write(|writer| encode(writer, self.size, self.pixels.as_flattened(), &texts))
+    }
 }

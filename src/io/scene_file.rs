@@ -80,6 +80,10 @@ pub struct ImageSection {
     pub filter: Option<Spanned<String>>,
     /// How far the filter reaches, pixels.
     pub filter_radius: Option<Spanned<f32>>,
+    /// Stops by which PNG files are brightened.
+    pub exposure: Option<Spanned<f32>>,
+    /// Tone curve of PNG files.
+    pub tone: Option<Spanned<String>>,
 }
 
 /// `[render]`

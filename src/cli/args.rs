@@ -37,6 +37,8 @@ Examples:
     Check(SceneArgs),
     /// Say what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
+    /// Say how far an image is from a reference, and whether by more than noise
+    Compare(CompareArgs),
 }
 
 #[derive(Debug, Parser)]
@@ -510,6 +512,47 @@ pub(super) struct ToneArgs {
     pub tone: Option<String>,
 }
 
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Images are .exr, or PNG and the like, which are decoded by the sRGB curve. Where both have `variance` channels, as this program
+writes them, a verdict says whether they differ by more than their noise. The exit code is 1 where they do, where a value is not
+finite, or where a limit is passed; with limits these alone decide.
+Examples:
+  embrasure compare reference.exr image.exr
+  embrasure compare reference.exr image.exr -o difference.png
+  embrasure compare reference.png image.png --max-flip 0.02 --json")]
+pub(super) struct CompareArgs {
+    /// The image that is held to be right
+    pub reference: PathBuf,
+
+    /// The image to judge
+    pub image: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// Chance of a false alarm that the verdict may have, over all its tests
+    #[arg(long, value_name = "P", value_parser = parse_chance, default_value = "0.01")]
+    pub significance: f64,
+
+    /// Fail where relMSE is above this
+    #[arg(long, value_name = "X")]
+    pub max_relmse: Option<f64>,
+
+    /// Fail where mean FLIP is above this
+    #[arg(long, value_name = "X")]
+    pub max_flip: Option<f64>,
+
+    /// Write a picture of the difference here, .png
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// What it shows: error (relative difference of luminance), flip, or z (difference over its standard deviation)
+    #[arg(long, value_name = "NAME", default_value = "error", requires = "output")]
+    pub map: String,
+}
+
 /// Seconds from `90`, `90s`, `10m` or `2h`.
 fn parse_duration(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -564,6 +607,11 @@ fn parse_bytes(text: &str) -> Result<u64, String> {
 fn parse_share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
     share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
+}
+
+fn parse_chance(text: &str) -> Result<f64, String> {
+    let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
+    chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -6,6 +6,7 @@ mod backend;
 mod bench;
 mod bench_tables;
 mod check;
+mod compare;
 mod error;
 mod estimator;
 mod explain;
@@ -60,6 +61,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Check(args)) => check::check(&args),
+        Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),

@@ -21,6 +21,7 @@ mod placement;
 mod png;
 mod read_image;
 mod read_picture;
+mod read_rendering;
 mod scene_file;
 mod statements;
 mod texture;
@@ -46,6 +47,7 @@ pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::{Format, Output};
 pub use png::Figure;
 pub use read_image::read_exr;
+pub use read_rendering::{Rendering, read_rendering};
 pub use scene_file::{
     CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,
 };

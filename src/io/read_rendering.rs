@@ -1,0 +1,268 @@
+use super::FileError;
+use super::read_image::check_exr;
+use super::read_picture::{Picture, Samples, Wanted, read_picture};
+use crate::color::srgb;
+use crate::film::{Noise, Rect, RgbImage};
+use crate::math::UVec2;
+use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
+use std::path::Path;
+
+/// A picture from a file, with what the file says of its place and its noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rendering {
+    /// Size of the full image.
+    pub resolution: UVec2,
+    /// The part of it that is there.
+    pub window: Rect,
+    /// Linear Rec.709 of these pixels.
+    pub image: RgbImage,
+    /// How noisy they are; `None` where the file does not say.
+    pub noise: Option<Noise>,
+    /// Whether the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
+    pub is_display: bool,
+}
+
+impl Rendering {
+    /// The pixels of `window` alone, which must be some of those that are there.
+    pub fn cropped(&self, window: Rect) -> Self {
+        let width = self.window.size().x as usize;
+        let kept = |i: usize| self.window.min + UVec2::new((i % width) as u32, (i / width) as u32);
+        fn pick<T: Copy>(values: &[T], is_kept: impl Fn(usize) -> bool) -> Vec<T> {
+            let values = values.iter().enumerate();
+            values.filter(|(i, _)| is_kept(*i)).map(|(_, v)| *v).collect()
+        }
+        let is_kept = |i: usize| window.contains(kept(i));
+        let window = window.intersection(self.window);
+        let size = window.size();
+        Self {
+            resolution: self.resolution,
+            window,
+            image: RgbImage {
+                width: size.x as usize,
+                height: size.y as usize,
+                pixels: pick(&self.image.pixels, is_kept),
+            },
+            noise: self.noise.as_ref().map(|noise| Noise {
+                variance: pick(&noise.variance, is_kept),
+                samples: pick(&noise.samples, is_kept),
+                is_shared: noise.is_shared,
+            }),
+            is_display: self.is_display,
+        }
+    }
+}
+
+/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a PNG, JPEG, TGA, BMP or Radiance file. Alpha is not
+/// looked at.
+pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && path.is_file() {
+        read_exr(path)
+    } else {
+        Ok(of_picture(read_picture(path, Wanted::Colors)?))
+    }
+}
+
+fn of_picture(picture: Picture) -> Rendering {
+    let is_display = !matches!(picture.samples, Samples::Floats(_));
+    let values: Vec<f32> = match picture.samples {
+        Samples::Bytes(codes) => codes.iter().map(|&v| srgb::decode(v as f32 / 255.0)).collect(),
+        Samples::Shorts(codes) => codes.iter().map(|&v| srgb::decode(v as f32 / 65535.0)).collect(),
+        Samples::Floats(values) => values,
+    };
+    let pixels = values.chunks_exact(picture.channels.max(1)).map(|texel| match *texel {
+        [r, g, b] | [r, g, b, _] => [r, g, b],
+        [grey, ..] => [grey; 3],
+        [] => [0.0; 3],
+    });
+    let resolution = UVec2::new(picture.width as u32, picture.height as u32);
+    Rendering {
+        resolution,
+        window: Rect::full(resolution),
+        image: RgbImage {
+            width: picture.width,
+            height: picture.height,
+            pixels: pixels.collect(),
+        },
+        noise: None,
+        is_display,
+    }
+}
+
+fn read_exr(path: &Path) -> Result<Rendering, FileError> {
+    let failed = |error: &dyn std::fmt::Display| {
+        FileError::new(path, format!("cannot read this as an EXR image: {error}"))
+            .help("give an .exr file that a renderer wrote")
+    };
+    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| failed(&e))?;
+    check_exr(path, &meta)?;
+    let file = exr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_file(path)
+        .map_err(|e| failed(&e))?;
+    let display = file.attributes.display_window;
+    let found = file.layer_data.iter().find_map(|layer| Some((layer, colors(layer)?)));
+    let Some((layer, colors)) = found else {
+        let channels = file.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
+        let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
+        let message = format!(
+            "has neither R, G and B nor Y of every pixel; its channels are {}",
+            names.join(", ")
+        );
+        return Err(FileError::new(path, message).help("name the channels of the picture R, G and B"));
+    };
+
+    // Coordinates count from the corner of the display window; what lies outside of it is left out.
+    let data = layer.absolute_bounds();
+    let size = |bounds: &exr::IntegerBounds| (bounds.size.width() as i64, bounds.size.height() as i64);
+    let (full, (width, height)) = (size(&display), size(&data));
+    let corner = |at: fn(exr::Vec2<i32>) -> i32| at(data.position) as i64 - at(display.position) as i64;
+    let (left, top) = (corner(|p| p.x()), corner(|p| p.y()));
+    let point = |x: i64, y: i64| UVec2::new(x.clamp(0, full.0) as u32, y.clamp(0, full.1) as u32);
+    let window = Rect {
+        min: point(left, top),
+        max: point(left + width, top + height),
+    };
+    if window.area() == 0 {
+        let message = "none of its pixels lies in its display window";
+        return Err(FileError::new(path, message).help("write it again with a display window that it meets"));
+    }
+    let index = |at: UVec2| ((at.y as i64 - top) * width + at.x as i64 - left) as usize;
+    let rgb = |channels: &[Vec<f32>; 3]| -> Vec<[f32; 3]> {
+        let value = |c: usize, i: usize| channels[c].get(i).copied().unwrap_or(0.0);
+        window
+            .pixels()
+            .map(|at| [0, 1, 2].map(|c| value(c, index(at))))
+            .collect()
+    };
+
+    let pixels = window.area() as usize;
+    let noise = channels(layer, ["variance.R", "variance.G", "variance.B"]).map(|variance| Noise {
+        variance: rgb(&variance),
+        samples: match channel(layer, "samples") {
+            Some(samples) => window
+                .pixels()
+                .map(|at| samples.get(index(at)).copied().unwrap_or(1.0))
+                .collect(),
+            // Not said: variances are taken as they are.
+            None => vec![f32::INFINITY; pixels],
+        },
+        is_shared: may_share(layer),
+    });
+    Ok(Rendering {
+        resolution: point(full.0, full.1),
+        window,
+        image: RgbImage {
+            width: window.size().x as usize,
+            height: window.size().y as usize,
+            pixels: rgb(&colors),
+        },
+        noise,
+        is_display: false,
+    })
+}
+
+type Layer = exr::Layer<exr::AnyChannels<exr::FlatSamples>>;
+
+/// Values of a channel that has one for every pixel.
+fn channel(layer: &Layer, name: &str) -> Option<Vec<f32>> {
+    let channel = layer.channel_data.list.iter().find(|c| c.name.eq(name))?;
+    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+    (values.len() == layer.size.area()).then_some(values)
+}
+
+fn channels(layer: &Layer, [a, b, c]: [&str; 3]) -> Option<[Vec<f32>; 3]> {
+    Some([channel(layer, a)?, channel(layer, b)?, channel(layer, c)?])
+}
+
+fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
+    channels(layer, ["R", "G", "B"]).or_else(|| {
+        let grey = channel(layer, "Y")?;
+        Some([grey.clone(), grey.clone(), grey])
+    })
+}
+
+/// Whether pixels may have common errors: so it is unless this program says that it shared no paths.
+fn may_share(layer: &Layer) -> bool {
+    let settings = layer
+        .attributes
+        .other
+        .iter()
+        .find(|(name, _)| *name == "embrasure.settings");
+    match settings {
+        Some((_, exr::AttributeValue::Text(text))) => text.to_string().contains("reuse=pixels"),
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ::exr::prelude::WritableImage;
+
+    /// A grey picture of 6 × 5 pixels, the column and ten times the row, that lies at `corner` of a display window of 8 × 8.
+    fn write(path: &Path, corner: (i32, i32)) {
+        let values = (0..30).map(|i| (i % 6 + 10 * (i / 6)) as f32).collect();
+        let list = [exr::AnyChannel::new("Y", exr::FlatSamples::F32(values))];
+        let attributes = exr::LayerAttributes {
+            layer_position: exr::Vec2(corner.0, corner.1),
+            ..Default::default()
+        };
+        let channels = exr::AnyChannels::sort(list.into_iter().collect());
+        let layer = exr::Layer::new((6, 5), attributes, exr::Encoding::UNCOMPRESSED, channels);
+        let mut file = exr::Image::from_layer(layer);
+        file.attributes.display_window = exr::IntegerBounds::from_dimensions((8, 8));
+        file.write().to_file(path).unwrap();
+    }
+
+    #[test]
+    fn pixels_lie_where_the_data_window_says() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        for (corner, min, max) in [((1, 2), (1, 2), (7, 7)), ((-2, 5), (0, 5), (4, 8))] {
+            write(&path, corner);
+            let read = read_rendering(&path).unwrap();
+            let window = Rect {
+                min: UVec2::from(min),
+                max: UVec2::from(max),
+            };
+            assert_eq!((read.resolution, read.window), (UVec2::new(8, 8), window));
+            assert!(read.noise.is_none() && !read.is_display);
+            for (at, pixel) in window.pixels().zip(&read.image.pixels) {
+                let value = (at.x as i32 - corner.0) + 10 * (at.y as i32 - corner.1);
+                assert_eq!(*pixel, [value as f32; 3], "{at}");
+            }
+            let one = Rect {
+                min: UVec2::new(2, 6),
+                max: UVec2::new(3, 7),
+            };
+            let value = (2 - corner.0 + 10 * (6 - corner.1)) as f32;
+            assert_eq!(read.cropped(one).image.pixels, [[value; 3]]);
+        }
+        write(&path, (8, 0));
+        assert!(read_rendering(&path).unwrap_err().message.contains("display window"));
+    }
+
+    /// Numbers in the file are overwritten one by one: none may end in a panic.
+    #[test]
+    fn damaged_files_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write(&path, (1, 2));
+        let sound = std::fs::read(&path).unwrap();
+        let mut refused = 0;
+        for at in 0..sound.len() - 4 {
+            for value in [0, 1, -1, i32::MAX, i32::MIN, 1 << 20, -(1 << 30)] {
+                let mut bytes = sound.clone();
+                bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+                std::fs::write(&path, bytes).unwrap();
+                refused += usize::from(read_rendering(&path).is_err());
+            }
+        }
+        assert!(refused > 100, "{refused}");
+    }
+}

@@ -1,4 +1,4 @@
-//! Sums of samples per pixel. No files, no threads, no tone curve.
+//! Sums of samples per pixel, and how far pictures are from each other. No files.
 
 mod accumulator;
 mod features;

@@ -1,0 +1,120 @@
+//! [Open Image Denoise 2](https://www.openimagedenoise.org) on the CPU, for still pictures with guides.
+//!
+//! The `oidn` crate links the library and binds it. Its own safe filter (2.5.1) always has a colour image, so that guides
+//! cannot be filtered by themselves, names the parameter `cleanAux` wrongly, which the library passes over, and takes no
+//! number of threads. This crate makes the same few calls with these three.
+
+use oidn::sys::*;
+use std::ffi::CStr;
+
+pub use oidn::Error;
+
+/// Width and height in pixels.
+pub type Size = [usize; 2];
+
+/// The CPU as a device of Open Image Denoise.
+pub struct Device(oidn::Device);
+
+impl Device {
+    /// With so many threads.
+    pub fn new(threads: usize) -> Result<Self, Error> {
+        // SAFETY: the type is one of the header's. Null is an answer, and handled.
+        let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
+        if handle.is_null() {
+            // What is wrong the library tells of no device; the oidn crate asks for that where it fails in the same way.
+            return Err(oidn::Device::cpu().err().unwrap_or(oidn::ErrorKind::Unknown.into()));
+        }
+        let threads = i32::try_from(threads).unwrap_or(i32::MAX);
+        // SAFETY: the handle is a live device, which the parameters are set of before it is committed, as the library asks for;
+        // the wrapper owns it from then on and releases it.
+        let device = unsafe {
+            oidnSetDeviceInt(handle, c"numThreads".as_ptr(), threads);
+            // Threads that are bound to cores wait there for whatever else the machine does.
+            oidnSetDeviceBool(handle, c"setAffinity".as_ptr(), false);
+            oidnCommitDevice(handle);
+            oidn::Device::from_raw(handle)
+        };
+        device.get_error()?;
+        Ok(Self(device))
+    }
+
+    /// Version of the library, such as `2.5.1`.
+    pub fn version(&self) -> String {
+        let numbers = [c"versionMajor", c"versionMinor", c"versionPatch"].map(|name| {
+            // SAFETY: the handle is a live device, and the name ends with a zero.
+            unsafe { oidnGetDeviceInt(self.0.raw(), name.as_ptr()) }.to_string()
+        });
+        numbers.join(".")
+    }
+
+    /// An albedo without its noise; three numbers from 0 to 1 a pixel, row by row.
+    pub fn albedo(&self, albedo: &[f32], size: Size) -> Result<Vec<f32>, Error> {
+        self.run(&[(c"albedo", albedo)], &[], size)
+    }
+
+    /// Normals without their noise; three numbers from −1 to 1 a pixel, row by row.
+    pub fn normal(&self, normal: &[f32], size: Size) -> Result<Vec<f32>, Error> {
+        self.run(&[(c"normal", normal)], &[], size)
+    }
+
+    /// A picture of linear radiance without its noise, by guides that have none.
+    pub fn color(&self, color: &[f32], albedo: &[f32], normal: &[f32], size: Size) -> Result<Vec<f32>, Error> {
+        let images = [(c"color", color), (c"albedo", albedo), (c"normal", normal)];
+        self.run(&images, &[c"hdr", c"cleanAux"], size)
+    }
+
+    /// Runs the filter `RT` over `images`, named as it names them, with `flags` on.
+    fn run(&self, images: &[(&CStr, &[f32])], flags: &[&CStr], size: Size) -> Result<Vec<f32>, Error> {
+        let [width, height] = size;
+        let len = width.checked_mul(height).and_then(|pixels| pixels.checked_mul(3));
+        if images.iter().any(|(_, image)| Some(image.len()) != len) {
+            return Err(oidn::ErrorKind::InvalidImageDimensions.into());
+        }
+        let device = &self.0;
+        // Buffers live longer than the filter, which refers to them.
+        let output = device.create_buffer(&vec![0.0; len.unwrap_or(0)])?;
+        let mut buffers = vec![(c"output", output)];
+        for &(name, image) in images {
+            buffers.push((name, device.create_buffer(image)?));
+        }
+        let filter = Filter::new(device)?;
+        for (name, buffer) in &buffers {
+            let format = OIDNFormat_OIDN_FORMAT_FLOAT3;
+            // SAFETY: filter and buffer are live, and the buffer has width · height pixels of three floats.
+            unsafe { oidnSetFilterImage(filter.0, name.as_ptr(), buffer.raw(), format, width, height, 0, 0, 0) };
+        }
+        for flag in flags {
+            // SAFETY: the filter is live, and the name ends with a zero.
+            unsafe { oidnSetFilterBool(filter.0, flag.as_ptr(), true) };
+        }
+        // SAFETY: the filter is live, and so is all that it refers to; it is done when the call returns.
+        unsafe {
+            oidnCommitFilter(filter.0);
+            oidnExecuteFilter(filter.0);
+        }
+        device.get_error()?;
+        buffers[0].1.read()
+    }
+}
+
+/// A filter, released where it goes out of use.
+struct Filter(OIDNFilter);
+
+impl Filter {
+    fn new(device: &oidn::Device) -> Result<Self, Error> {
+        // SAFETY: the handle is a live device, and the name ends with a zero. Null is an answer, and handled.
+        let handle = unsafe { oidnNewFilter(device.raw(), c"RT".as_ptr()) };
+        if handle.is_null() {
+            device.get_error()?;
+            return Err(oidn::ErrorKind::Unknown.into());
+        }
+        Ok(Self(handle))
+    }
+}
+
+impl Drop for Filter {
+    fn drop(&mut self) {
+        // SAFETY: the handle is not null and not used again.
+        unsafe { oidnReleaseFilter(self.0) };
+    }
+}

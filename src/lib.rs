@@ -4,6 +4,7 @@
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and where random numbers come from
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
+//! - [`denoise`]: filters that take noise out of a picture
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
 //! - [`render`], [`io`]: passes and tiles, and files
@@ -14,6 +15,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod cli;
 pub mod color;
+pub mod denoise;
 pub mod film;
 pub mod geometry;
 pub mod integrator;

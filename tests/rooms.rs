@@ -9,7 +9,7 @@ const ROWS: &[&[&str]] = &[
     &["sampling", "color"],
     &["bsdf", "geometry", "sampler", "texture"],
     &["material", "light", "camera", "film"],
-    &["scene"],
+    &["scene", "denoise"],
     &["accel"],
     &["integrator"],
     &["io", "render"],

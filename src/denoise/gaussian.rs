@@ -1,0 +1,76 @@
+use crate::math::Vec3;
+use rayon::prelude::*;
+
+/// Standard deviation, pixels. Of 0.7, 1, 1.5 and 2 this one leaves the least relMSE at 16 samples a pixel on the scenes that come along.
+const SIGMA: f32 = 0.7;
+/// How far the filter reaches, pixels: further off its weight is below 0.1 % of that in the middle.
+const RADIUS: usize = 2;
+
+/// Blurs the picture, row by row of `size`, by a Gaussian of [`SIGMA`]; at borders the weights of pixels inside are scaled to sum to 1.
+pub(super) fn denoise(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
+    let [width, height] = size;
+    let rows = blur(color, |i| (i % width, width), 1);
+    blur(&rows, |i| (i / width, height), width)
+}
+
+/// The blur along one axis: `place` tells a pixel's place on its line and the line's length, `stride` how far neighbours on it are apart.
+fn blur(color: &[Vec3], place: impl Fn(usize) -> (usize, usize) + Sync, stride: usize) -> Vec<Vec3> {
+    let weights: [f32; RADIUS + 1] = std::array::from_fn(|d| (-0.5 * (d as f32 / SIGMA).powi(2)).exp());
+    let pixel = |(i, &middle): (usize, &Vec3)| {
+        let (x, len) = place(i);
+        let first = x.saturating_sub(RADIUS);
+        let last = (x + RADIUS).min(len - 1);
+        // Differences are summed, so that a constant stays to the bit.
+        let (mut sum, mut weight) = (Vec3::ZERO, 0.0);
+        for at in first..=last {
+            let w = weights[at.abs_diff(x)];
+            sum += w * (color[i + at * stride - x * stride] - middle);
+            weight += w;
+        }
+        middle + sum / weight
+    };
+    color.par_iter().enumerate().map(pixel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_becomes_the_gaussian() {
+        let size = [11, 9];
+        let mut color = vec![Vec3::ZERO; 99];
+        color[4 * 11 + 5] = Vec3::new(1.0, 2.0, 4.0);
+        let blurred = denoise(&color, size);
+        // Far from borders the weights sum to 1 …
+        let sum: Vec3 = blurred.iter().sum();
+        assert!((sum - Vec3::new(1.0, 2.0, 4.0)).length() < 1e-5, "{sum}");
+        // … and are those of exp(−r² / 2σ²), cut off beyond the radius.
+        let middle = blurred[4 * 11 + 5].x;
+        for y in 0..9i32 {
+            for x in 0..11i32 {
+                let (dx, dy) = (x - 5, y - 4);
+                let inside = dx.abs() <= RADIUS as i32 && dy.abs() <= RADIUS as i32;
+                let r2 = (dx * dx + dy * dy) as f32;
+                let expected = if inside {
+                    (-r2 / (2.0 * SIGMA * SIGMA)).exp()
+                } else {
+                    0.0
+                };
+                let found = blurred[(y * 11 + x) as usize].x / middle;
+                assert!(
+                    (found - expected).abs() < 1e-6,
+                    "{dx},{dy}: {found} instead of {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn constants_stay_to_the_bit() {
+        for size in [[1, 1], [7, 1], [1, 5], [6, 4]] {
+            let color = vec![Vec3::new(0.1, 0.7, 1e4); size[0] * size[1]];
+            assert_eq!(denoise(&color, size), color);
+        }
+    }
+}

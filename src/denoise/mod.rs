@@ -1,0 +1,217 @@
+//! Filters that take the noise out of a developed image. They trade it for an error that more samples do not take away: a bias.
+//!
+//! All work on what the film tells of each pixel, and make the same bits with any number of threads.
+
+mod atrous;
+mod gaussian;
+#[cfg(feature = "oidn")]
+mod oidn;
+
+use crate::film::{Channel, Image};
+use crate::math::Vec3;
+use thiserror::Error;
+
+/// A filter that takes out noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Denoiser {
+    /// The neural network of Open Image Denoise 2, guided by albedo and normal; needs the feature `oidn`.
+    Oidn,
+    /// A wavelet filter that stops at edges, guided by albedo, normal, depth and variance.
+    Atrous,
+    /// A plain blur.
+    Gaussian,
+}
+
+/// Why an image could not be denoised.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum DenoiseError {
+    /// The filter is not part of this program.
+    #[error(
+        "this program was built without Open Image Denoise\n  help: use --denoise=atrous or --denoise=gaussian, or get the \
+         library by scripts/setup oidn and build with --features oidn"
+    )]
+    NotBuilt,
+    /// A channel that the filter needs is missing.
+    #[error("the image has no channel {0}\n  help: denoise an EXR file that this program wrote")]
+    NoChannel(&'static str),
+    /// Open Image Denoise failed.
+    #[error("Open Image Denoise: {0}\n  help: render with --denoise=atrous or without")]
+    Oidn(String),
+}
+
+const COLOR: [&str; 3] = ["R", "G", "B"];
+const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
+const ALBEDO: [&str; 3] = ["albedo.R", "albedo.G", "albedo.B"];
+const NORMAL: [&str; 3] = ["N.X", "N.Y", "N.Z"];
+const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
+
+impl Denoiser {
+    /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. An error where it cannot be used.
+    pub fn version(self) -> Result<String, DenoiseError> {
+        match self {
+            #[cfg(feature = "oidn")]
+            Self::Oidn => oidn::version(),
+            #[cfg(not(feature = "oidn"))]
+            Self::Oidn => Err(DenoiseError::NotBuilt),
+            Self::Atrous => Ok("atrous".into()),
+            Self::Gaussian => Ok("gaussian".into()),
+        }
+    }
+
+    /// Bytes that denoising so many pixels takes besides the image, at most: measured on pictures of 512² pixels, and rounded up.
+    pub fn bytes(self, pixels: u64) -> u64 {
+        let per_pixel = match self {
+            Self::Oidn => 1100,
+            Self::Atrous => 200,
+            Self::Gaussian => 60,
+        };
+        per_pixel * pixels
+    }
+
+    /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`. Other channels stay: `variance` is that of
+    /// the raw picture. An image that was denoised before is denoised anew, from its raw picture.
+    ///
+    /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
+    pub fn apply(self, image: &mut Image) -> Result<(), DenoiseError> {
+        let raw = vectors(image, RAW).or_else(|_| vectors(image, COLOR))?;
+        let size = image.crop.size();
+        let size = [size.x as usize, size.y as usize];
+        let denoised = match self {
+            #[cfg(feature = "oidn")]
+            Self::Oidn => oidn::denoise(&raw, &vectors(image, ALBEDO)?, &vectors(image, NORMAL)?, size)?,
+            #[cfg(not(feature = "oidn"))]
+            Self::Oidn => return Err(DenoiseError::NotBuilt),
+            Self::Atrous => atrous::denoise(atrous::Input::new(image, &raw, size)?),
+            Self::Gaussian => gaussian::denoise(&raw, size),
+        };
+        put(image, RAW, &raw);
+        put(image, COLOR, &denoised);
+        Ok(())
+    }
+}
+
+/// Three channels as vectors, row by row.
+fn vectors(image: &Image, names: [&'static str; 3]) -> Result<Vec<Vec3>, DenoiseError> {
+    let [x, y, z] = names.map(|name| values(image, name));
+    let (x, y, z) = (x?, y?, z?);
+    Ok(x.iter()
+        .zip(y)
+        .zip(z)
+        .map(|((&x, &y), &z)| Vec3::new(x, y, z))
+        .collect())
+}
+
+/// The channel called `name`.
+fn values<'a>(image: &'a Image, name: &'static str) -> Result<&'a [f32], DenoiseError> {
+    let channel = image.channel(name).ok_or(DenoiseError::NoChannel(name))?;
+    Ok(&channel.values)
+}
+
+/// Makes `values` the channels of these names, which are added where they are missing.
+fn put(image: &mut Image, names: [&'static str; 3], values: &[Vec3]) {
+    for (c, name) in names.into_iter().enumerate() {
+        let values = values.iter().map(|v| v[c]).collect();
+        match image.channels.iter_mut().find(|channel| channel.name == name) {
+            Some(channel) => channel.values = values,
+            None => image.channels.push(Channel { name, values }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::film::{Film, FirstSurface, Rect};
+    use crate::math::UVec2;
+    use crate::math::hash::mix;
+
+    /// A crop of a noisy picture with `spp` samples a pixel.
+    fn picture(spp: u64) -> Image {
+        let crop = Rect {
+            min: UVec2::new(5, 3),
+            max: UVec2::new(50, 40),
+        };
+        let mut film = Film::new(UVec2::new(64, 48), crop);
+        for tile in film.tiles_mut() {
+            for pixel in tile.bounds().pixels() {
+                let surface = FirstSurface {
+                    albedo: Spectrum::rgb(0.2, 0.5, if pixel.x < 20 { 0.1 } else { 0.9 }),
+                    normal: Vec3::Z,
+                    depth: 3.0 + 0.1 * pixel.y as f32,
+                };
+                for s in 0..spp {
+                    let u =
+                        (mix(u64::from(pixel.x) << 40 | u64::from(pixel.y) << 20 | s) >> 40) as f32 / (1 << 24) as f32;
+                    let surface = (pixel.y > 8).then_some(&surface);
+                    tile.sums_mut(pixel).unwrap().add(
+                        Spectrum::splat(2.0 * u) * surface.map_or(Spectrum::ONE, |s| s.albedo),
+                        surface,
+                    );
+                }
+            }
+        }
+        film.develop()
+    }
+
+    /// Filters of this build.
+    fn built() -> impl Iterator<Item = Denoiser> {
+        [Denoiser::Oidn, Denoiser::Atrous, Denoiser::Gaussian]
+            .into_iter()
+            .filter(|d| d.version().is_ok())
+    }
+
+    #[test]
+    fn the_raw_picture_is_kept() {
+        let raw = picture(4);
+        for denoiser in built() {
+            let mut image = raw.clone();
+            denoiser.apply(&mut image).unwrap();
+            for (name, kept) in COLOR.into_iter().zip(RAW) {
+                assert_eq!(values(&image, kept), values(&raw, name), "{denoiser:?}");
+                assert_ne!(values(&image, name), values(&raw, name), "{denoiser:?}");
+            }
+            assert_eq!(values(&image, "variance.G"), values(&raw, "variance.G"));
+            assert!(values(&image, "G").unwrap().iter().all(|v| v.is_finite() && *v >= 0.0));
+            // A second time begins with the raw picture again.
+            let once = image.clone();
+            denoiser.apply(&mut image).unwrap();
+            assert_eq!(image, once, "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn one_sample_a_pixel_is_enough() {
+        for denoiser in built() {
+            let mut image = picture(1);
+            denoiser.apply(&mut image).unwrap();
+            let green = values(&image, "G").unwrap();
+            assert!(green.iter().all(|v| v.is_finite() && *v >= 0.0), "{denoiser:?}");
+        }
+    }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let run = |denoiser: Denoiser, threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut image = picture(4);
+            pool.install(|| denoiser.apply(&mut image)).unwrap();
+            image
+        };
+        for denoiser in built() {
+            let one = run(denoiser, 1);
+            for threads in [2, 5] {
+                assert!(run(denoiser, threads) == one, "{denoiser:?} with {threads} threads");
+            }
+        }
+    }
+
+    #[test]
+    fn an_image_that_lacks_a_channel_stays_as_it_was() {
+        let mut image = picture(4);
+        image.channels.retain(|c| c.name != "N.Y");
+        let before = image.clone();
+        assert_eq!(Denoiser::Atrous.apply(&mut image), Err(DenoiseError::NoChannel("N.Y")));
+        assert!(image == before);
+    }
+}

@@ -1,0 +1,34 @@
+use super::DenoiseError;
+use crate::math::Vec3;
+use embrasure_oidn::{Device, Error};
+
+/// Name and version of the library that is loaded.
+pub(super) fn version() -> Result<String, DenoiseError> {
+    Ok(format!("oidn {}", Device::new(1).map_err(failed)?.version()))
+}
+
+/// The picture, row by row of `size`, without its noise: the guides first, each by itself, then the picture by guides that have none.
+pub(super) fn denoise(
+    color: &[Vec3],
+    albedo: &[Vec3],
+    normal: &[Vec3],
+    size: [usize; 2],
+) -> Result<Vec<Vec3>, DenoiseError> {
+    let run = || {
+        let device = Device::new(rayon::current_num_threads())?;
+        let albedo = device.albedo(&flat(albedo), size)?;
+        let normal = device.normal(&flat(normal), size)?;
+        device.color(&flat(color), &albedo, &normal, size)
+    };
+    let denoised: Vec<f32> = run().map_err(failed)?;
+    Ok(denoised.chunks_exact(3).map(Vec3::from_slice).collect())
+}
+
+/// Three numbers a pixel, as the library takes them.
+fn flat(values: &[Vec3]) -> Vec<f32> {
+    values.iter().flat_map(|v| v.to_array()).collect()
+}
+
+fn failed(error: Error) -> DenoiseError {
+    DenoiseError::Oidn(error.to_string())
+}

@@ -422,6 +422,11 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
     pub shutter: Option<[f32; 2]>,
 
+    /// Take noise out of the picture by oidn (Open Image Denoise), atrous or gaussian; the raw one is kept beside it in EXR files
+    /// [default: off; without a name: oidn]
+    #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, default_missing_value = "oidn")]
+    pub denoise: Option<String>,
+
     /// Trace one sample of this pixel alone, and print its rays and what they found
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
     pub pixel: Option<[u32; 2]>,

@@ -342,6 +342,7 @@ impl BackendTask for Portrait<'_> {
             render_seconds: start.elapsed().as_secs_f64(),
             complete: outcome == Outcome::Complete,
             features: None,
+            denoiser: None,
         };
         let (format, output) = self.output;
         output.write_image(format, &film.develop(), None, &metadata)?;

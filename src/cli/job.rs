@@ -5,6 +5,7 @@ use super::estimator::Estimator;
 use super::info::forecast;
 use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
+use crate::denoise::{DenoiseError, Denoiser};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in_words};
 use crate::math::{Bounds3, UVec2, Vec3};
@@ -20,6 +21,14 @@ const DEFAULT_FOV: f32 = 40.0;
 
 /// Names of the ways in which textures are looked up.
 const TEXTURE_FILTERS: &[(&str, TextureFilter)] = &[("mip", TextureFilter::Mip), ("bilinear", TextureFilter::Bilinear)];
+
+/// Names of the filters that take out noise.
+const DENOISERS: &[(&str, Option<Denoiser>)] = &[
+    ("off", None),
+    ("oidn", Some(Denoiser::Oidn)),
+    ("atrous", Some(Denoiser::Atrous)),
+    ("gaussian", Some(Denoiser::Gaussian)),
+];
 
 /// Samples that a pixel may have where a noise level is given and nothing else.
 const MOST_FOR_NOISE: u32 = 1 << 14;
@@ -52,6 +61,8 @@ pub(super) struct Job {
     /// The pixel and sample to explain instead of rendering.
     pub pixel: Option<([u32; 2], u32)>,
     pub backend: Backend,
+    /// What takes noise out of the picture.
+    pub denoiser: Option<Denoiser>,
     pub threads: usize,
     pub quiet: bool,
     pub verbose: bool,
@@ -116,6 +127,7 @@ impl Job {
         let estimator = Estimator::new(&args.estimator, &scene)?;
         let sampler = choose(&scene, "sampler", &args.sampler, &settings.sampler, SamplerKind::NAMES)?;
         let backend = choose(&scene, "backend", &args.backend, &settings.backend, &backends())?;
+        let denoiser = choose(&scene, "denoise", &args.denoise, &settings.denoise, DENOISERS)?;
         if args.threads == Some(0) {
             return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
         }
@@ -136,6 +148,7 @@ impl Job {
             aovs: aovs(&args.aov)?,
             sampler,
             backend,
+            denoiser,
             threads: args.threads.unwrap_or_else(all_threads),
             quiet: args.quiet,
             verbose: args.verbose,
@@ -238,7 +251,8 @@ impl Job {
     /// The scene, compact if that is asked for or if only then its render keeps to `--max-memory`, and about how many bytes that takes at
     /// most. An error, before they are taken, where that is too much.
     pub fn within_memory(&self, scene: Scene) -> Result<(Scene, u64), CliError> {
-        let peak = |scene: &Scene| forecast(&self.scene, scene, self.crop).peak(self.backend.name());
+        let denoising = self.denoiser.map_or(0, |denoiser| denoiser.bytes(self.crop.area()));
+        let peak = |scene: &Scene| forecast(&self.scene, scene, self.crop).peak(self.backend.name()) + denoising;
         let scene = if self.compact { scene.into_compact() } else { scene };
         let (usual, limit) = (peak(&scene), self.scene.options.max_memory);
         let Some(limit) = limit.filter(|limit| usual > *limit) else {
@@ -256,6 +270,15 @@ impl Job {
             )));
         }
         Ok((scene, compact))
+    }
+
+    /// Name and version of what takes out noise, if anything is to. An error, before any work, where it cannot be used.
+    pub fn denoiser_version(&self) -> Result<Option<String>, CliError> {
+        let version = self.denoiser.map(Denoiser::version).transpose();
+        version.map_err(|error| match error {
+            DenoiseError::NotBuilt => CliError::Usage(error.to_string()),
+            _ => CliError::Failed(error.to_string()),
+        })
     }
 
     /// The threads that render.

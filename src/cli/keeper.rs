@@ -3,7 +3,7 @@
 use super::args::RenderArgs;
 use super::error::CliError;
 use super::job::Job;
-use crate::film::{Aov, Film};
+use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FileError, Format, Metadata, Output, State, cryptomattes, read_checkpoint};
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
@@ -139,14 +139,8 @@ impl Progressed {
         })
     }
 
-    /// Writes the images, and what went wrong with them: with a map of the error where that was asked for, and a part with its sums.
-    pub fn write_images(
-        &self,
-        images: &[(Format, Output)],
-        with_error: bool,
-        is_part: bool,
-        metadata: &Metadata,
-    ) -> Vec<FileError> {
+    /// The picture as it is now, with the channels that were asked for, and a map of the error if that was.
+    pub fn develop(&self, with_error: bool, metadata: &Metadata) -> Image {
         let mut image = self.film.develop();
         if let Some(names) = &metadata.features {
             let aovs = names.aovs();
@@ -158,13 +152,24 @@ impl Progressed {
         if with_error {
             image.channels.push(self.film.error_map());
         }
+        image
+    }
+
+    /// Writes `image` to all `outputs`, a part with its sums, and what went wrong with them.
+    pub fn write(
+        &self,
+        image: &Image,
+        outputs: &[(Format, Output)],
+        is_part: bool,
+        metadata: &Metadata,
+    ) -> Vec<FileError> {
         let statistics = self.counted();
         let state = is_part.then_some(State {
             film: &self.film,
             statistics: &statistics,
         });
-        let write = |(format, output): &(_, Output)| output.write_image(*format, &image, state.as_ref(), metadata);
-        images.iter().filter_map(|o| write(o).err()).collect()
+        let write = |(format, output): &(_, Output)| output.write_image(*format, image, state.as_ref(), metadata);
+        outputs.iter().filter_map(|o| write(o).err()).collect()
     }
 
     /// What has been counted, as JSON.

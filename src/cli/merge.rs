@@ -61,6 +61,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         total_samples: whole.total,
         render_seconds: merged.seconds,
         complete: !gaps,
+        // Sums are raw.
+        denoiser: None,
         ..first.description.metadata.clone()
     };
     let is_part = gaps || whole.crop != Rect::full(whole.resolution) || whole.samples != (0..whole.total);
@@ -68,7 +70,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let mut failures: Vec<FileError> = Vec::new();
     pool.install(|| {
         failures.extend(checkpoint.and_then(|output| write_state(&output, &merged, &metadata).err()));
-        failures.extend(merged.write_images(&images, with_error, is_part, &metadata));
+        failures.extend(merged.write(&merged.develop(with_error, &metadata), &images, is_part, &metadata));
     });
     if !failures.is_empty() {
         let words: Vec<String> = failures.iter().map(FileError::to_string).collect();

@@ -6,12 +6,13 @@ use super::job::{Job, name_of};
 use super::keeper::{Keeper, Progressed};
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
-use super::stats::{Dropped, Noise, Rays, Stats, peak_rss_bytes};
+use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
 use crate::color::Tone;
-use crate::film::{Aov, Film};
+use crate::denoise::DenoiseError;
+use crate::film::{Aov, Film, Image};
 use crate::integrator::World;
 use crate::io::{FeatureNames, FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
 use crate::render::{Observer, Outcome, Statistics};
@@ -24,6 +25,7 @@ use std::time::{Duration, Instant};
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let job = Job::new(args)?;
+    let denoiser = job.denoiser_version()?;
     // Files that cannot be written are found before any work.
     let files = Files {
         images: images(args, job.tone)?,
@@ -53,6 +55,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         files: &files,
         scene: &scene,
         camera: &camera,
+        denoiser,
         start,
         pool: &pool,
     };
@@ -130,6 +133,8 @@ struct Prepared<'a> {
     scene: &'a Scene,
     scene_hash: String,
     camera: &'a Camera,
+    /// Name and version of what takes out noise.
+    denoiser: Option<String>,
     load_s: f64,
     start: Instant,
     pool: &'a rayon::ThreadPool,
@@ -234,8 +239,16 @@ impl Prepared<'_> {
 
         // Every output is tried, so that one full disk does not cost the other picture.
         let kept = keeper.map(|keeper| keeper.keep(&done, &metadata));
-        let mut failures: Vec<FileError> = kept.and_then(Result::err).into_iter().collect();
-        failures.extend(self.write_images(&done, &metadata));
+        let mut failures: Vec<String> = kept.and_then(Result::err).iter().map(FileError::to_string).collect();
+        let mut image = done.develop(noise.is_some(), &metadata);
+        // Where denoising fails, the raw picture is written all the same.
+        let denoised = self.denoise(&mut image).unwrap_or_else(|error| {
+            failures.push(error.to_string());
+            None
+        });
+        metadata.denoiser = denoised.as_ref().map(|d| d.by.clone());
+        let unwritten = done.write(&image, &self.files.images, job.is_part, &metadata);
+        failures.extend(unwritten.iter().map(FileError::to_string));
         if let Some(lost) = preview.finish(&done.film) {
             eprintln!("warning: {lost}");
             warnings.push(lost.to_string());
@@ -274,12 +287,14 @@ impl Prepared<'_> {
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             noise,
+            denoise: denoised,
             audit,
             warnings,
         };
         if let Some(output) = &self.files.stats {
             let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
-            failures.extend(output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err());
+            let unwritten = output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err();
+            failures.extend(unwritten.iter().map(FileError::to_string));
         }
         if !job.quiet {
             self.summarize(&stats, stop);
@@ -303,6 +318,7 @@ impl Prepared<'_> {
             render_seconds: 0.0,
             complete: false,
             features: self.feature_names(),
+            denoiser: None,
         }
     }
 
@@ -341,10 +357,21 @@ impl Prepared<'_> {
         failures
     }
 
-    /// Writes the images as they are now, and what went wrong with it. A part comes with its sums.
+    /// Writes the images as they are now, raw, and what went wrong with it. A part comes with its sums.
     fn write_images(&self, done: &Progressed, metadata: &Metadata) -> Vec<FileError> {
-        let with_error = self.job.noise.is_some();
-        done.write_images(&self.files.images, with_error, self.job.is_part, metadata)
+        let image = done.develop(self.job.noise.is_some(), metadata);
+        done.write(&image, &self.files.images, self.job.is_part, metadata)
+    }
+
+    /// Takes the noise out of `image`, if that was asked for.
+    fn denoise(&self, image: &mut Image) -> Result<Option<Denoised>, DenoiseError> {
+        let (Some(denoiser), Some(by)) = (self.job.denoiser, self.denoiser.clone()) else {
+            return Ok(None);
+        };
+        let start = Instant::now();
+        self.pool.install(|| denoiser.apply(image))?;
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Some(Denoised { by, seconds }))
     }
 
     fn summarize(&self, stats: &Stats, stop: Stop) {
@@ -416,10 +443,9 @@ fn dropped_warning(statistics: &Statistics) -> String {
     )
 }
 
-fn finish(failures: Vec<FileError>, stop: Stop) -> Result<ExitCode, CliError> {
+fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
-        let words: Vec<String> = failures.iter().map(FileError::to_string).collect();
-        return Err(CliError::Failed(words.join("\nerror: ")));
+        return Err(CliError::Failed(failures.join("\nerror: ")));
     }
     if stop == Stop::Interrupt {
         eprintln!("interrupted: what is written holds the samples taken so far");

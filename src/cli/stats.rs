@@ -40,6 +40,9 @@ pub(super) struct Stats<'a> {
     /// Of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
+    /// Of `--denoise`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub denoise: Option<Denoised>,
     /// Of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<Report>,
@@ -59,6 +62,14 @@ pub(super) struct Dropped {
     sample: u32,
     /// Text, because JSON has no NaN.
     radiance: String,
+}
+
+/// How noise was taken out of the picture.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Denoised {
+    /// Name of the filter and version of its library.
+    pub by: String,
+    pub seconds: f64,
 }
 
 /// How noisy a picture is.

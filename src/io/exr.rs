@@ -21,6 +21,7 @@ const BACKEND: &str = "embrasure.backend";
 const BACKEND_VERSION: &str = "embrasure.backendVersion";
 const COMPLETE: &str = "embrasure.complete";
 const FEATURES: &str = "embrasure.features";
+const DENOISER: &str = "embrasure.denoiser";
 const RENDER_TIME: &str = "renderTime";
 
 /// How an image came to be; written beside its pixels.
@@ -50,6 +51,8 @@ pub struct Metadata {
     pub complete: bool,
     /// What further channels are of, if there are any.
     pub features: Option<FeatureNames>,
+    /// What took noise out of the picture, if anything did.
+    pub denoiser: Option<String>,
 }
 
 /// Channels that were asked for, and the names of what they number.
@@ -110,6 +113,7 @@ impl Metadata {
                 Some(json) => Some(serde_json::from_str(&json).ok()?),
                 None => None,
             },
+            denoiser: text(DENOISER),
         })
     }
 
@@ -149,6 +153,7 @@ impl Metadata {
             (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
         ];
         attributes.extend(features.map(|names| (FEATURES, text(&names))));
+        attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes
     }
 }

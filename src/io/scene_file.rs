@@ -125,6 +125,8 @@ pub struct RenderSection {
     pub sampler: Option<Spanned<String>>,
     /// Name of the ray-tracing backend.
     pub backend: Option<Spanned<String>>,
+    /// What takes noise out of the picture.
+    pub denoise: Option<Spanned<String>>,
     /// What MTL files mean by `Tr`.
     pub mtl_dialect: Option<Spanned<String>>,
     /// How textures are looked up.

@@ -8,7 +8,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 
 # The feature sets that `make test` runs. For one more: a name here, and its flags below.
 FEATURE_SETS  := default none
-FLAGS_default := --workspace
+FLAGS_default := --workspace --exclude embrasure-oidn
 FLAGS_none    := -p embrasure --no-default-features
 
 # Those with the obvhs backend, which needs Rust 1.88; with an older one they are skipped with a word, which is a failure
@@ -20,10 +20,14 @@ HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v
 with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
 
+# The tests of denoising with Open Image Denoise; where it cannot be had they are skipped with a word, which is a failure where
+# EMBRASURE_REQUIRE_OIDN is set, as in CI.
+FLAGS_oidn := -p embrasure --features oidn --lib --test denoise denois
+
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) sanitize fuzz bench bench-peers gallery clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn sanitize fuzz bench bench-peers gallery clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -41,17 +45,22 @@ lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
 	$(CARGO) clippy -p embrasure --no-default-features --all-targets --locked -- -D warnings
+	$(CARGO) clippy -p embrasure --features oidn --lib --tests --locked -- -D warnings
 	$(call with_obvhs,$(CARGO) clippy -p embrasure --features obvhs --all-targets --locked -- -D warnings)
 	$(call with_obvhs,$(CARGO) clippy -p embrasure --no-default-features --features obvhs --all-targets --locked -- -D warnings)
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked
 
-test: setup lint $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) ## lint, then run the tests with each feature set
+test: setup lint $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn ## lint, then run the tests with each feature set
 
 $(FEATURE_SETS:%=test-%): test-%: setup
 	$(CARGO) test --locked $(FLAGS_$*)
 
 $(OBVHS_SETS:%=test-%): test-%: setup
 	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_$*))
+
+test-oidn: setup
+	@if scripts/setup oidn; then echo '$(CARGO) test --locked $(FLAGS_oidn)' && $(CARGO) test --locked $(FLAGS_oidn); else \
+	  echo 'skipped: test-oidn: there is no Open Image Denoise'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; fi
 
 sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
 	scripts/sanitize

@@ -1,6 +1,6 @@
 //! Drives `embrasure compare`, and what tone curves make of PNG files.
 
-use exr::prelude::{self as exr, WritableImage};
+use ::exr::prelude::{self as exr, WritableImage};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

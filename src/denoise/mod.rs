@@ -122,7 +122,7 @@ fn put(image: &mut Image, names: [&'static str; 3], values: &[Vec3]) {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Film, FirstSurface, Rect};
+    use crate::film::{Block, Film, FirstSurface, Rect};
     use crate::math::UVec2;
     use crate::math::hash::mix;
 
@@ -139,16 +139,17 @@ mod tests {
                     albedo: Spectrum::rgb(0.2, 0.5, if pixel.x < 20 { 0.1 } else { 0.9 }),
                     normal: Vec3::Z,
                     depth: 3.0 + 0.1 * pixel.y as f32,
+                    features: None,
                 };
+                let surface = (pixel.y > 8).then_some(&surface);
+                let albedo = surface.map_or(Spectrum::ONE, |s| s.albedo);
+                let mut block = Block::default();
                 for s in 0..spp {
-                    let u =
-                        (mix(u64::from(pixel.x) << 40 | u64::from(pixel.y) << 20 | s) >> 40) as f32 / (1 << 24) as f32;
-                    let surface = (pixel.y > 8).then_some(&surface);
-                    tile.sums_mut(pixel).unwrap().add(
-                        Spectrum::splat(2.0 * u) * surface.map_or(Spectrum::ONE, |s| s.albedo),
-                        surface,
-                    );
+                    let bits = mix(u64::from(pixel.x) << 40 | u64::from(pixel.y) << 20 | s);
+                    let u = (bits >> 40) as f32 / (1 << 24) as f32;
+                    block.add(Spectrum::splat(2.0 * u) * albedo, surface);
                 }
+                tile.sums_mut(pixel).unwrap().add(&block);
             }
         }
         film.develop()

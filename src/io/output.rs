@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn formats_by_extension() {
         assert_eq!(Format::of_path(Path::new("a/b.EXR")), Ok(Format::Exr));
-        assert_eq!(Format::of_path(Path::new("b.png")), Ok(Format::Png));
+        assert_eq!(Format::of_path(Path::new("b.png")), Ok(Format::Png(Tone::default())));
         assert!(
             Format::of_path(Path::new("b.jpg"))
                 .unwrap_err()

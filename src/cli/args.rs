@@ -5,6 +5,11 @@ use std::path::PathBuf;
 /// A path tracer over Intel Embree.
 #[derive(Debug, Parser)]
 #[command(name = "embrasure", disable_version_flag = true, arg_required_else_help = true)]
+#[command(after_help = "\
+Examples:
+  embrasure render scenes/cornell-box.toml -o box.exr -o box.png
+  embrasure check room.obj
+  embrasure help render")]
 pub(super) struct Args {
     /// Print version, backends built in, and the instruction set in use
     #[arg(short = 'V', long)]
@@ -27,6 +32,10 @@ pub(super) enum Command {
     /// Join parts of a render, sample ranges or crops, to the bits of the whole
     Merge(MergeArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    #[command(after_help = "\
+Examples:
+  embrasure info scenes/cornell-box.toml
+  embrasure info room.obj --json")]
     Info(SceneArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
     #[command(after_help = "\
@@ -39,6 +48,10 @@ Examples:
     Explain(ExplainArgs),
     /// Say how far an image is from a reference, and whether by more than noise
     Compare(CompareArgs),
+    /// Print the script that makes a shell complete commands and flags
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands
+    Man(ManArgs),
 }
 
 #[derive(Debug, Parser)]
@@ -272,6 +285,28 @@ pub(super) struct ExplainArgs {
 
     #[command(flatten)]
     pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
+  embrasure completions bash > ~/.local/share/bash-completion/completions/embrasure
+  embrasure completions fish > ~/.config/fish/completions/embrasure.fish
+  embrasure completions zsh > /usr/local/share/zsh/site-functions/_embrasure")]
+pub(super) struct CompletionsArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
+  embrasure man | man -l -
+  mkdir -p ~/.local/share/man/man1 && embrasure man -o ~/.local/share/man/man1")]
+pub(super) struct ManArgs {
+    /// Write embrasure.1 and a page for each command to this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
 }
 
 /// How files are read where their formats leave something open.

@@ -6,6 +6,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::hash::scene_hash;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
+use super::words;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::camera::Camera;
@@ -97,7 +98,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        words::warning(&warning);
     }
     let (parameters, camera) = job.camera(scene.bounds())?;
     let hash = scene_hash(&scene, &parameters);

@@ -6,6 +6,7 @@ use super::bench_tables::tables;
 use super::error::CliError;
 use super::job::{Job, thread_pool};
 use super::progress::{Progress, catch_interrupts};
+use super::words;
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::camera::Camera;
 use crate::film::{Film, FirstSurface, Rect};
@@ -128,7 +129,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
 fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        words::warning(&warning);
     }
     let (_, camera) = job.camera(scene.bounds())?;
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();

@@ -8,6 +8,7 @@ use super::hash::scene_hash;
 use super::info::decimal;
 use super::job::{all_threads, checked_size, name_of, read_scene, thread_pool};
 use super::progress::{Progress, catch_interrupts};
+use super::words;
 use crate::accel::Accel;
 use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
@@ -68,7 +69,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         return Err(unknown(args, &file.whole(""), &materials).into());
     };
     if found.next().is_some() {
-        eprintln!("warning: several OBJ files of the scene have a material of this name; this is the first one's");
+        words::warning("several OBJ files of the scene have a material of this name; this is the first one's");
     }
 
     let facts = facts(&scene, &textures, MaterialId(index as u32), source, material);

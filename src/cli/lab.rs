@@ -6,6 +6,7 @@ use super::error::CliError;
 use super::estimator::{Estimator, Kind};
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
+use super::words;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Errors, Film, RgbImage};
@@ -54,7 +55,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        words::warning(&warning);
     }
     let (_, camera) = job.camera(scene.bounds())?;
     let pool = job.thread_pool()?;

@@ -7,6 +7,7 @@ mod bench;
 mod bench_tables;
 mod check;
 mod compare;
+mod completions;
 mod error;
 mod estimator;
 mod explain;
@@ -15,12 +16,14 @@ mod info;
 mod job;
 mod keeper;
 mod lab;
+mod man;
 mod merge;
 mod pixel;
 mod progress;
 mod run;
 mod stats;
 mod tev;
+mod words;
 
 use args::{Args, Command};
 use clap::Parser;
@@ -42,7 +45,7 @@ pub fn main() -> ExitCode {
     match dispatch(args) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            words::error(&error);
             ExitCode::from(error.exit_code())
         }
     }
@@ -63,6 +66,8 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),
+        Some(Command::Completions(args)) => completions::completions(&args),
+        Some(Command::Man(args)) => man::man(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),
         )),

@@ -1,3 +1,4 @@
+use super::words::in_colour;
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
@@ -5,22 +6,37 @@ use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Set by the first Ctrl-C or termination signal.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Signals that come closer together than this are one: schedulers signal a job's script and its program, and the script passes it on.
+const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 /// From now on an interrupt asks the render to end and be written; a second one ends the process at once.
 pub(super) fn catch_interrupts() {
     static INSTALLED: OnceLock<()> = OnceLock::new();
     INSTALLED.get_or_init(|| {
+        let first: OnceLock<Instant> = OnceLock::new();
         // Without a handler an interrupt just ends the process, which is no reason not to render.
-        let _ = ctrlc::set_handler(|| {
-            if INTERRUPTED.swap(true, Ordering::SeqCst) {
+        let _ = ctrlc::set_handler(move || {
+            INTERRUPTED.store(true, Ordering::SeqCst);
+            if first.get_or_init(Instant::now).elapsed() > ONE_SIGNAL {
                 std::process::exit(130);
             }
         });
     });
+}
+
+/// A bar with `facts` beside it, in colour where that is wanted.
+fn style(facts: &str) -> ProgressStyle {
+    let bar = if in_colour() {
+        "{wide_bar:.cyan/blue}"
+    } else {
+        "{wide_bar}"
+    };
+    ProgressStyle::with_template(&format!("{bar} {facts}")).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 /// A bar with rate and remaining time on a terminal; nothing elsewhere.
@@ -36,17 +52,14 @@ impl Progress {
                 bar: ProgressBar::hidden(),
             };
         }
-        let style = ProgressStyle::with_template(
-            "{wide_bar:.cyan/blue} {whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go",
-        )
-        .unwrap_or_else(|_| ProgressStyle::default_bar())
-        // Rounded down: what is not done is not 100 %.
-        .with_key("whole_percent", |state: &ProgressState, w: &mut dyn Write| {
-            let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
-        })
-        .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
-            let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
-        });
+        let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go")
+            // Rounded down: what is not done is not 100 %.
+            .with_key("whole_percent", |state: &ProgressState, w: &mut dyn Write| {
+                let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
+            })
+            .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
+                let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
+            });
         Self {
             bar: ProgressBar::new(samples).with_style(style),
         }
@@ -101,14 +114,13 @@ pub(super) struct Loading {
 impl Loading {
     /// Shows nothing yet.
     pub fn new(quiet: bool) -> Self {
-        let style = ProgressStyle::with_template("{wide_bar:.cyan/blue} {percent:>3} %  {msg}  {elapsed}");
         let bar = if quiet {
             ProgressBar::hidden()
         } else {
             ProgressBar::no_length()
         };
         Self {
-            bar: bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())),
+            bar: bar.with_style(style("{percent:>3} %  {msg}  {elapsed}")),
         }
     }
 

@@ -98,7 +98,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        words::warning(&warning);
+        words::warning(warning);
     }
     let (parameters, camera) = job.camera(scene.bounds())?;
     let hash = scene_hash(&scene, &parameters);

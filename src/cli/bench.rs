@@ -129,7 +129,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
 fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        words::warning(&warning);
+        words::warning(warning);
     }
     let (_, camera) = job.camera(scene.bounds())?;
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();

@@ -55,7 +55,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
     let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
     for warning in &warnings {
-        words::warning(&warning);
+        words::warning(warning);
     }
     let (_, camera) = job.camera(scene.bounds())?;
     let pool = job.thread_pool()?;

@@ -178,7 +178,7 @@ impl Whole {
                 }
                 let ends = here.iter().map(|part| part.samples());
                 let mut next = 0;
-                for samples in ends.chain([self.total..self.total]) {
+                for samples in ends.chain(std::iter::once(self.total..self.total)) {
                     if samples.start > next && gap.is_none() {
                         gap = Some(CliError::Failed(format!(
                             "samples {next}..{} of pixels {},{} to {},{} are in no part\n  help: render them \

@@ -1,4 +1,4 @@
-//! Live preview in tev (https://github.com/Tom94/tev) or another viewer that speaks its TCP protocol: what `--tev` asks for.
+//! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: what `--tev` asks for.
 
 use super::args::RenderArgs;
 use crate::film::{Film, Image};

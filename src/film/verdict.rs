@@ -12,7 +12,7 @@ pub struct Noise {
     pub variance: Vec<[f32; 3]>,
     /// Number of samples of each pixel, on which the variance is based.
     pub samples: Vec<f32>,
-    /// Whether up to [`SHARING`] pixels of a tile may have errors in common.
+    /// Whether up to `SHARING` pixels of a tile may have errors in common.
     pub is_shared: bool,
 }
 

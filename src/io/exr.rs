@@ -181,9 +181,11 @@ pub(super) struct RowChannel<'a> {
     /// Name, `layer.component`.
     pub name: String,
     pub kind: exr::SampleType,
-    /// Puts the values of a row, counted from the top of the crop, in the machine's byte order.
-    pub fill: Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>,
+    pub fill: FillRow<'a>,
 }
+
+/// Puts the values of a row, counted from the top of the crop, in the machine's byte order.
+pub(super) type FillRow<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 impl<'a> RowChannel<'a> {
     /// Of values that are there, rows of `width`.

@@ -28,7 +28,7 @@ pub struct SceneReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrototypeId(pub(super) u32);
 
-/// Collects validated parts and freezes them into a [`Scene`].
+/// Collects validated parts and freezes them into a [`Scene`](super::Scene).
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
     /// Names of objects; what is added is part of the last one.

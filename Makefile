@@ -27,7 +27,7 @@ FLAGS_oidn := -p embrasure --features oidn --lib --test denoise denois
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn sanitize fuzz bench bench-peers gallery clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn test-farm sanitize fuzz bench bench-peers gallery clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -61,6 +61,9 @@ $(OBVHS_SETS:%=test-%): test-%: setup
 test-oidn: setup
 	@if scripts/setup oidn; then echo '$(CARGO) test --locked $(FLAGS_oidn)' && $(CARGO) test --locked $(FLAGS_oidn); else \
 	  echo 'skipped: test-oidn: there is no Open Image Denoise'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; fi
+
+test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
+	scripts/farm/test
 
 sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust) and valgrind; takes ten minutes
 	scripts/sanitize

@@ -383,3 +383,34 @@ fn an_opencue_job_has_the_same_parts() {
     );
     assert_eq!(out.status.code(), Some(2));
 }
+
+/// All channels of two EXR files, bit by bit: what `make test-farm` ends with.
+#[test]
+#[ignore = "make test-farm names the pictures"]
+fn pictures_are_the_same() {
+    use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+    let [one, other] = ["EMBRASURE_PICTURE", "EMBRASURE_OTHER"].map(|name| {
+        let path = std::env::var_os(name).unwrap_or_else(|| panic!("{name} names no picture"));
+        let image = read_all_flat_layers_from_file(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+        let channel = |name: String, samples: FlatSamples| match samples {
+            FlatSamples::F32(values) => (name, values.into_iter().map(f32::to_bits).collect::<Vec<_>>()),
+            FlatSamples::F16(values) => (name, values.into_iter().map(|v| v.to_bits().into()).collect()),
+            FlatSamples::U32(values) => (name, values),
+        };
+        let layers = image.layer_data.into_iter().enumerate();
+        let channels = layers.flat_map(|(i, layer)| {
+            let list = layer.channel_data.list.into_iter();
+            list.map(move |c| channel(format!("{i}.{}", c.name), c.sample_data))
+        });
+        channels.collect::<Vec<_>>()
+    });
+    assert_eq!(one.len(), other.len());
+    for ((name, bits), (same_name, same_bits)) in one.iter().zip(&other) {
+        assert_eq!((name, bits.len()), (same_name, same_bits.len()));
+        let differ = bits.iter().zip(same_bits).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "{differ} of {} values of {name} differ", bits.len());
+    }
+    let names: Vec<&str> = one.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.iter().any(|n| n.ends_with('R')), "{names:?}");
+    println!("{} pixels, the same to the bit in {}", one[0].1.len(), names.join(" "));
+}

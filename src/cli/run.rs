@@ -8,6 +8,7 @@ use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
+use super::words;
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::Camera;
 use crate::color::Tone;
@@ -46,7 +47,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let (parameters, camera) = job.camera(scene.bounds())?;
     warnings.extend(job.estimator.check_lights(&scene)?);
     for warning in &warnings {
-        eprintln!("warning: {warning}");
+        words::warning(warning);
     }
     let prepared = Prepared {
         load_s: start.elapsed().as_secs_f64(),
@@ -215,14 +216,14 @@ impl Prepared<'_> {
         let (film, statistics) = (&done.film, &done.statistics);
         if statistics.dropped > 0 {
             let warning = dropped_warning(statistics);
-            eprintln!("warning: {warning}");
+            words::warning(&warning);
             warnings.push(warning);
         }
 
         let noise = job.noise.map(|level| Noise::new(film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
             let warning = noise.warning();
-            eprintln!("warning: {warning}");
+            words::warning(&warning);
             warnings.push(warning);
         }
 
@@ -230,7 +231,7 @@ impl Prepared<'_> {
         if let Some(report) = &audit {
             if report.is_unexplained() {
                 let warning = format!("the backends disagree: {}", report.text().trim_end());
-                eprintln!("warning: {warning}");
+                words::warning(&warning);
                 warnings.push(warning);
             } else if !job.quiet {
                 eprint!("{}", report.text());
@@ -250,7 +251,7 @@ impl Prepared<'_> {
         let unwritten = done.write(&image, &self.files.images, job.is_part, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         if let Some(lost) = preview.finish(&done.film) {
-            eprintln!("warning: {lost}");
+            words::warning(&lost);
             warnings.push(lost.to_string());
         }
 
@@ -426,7 +427,7 @@ impl Prepared<'_> {
 /// Says what went wrong without ending the render.
 fn warn_of(failures: &[FileError]) {
     for failure in failures {
-        eprintln!("warning: {failure}; the render goes on");
+        words::warning(format_args!("{failure}; the render goes on"));
     }
 }
 

@@ -15,7 +15,7 @@ pub use wrap::Wrap;
 /// How textures are looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFilter {
-    /// In levels as coarse as what a pixel sees, and between them.
+    /// In levels as coarse as what a sample sees of a pixel, and between them.
     #[default]
     Mip,
     /// Between the four nearest texels of the finest level, wherever the viewer is.

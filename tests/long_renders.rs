@@ -207,6 +207,40 @@ fn crops_and_ranges_are_joined() {
     assert_eq!((count(128.0), count(64.0), count(0.0)), (17 * 29, 27 * 17, 27 * 12));
 }
 
+/// Parts of parts: many may be joined by steps.
+#[test]
+fn parts_are_joined_by_steps() {
+    let folder = scene();
+    let render = |more: &[&str]| {
+        done(
+            folder.path(),
+            &[&["render", "s.toml", "-q", "--spp", "256"], more].concat(),
+        )
+    };
+    let merged = |more: &[&str]| done(folder.path(), &[&["merge", "-q"], more].concat());
+    render(&["-o", "one.exr"]);
+    for (name, range) in [
+        ("a.exr", "0..64"),
+        ("b.exr", "64..128"),
+        ("c.exr", "128..192"),
+        ("d.exr", "192..256"),
+    ] {
+        render(&["--samples", range, "--checkpoint", name]);
+    }
+    merged(&["a.exr", "b.exr", "--checkpoint", "ab.exr"]);
+    merged(&["d.exr", "c.exr", "--checkpoint", "cd.exr"]);
+    merged(&["cd.exr", "ab.exr", "-o", "all.exr"]);
+    assert_eq!(
+        bits(&folder.path().join("all.exr")),
+        bits(&folder.path().join("one.exr"))
+    );
+    // A hole is one all the same, and a picture needs them all.
+    let said = refused(folder.path(), &["merge", "a.exr", "c.exr", "--checkpoint", "no.exr"]);
+    assert!(said.contains("samples 64..128"), "{said}");
+    let said = refused(folder.path(), &["merge", "cd.exr", "-o", "no.exr"]);
+    assert!(said.contains("samples 0..128"), "{said}");
+}
+
 #[test]
 fn strangers_are_not_joined_nor_gone_on_with() {
     let folder = scene();

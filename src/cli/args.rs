@@ -203,7 +203,8 @@ program and backend; nothing may be missing or be there twice.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
-  embrasure merge a.exr b.exr -o room.exr -o room.png")]
+  embrasure merge a.exr b.exr -o room.exr -o room.png
+  embrasure merge a.exr b.exr --checkpoint ab.exr            (a part again, of many)")]
 pub(super) struct MergeArgs {
     /// EXR files that hold parts
     #[arg(required = true, value_name = "PART")]
@@ -216,7 +217,7 @@ pub(super) struct MergeArgs {
     #[command(flatten)]
     pub tone: ToneArgs,
 
-    /// Keep the joined sums here, to join them further or to go on from them
+    /// Keep the joined sums here, to join them further or to go on from them; without -o they may be a part of the samples
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
@@ -320,7 +321,7 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "DEG")]
     pub smooth: Option<f32>,
 
-    /// How textures are looked up: mip (as coarse as pixels see them) or bilinear (at the finest level) [default: mip]
+    /// How textures are looked up: mip (as coarse as samples see them) or bilinear (at the finest level) [default: mip]
     #[arg(long, value_name = "NAME")]
     pub texture_filter: Option<String>,
 

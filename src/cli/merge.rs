@@ -50,7 +50,12 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     };
     others.iter().try_for_each(|part| check_kinship(first, part))?;
     let whole = Whole::new(first, &parts);
-    let gaps = whole.check(&parts, args.allow_gaps)?;
+    // A picture takes all samples; sums that are only kept may be a part of them.
+    let wanted = match args.output.is_empty() {
+        true => whole.samples.clone(),
+        false => 0..whole.total,
+    };
+    let gaps = whole.check(&parts, wanted, args.allow_gaps)?;
 
     // The sums, in whatever order, are those of one render.
     let pool = thread_pool(args.threads.unwrap_or_else(all_threads))?;
@@ -138,8 +143,8 @@ impl Whole {
         }
     }
 
-    /// Whether anything is missing, which is an error unless `allow_gaps`. An error where something is there twice.
-    fn check(&self, parts: &[Part], allow_gaps: bool) -> Result<bool, CliError> {
+    /// Whether anything of the samples `wanted` is missing, which is an error unless `allow_gaps`. An error where something is there twice.
+    fn check(&self, parts: &[Part], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, CliError> {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
             gap = Some(part.error(
@@ -177,8 +182,8 @@ impl Whole {
                     }
                 }
                 let ends = here.iter().map(|part| part.samples());
-                let mut next = 0;
-                for samples in ends.chain(std::iter::once(self.total..self.total)) {
+                let mut next = wanted.start;
+                for samples in ends.chain(std::iter::once(wanted.end..wanted.end)) {
                     if samples.start > next && gap.is_none() {
                         gap = Some(CliError::Failed(format!(
                             "samples {next}..{} of pixels {},{} to {},{} are in no part\n  help: render them \

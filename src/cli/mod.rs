@@ -6,6 +6,7 @@ mod backend;
 mod bench;
 mod bench_tables;
 mod check;
+mod clock;
 mod compare;
 mod completions;
 mod error;

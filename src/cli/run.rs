@@ -1,6 +1,7 @@
 use super::args::RenderArgs;
 use super::audit::Report;
 use super::backend::{BackendTask, PairTask, both, other_backend};
+use super::clock::Clock;
 use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, name_of};
 use super::keeper::{Keeper, Progressed};
@@ -20,7 +21,7 @@ use crate::render::{Observer, Outcome, Statistics};
 use crate::scene::Scene;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
@@ -183,7 +184,12 @@ impl Prepared<'_> {
         catch_interrupts();
         let render_start = Instant::now();
         let seconds_before = done.seconds;
-        let mut clock = Clock::new(self, keeper.as_ref(), &preview);
+        let mut clock = Clock::new(
+            keeper.as_ref().map(|keeper| keeper.interval),
+            self.files.write_every,
+            preview.interval,
+            job.time_limit,
+        );
         let stop = loop {
             let until = Until {
                 progress: &progress,
@@ -202,13 +208,14 @@ impl Prepared<'_> {
             } else if clock.is_over() {
                 break Stop::TimeLimit;
             }
+            let pause = Instant::now();
             let mut failures = self.write_meanwhile(&mut clock, keeper.as_ref(), &done, &metadata);
             if clock.preview.is_due() {
                 failures.extend(preview.update(&done.film));
-                clock.preview.interval = preview.interval;
-                clock.preview.restart();
+                clock.preview.restart_with(preview.interval);
             }
             progress.suspend(|| warn_of(&failures));
+            clock.rest_after(pause.elapsed());
         };
         progress.finish();
         metadata.complete = stop.is_complete();
@@ -496,62 +503,6 @@ impl Stop {
             Self::TimeLimit => ", stopped by --time-limit",
             Self::Interrupt => ", stopped by an interrupt",
         }
-    }
-}
-
-/// When a render is to be left for a moment, or for good.
-struct Clock {
-    checkpoint: Timer,
-    images: Timer,
-    preview: Timer,
-    limit: Timer,
-}
-
-impl Clock {
-    /// Starts now.
-    fn new(prepared: &Prepared, keeper: Option<&Keeper>, preview: &Preview) -> Self {
-        Self {
-            checkpoint: Timer::new(keeper.map(|keeper| keeper.interval)),
-            images: Timer::new(prepared.files.write_every),
-            preview: Timer::new(preview.interval.map(|i| i.as_secs_f64())),
-            limit: Timer::new(prepared.job.time_limit),
-        }
-    }
-
-    /// The next time at which something is due.
-    fn next(&self) -> Option<Instant> {
-        let timers = [&self.checkpoint, &self.images, &self.preview, &self.limit];
-        timers.into_iter().filter_map(|timer| timer.due).min()
-    }
-
-    fn is_over(&self) -> bool {
-        self.limit.is_due()
-    }
-}
-
-/// Something that is due every so often, or never.
-struct Timer {
-    interval: Option<Duration>,
-    due: Option<Instant>,
-}
-
-impl Timer {
-    /// Due for the first time after so many seconds.
-    fn new(seconds: Option<f64>) -> Self {
-        let mut timer = Self {
-            interval: seconds.and_then(|s| Duration::try_from_secs_f64(s).ok()),
-            due: None,
-        };
-        timer.restart();
-        timer
-    }
-
-    fn restart(&mut self) {
-        self.due = self.interval.and_then(|interval| Instant::now().checked_add(interval));
-    }
-
-    fn is_due(&self) -> bool {
-        self.due.is_some_and(|due| Instant::now() >= due)
     }
 }
 

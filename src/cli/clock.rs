@@ -1,0 +1,106 @@
+use std::time::{Duration, Instant};
+
+/// When a render is to be left for a moment, or for good.
+pub(super) struct Clock {
+    pub checkpoint: Timer,
+    pub images: Timer,
+    pub preview: Timer,
+    limit: Timer,
+    /// Nothing but the limit is due before: the render is to get on, however long it takes to write.
+    rest: Option<Instant>,
+}
+
+impl Clock {
+    /// Starts now. Seconds, but for the preview.
+    pub fn new(checkpoint: Option<f64>, images: Option<f64>, preview: Option<Duration>, limit: Option<f64>) -> Self {
+        let seconds = |s: f64| Duration::try_from_secs_f64(s).ok();
+        Self {
+            checkpoint: Timer::new(checkpoint.and_then(seconds)),
+            images: Timer::new(images.and_then(seconds)),
+            preview: Timer::new(preview),
+            limit: Timer::new(limit.and_then(seconds)),
+            rest: None,
+        }
+    }
+
+    /// The next time at which the render is to be left.
+    pub fn next(&self) -> Option<Instant> {
+        let timers = [&self.checkpoint, &self.images, &self.preview];
+        let due = timers.into_iter().filter_map(|timer| timer.due).min();
+        let due = due.map(|due| self.rest.map_or(due, |rest| due.max(rest)));
+        due.into_iter().chain(self.limit.due).min()
+    }
+
+    /// The render was left for so long: now it is not, for as long at least.
+    pub fn rest_after(&mut self, pause: Duration) {
+        self.rest = Instant::now().checked_add(pause);
+    }
+
+    pub fn is_over(&self) -> bool {
+        self.limit.is_due()
+    }
+}
+
+/// Something that is due every so often, or never.
+pub(super) struct Timer {
+    interval: Option<Duration>,
+    due: Option<Instant>,
+}
+
+impl Timer {
+    /// Due for the first time after `interval`.
+    fn new(interval: Option<Duration>) -> Self {
+        let mut timer = Self {
+            interval: None,
+            due: None,
+        };
+        timer.restart_with(interval);
+        timer
+    }
+
+    /// Due again after `interval`.
+    pub fn restart_with(&mut self, interval: Option<Duration>) {
+        self.interval = interval;
+        self.restart();
+    }
+
+    /// Due again after its interval.
+    pub fn restart(&mut self) {
+        self.due = self.interval.and_then(|interval| Instant::now().checked_add(interval));
+    }
+
+    pub fn is_due(&self) -> bool {
+        self.due.is_some_and(|due| Instant::now() >= due)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where writing takes longer than the intervals are, half of the time is left to the render.
+    #[test]
+    fn a_render_gets_on_however_long_it_takes_to_write() {
+        let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, None);
+        assert!(
+            clock
+                .next()
+                .is_some_and(|due| due < Instant::now() + Duration::from_secs(1))
+        );
+        clock.rest_after(Duration::from_secs(60));
+        assert!(
+            clock
+                .next()
+                .is_some_and(|due| due > Instant::now() + Duration::from_secs(50))
+        );
+        // The limit is one all the same.
+        let mut clock = Clock::new(Some(1e-6), None, None, Some(1e-6));
+        clock.rest_after(Duration::from_secs(60));
+        assert!(
+            clock
+                .next()
+                .is_some_and(|due| due < Instant::now() + Duration::from_secs(1))
+        );
+        assert_eq!(Clock::new(None, None, None, None).next(), None);
+    }
+}

@@ -12,6 +12,7 @@ use crate::light::{
 use crate::material::{Material, MaterialId};
 use crate::math::{Quat, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
+use std::collections::HashMap;
 
 /// What the builder left out or assumed; every entry is worth a word to the user.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,6 +34,8 @@ pub struct PrototypeId(pub(super) u32);
 pub struct SceneBuilder {
     /// Names of objects; what is added is part of the last one.
     pub(super) objects: Vec<String>,
+    /// Those that are taken, each with the last number that was put behind it.
+    object_names: HashMap<String, u32>,
     pub(super) meshes: Vec<(Mesh, MaterialId)>,
     /// The object of each.
     pub(super) mesh_objects: Vec<u32>,
@@ -84,10 +87,21 @@ impl SceneBuilder {
 
     /// Names what is added from now on, until the next call. Names of objects are made different where they are not.
     pub fn begin_object(&mut self, name: &str) {
-        let is_taken = |candidate: &String| self.objects.contains(candidate);
-        let numbered = (2..).map(|n| format!("{name}.{n}"));
-        let mut candidates = std::iter::once(name.to_string()).chain(numbered);
-        self.objects.extend(candidates.find(|candidate| !is_taken(candidate)));
+        // Numbers go on where those of this name have ended: thousands of one name take no longer than others.
+        let mut number = self.object_names.get(name).copied().unwrap_or(0);
+        let unique = loop {
+            number += 1;
+            let candidate = match number {
+                1 => name.to_string(),
+                n => format!("{name}.{n}"),
+            };
+            if !self.object_names.contains_key(&candidate) {
+                break candidate;
+            }
+        };
+        self.object_names.insert(name.to_string(), number);
+        self.object_names.entry(unique.clone()).or_insert(1);
+        self.objects.push(unique);
     }
 
     /// The object that things are added to.
@@ -326,5 +340,14 @@ mod tests {
             .map(|i| scene.light_selection().pmf(scene.lights(), &receiver, LightId(i)))
             .sum();
         assert!((total - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn objects_have_names_of_their_own() {
+        let mut b = SceneBuilder::new();
+        for name in ["a", "a.3", "a", "b", "a", "a.3"] {
+            b.begin_object(name);
+        }
+        assert_eq!(b.objects, ["a", "a.3", "a.2", "b", "a.4", "a.3.2"]);
     }
 }

@@ -1,6 +1,41 @@
 //! Embrasure: a production-style path tracer over Intel Embree 4.
 //!
-//! The rooms, from the ground up; imports run one way, towards the top of this list:
+//! A scene is loaded, an acceleration structure is built, samples are taken for as long as an observer likes, and pictures are written:
+//!
+//! ```
+//! use embrasure::{Format, Output, SceneFile, Session, Settings};
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = &folder.path().join("box.exr");
+//! let file = SceneFile::load("scenes/cornell-box.toml".as_ref())?;
+//! let mut settings = Settings::of(&file)?;
+//! settings.spp = 16;
+//! # settings.spp = 1;
+//! # settings.resolution = embrasure::math::UVec2::splat(16);
+//!
+//! let session = Session::load(&file, settings, &())?;
+//! let renderer = session.renderer()?;
+//! let mut state = renderer.start();
+//! renderer.render(&mut state, &());
+//!
+//! let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
+//! Output::prepare(path)?.write_image(Format::Exr, &image, None, &metadata)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file.
+//!
+//! # What may change
+//!
+//! What this page lists under "Re-exports" follows semantic versioning: before 1.0 it changes with the minor version alone, with a line in the
+//! CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. Types that are reached through it, such as
+//! [`scene::SceneBuilder`], [`geometry::Mesh`], [`material::Material`] and [`film::Image`], come with it. All else that is public in
+//! the modules is there for tests, for benchmarks and for who wants to look inside, and may change with any version.
+//!
+//! # Rooms
+//!
+//! From the ground up; imports run one way, towards the top of this list:
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and where random numbers come from
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
@@ -8,7 +43,9 @@
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
 //! - [`render`], [`io`]: passes and tiles, and files
-//! - [`lint`], [`cli`]: what is likely not meant in a scene, and the command line
+//! - [`lint`]: what is likely not meant in a scene
+//! - [`session`]: a render from scene file to picture
+//! - [`cli`]: the command line
 
 pub mod accel;
 pub mod bsdf;
@@ -28,4 +65,13 @@ pub mod render;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;
+pub mod session;
 pub mod texture;
+
+pub use film::{Aov, Image, Rect};
+pub use io::{Checkpoint, FileError, Format, LoadObserver, LoadOptions, Metadata, Output, SceneFile, read_checkpoint};
+pub use render::{Observer, Outcome, Statistics};
+pub use session::{
+    Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting, Joined, MOST_FOR_NOISE, Parts,
+    RenderState, Renderer, Session, Settings, version_text,
+};

@@ -256,7 +256,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "--light-samples", "4294967295"],
             keep,
             2,
-            &["4294967295 light samples", "help:"],
+            &["--light-samples 4294967295", "help:"],
         ),
         (
             &["render", "s.toml"],

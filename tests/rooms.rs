@@ -14,6 +14,7 @@ const ROWS: &[&[&str]] = &[
     &["integrator"],
     &["io", "render"],
     &["lint"],
+    &["session"],
     &["cli"],
 ];
 
@@ -47,6 +48,20 @@ fn imports_run_downwards() {
         }
     }
     assert!(checked > 50, "only {checked} imports were seen");
+}
+
+/// What renders, for everybody, stands on the library: commands that are no laboratory know nothing below it.
+#[test]
+fn the_command_line_stands_on_the_library() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli");
+    let allowed = ["accel::Auditor", "session", "io", "render", "film", "color", "denoise"];
+    for file in ["run.rs", "keeper.rs", "merge.rs", "tev.rs", "clock.rs", "progress.rs"] {
+        let text = fs::read_to_string(root.join(file)).unwrap();
+        for used in text.split("use crate::").skip(1) {
+            let used = used.split(';').next().unwrap().replace(['{', '}'], "");
+            assert!(allowed.iter().any(|a| used.starts_with(a)), "cli/{file} uses {used}");
+        }
+    }
 }
 
 /// All unsafe code is behind Embree's door.

@@ -1,3 +1,6 @@
+use super::values::{
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_list, parse_range, parse_share, parse_size,
+};
 use crate::io::MaxDepth;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
@@ -594,82 +597,6 @@ pub(super) struct CompareArgs {
     pub map: String,
 }
 
-/// Seconds from `90`, `90s`, `10m` or `2h`.
-fn parse_duration(text: &str) -> Result<f64, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let unit = match &text[digits.len()..] {
-        "" | "s" => 1.0,
-        "m" => 60.0,
-        "h" => 3600.0,
-        _ => return Err("a time such as 90s, 10m or 2h is expected".into()),
-    };
-    let seconds = digits.parse().ok().map(|n: f64| n * unit);
-    let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
-    good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
-}
-
-/// `localhost:14158`; whether there is such a host is found out later.
-fn parse_address(text: &str) -> Result<String, String> {
-    let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
-    match parts {
-        Some((host, Ok(1..))) if !host.is_empty() => Ok(text.into()),
-        _ => Err("a host and a port are expected, such as 127.0.0.1:14158".into()),
-    }
-}
-
-/// `0..64`, without its end.
-fn parse_range(text: &str) -> Result<[u32; 2], String> {
-    let ends = text
-        .split_once("..")
-        .map(|(a, b)| (a.trim().parse().ok(), b.trim().parse().ok()));
-    match ends {
-        Some((Some(first), Some(end))) if first < end => Ok([first, end]),
-        _ => Err("the first sample and one past the last are expected, as in 64..128".into()),
-    }
-}
-
-/// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.
-fn parse_bytes(text: &str) -> Result<u64, String> {
-    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
-    let unit = match text[number.len()..].to_ascii_uppercase().as_str() {
-        "" | "B" => 1.0,
-        "K" | "KB" => 1e3,
-        "M" | "MB" => 1e6,
-        "G" | "GB" => 1e9,
-        "T" | "TB" => 1e12,
-        _ => return Err("a size such as 500M or 8G is expected".into()),
-    };
-    let bytes = number.parse().ok().map(|n: f64| n * unit);
-    let good = bytes.filter(|bytes| *bytes >= 1.0 && *bytes < u64::MAX as f64);
-    good.map(|bytes| bytes as u64)
-        .ok_or_else(|| "a size above 0 is expected, such as 500M or 8G".into())
-}
-
-fn parse_share(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
-    share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
-}
-
-fn parse_chance(text: &str) -> Result<f64, String> {
-    let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
-    chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let size: Option<Vec<u32>> = text.split(['x', 'X']).map(|n| n.trim().parse().ok()).collect();
-    match size.as_deref() {
-        Some(&[width, height]) => Ok([width, height]),
-        _ => Err("two whole numbers are expected, as in 640x480".into()),
-    }
-}
-
-fn parse_list<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Result<[T; N], String> {
-    let values: Option<Vec<T>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
-    values
-        .and_then(|v| v.try_into().ok())
-        .ok_or_else(|| format!("{N} numbers with commas between them are expected"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -678,14 +605,6 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Args::command().debug_assert();
-    }
-
-    #[test]
-    fn lists_and_sizes() {
-        assert_eq!(parse_size("640x480"), Ok([640, 480]));
-        assert!(parse_size("640").is_err() && parse_size("-1x3").is_err() && parse_size("1x2x3").is_err());
-        assert_eq!(parse_list::<f32, 3>("1, -2.5,3e1"), Ok([1.0, -2.5, 30.0]));
-        assert!(parse_list::<f32, 3>("1,2").is_err());
     }
 
     #[test]

@@ -1,22 +1,18 @@
 //! One backend checked against another, ray by ray.
 
 use super::args::{AuditArgs, RenderArgs};
-use super::backend::{PairTask, both, other_backend};
 use super::error::{CliError, INTERRUPTED};
-use super::hash::scene_hash;
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
-use crate::camera::Camera;
 use crate::film::Film;
 use crate::geometry::InstanceId;
-use crate::integrator::World;
-use crate::io::{FileError, Loaded, Output, load_scene};
+use crate::io::{FileError, Output};
 use crate::math::Ray;
 use crate::render::{Outcome, Statistics};
-use crate::scene::Scene;
+use crate::session::{Backend, Session, find, join_names};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -93,17 +89,13 @@ struct ReplayRay {
 /// Audits as the arguments say.
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
-    let other = other_backend(job.backend, args.against.as_deref())?;
+    let other = other_backend(job.settings.backend, args.against.as_deref())?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
-    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
-    for warning in &warnings {
-        words::warning(warning);
-    }
-    let (parameters, camera) = job.camera(scene.bounds())?;
-    let hash = scene_hash(&scene, &parameters);
+    let session = Session::load(&job.scene, job.settings.clone(), &())?;
+    session.warnings().iter().for_each(words::warning);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
-        if replay.scene_hash != hash {
+        if replay.scene_hash != session.scene_hash() {
             eprintln!(
                 "warning: {} was made with another scene, or another camera",
                 file.display()
@@ -111,17 +103,19 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
         }
     }
     catch_interrupts();
-    let pool = job.thread_pool()?;
-    let task = Audit {
-        job: &job,
-        scene: &scene,
-        camera: &camera,
-        pool: &pool,
-        rays: args.rays.get(),
-        replay: replay.as_ref(),
+    let [first, second] = [job.settings.backend, other].map(|backend| backend.build(session.scene(), session.pool()));
+    let (first, second) = (first?, second?);
+    let audit = Audit {
+        session: &session,
+        accels: [first.as_dyn(), second.as_dyn()],
+        quiet: args.quiet,
     };
-    let (findings, backends, outcome) = both(job.backend, other, &scene, &pool, task)??;
-    let report = Report::new(args.scene.display().to_string(), hash, &scene, backends, &findings);
+    let (findings, outcome) = match &replay {
+        Some(replay) => (audit.retrace(replay)?, Outcome::Complete),
+        None => audit.sample(args.rays.get())?,
+    };
+    let backends = audit.accels.map(|accel| accel.info());
+    let report = Report::new(args.scene.display().to_string(), &session, backends, &findings);
     let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
     if let Some(output) = &output {
         output.write(|w| std::io::Write::write_all(w, json.as_bytes()))?;
@@ -151,70 +145,69 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
     }
 }
 
-struct Audit<'a> {
-    job: &'a Job,
-    scene: &'a Scene,
-    camera: &'a Camera,
-    pool: &'a rayon::ThreadPool,
-    rays: u64,
-    replay: Option<&'a Replay>,
+/// The backend to check `backend` against: the one that is named, else another one that is built in.
+pub(super) fn other_backend(backend: Backend, name: Option<&str>) -> Result<Backend, CliError> {
+    let other = match name {
+        Some(name) => Some(find(Backend::NAMES, name).ok_or_else(|| {
+            let names = join_names(Backend::NAMES);
+            CliError::Usage(format!("--against {name}: unknown backend\n  help: there is {names}"))
+        })?),
+        None => Backend::ALL.iter().copied().find(|b| *b != backend),
+    };
+    other.filter(|other| *other != backend).ok_or_else(|| {
+        let message = format!("there is nothing to check the backend {} against", backend.name());
+        CliError::Usage(format!(
+            "{message}\n  help: name another one (see --version), or build with one more"
+        ))
+    })
 }
 
-impl PairTask for Audit<'_> {
-    type Output = Result<(Findings, [BackendInfo; 2], Outcome), CliError>;
-
-    fn run(self, accels: [&dyn Accel; 2], _build_s: f64) -> Self::Output {
-        let (findings, outcome) = match self.replay {
-            Some(replay) => (self.retrace(accels, replay)?, Outcome::Complete),
-            None => self.sample(accels)?,
-        };
-        Ok((findings, accels.map(|accel| accel.info()), outcome))
-    }
+/// Two backends on one scene.
+struct Audit<'a> {
+    session: &'a Session,
+    accels: [&'a dyn Accel; 2],
+    quiet: bool,
 }
 
 impl Audit<'_> {
-    /// Checks about as many rays as were asked for, spread evenly over those of a render.
-    fn sample(&self, accels: [&dyn Accel; 2]) -> Result<(Findings, Outcome), CliError> {
+    /// Checks about `rays` rays, spread evenly over those of a render.
+    fn sample(&self, rays: u64) -> Result<(Findings, Outcome), CliError> {
         // One sample a pixel tells how many rays there are.
-        let (_, statistics) = self.render(Auditor::new(self.scene, accels, 0.0), 1);
+        let (_, statistics) = self.render(0.0, 1);
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;
-        let samples = self.rays.div_ceil(traced.max(1));
+        let samples = rays.div_ceil(traced.max(1));
         let samples = u32::try_from(samples).map_err(|_| {
-            let message = format!("--rays {} is more than 2^32 samples of this image have", self.rays);
+            let message = format!("--rays {rays} is more than 2^32 samples of this image have");
             CliError::Usage(format!("{message}\n  help: use fewer"))
         })?;
-        let share = self.rays as f64 / (traced.max(1) as f64 * samples as f64);
-        let (checked, statistics) = self.render(Auditor::new(self.scene, accels, share), samples);
-        let outcome = match statistics.samples == self.job.crop.area() * samples as u64 {
+        let share = rays as f64 / (traced.max(1) as f64 * samples as f64);
+        let (checked, statistics) = self.render(share, samples);
+        let outcome = match statistics.samples == self.session.settings().crop().area() * samples as u64 {
             true => Outcome::Complete,
             false => Outcome::Stopped,
         };
         Ok((checked, outcome))
     }
 
-    fn render(&self, auditor: Auditor, samples: u32) -> (Findings, Statistics) {
-        let job = self.job;
-        let world = World {
-            scene: self.scene,
-            accel: &auditor,
-            camera: self.camera,
-            filter: &self.job.filter,
-            features: false,
-        };
-        let mut film = Film::new(job.resolution, job.crop);
-        let progress = Progress::new(job.crop.area() * samples as u64, job.quiet);
-        let sampler = job.sampler();
-        let (_, statistics) = self.pool.install(|| {
-            job.estimator
-                .render(world, &sampler, &mut film, samples, None, &progress)
+    /// Renders so many samples a pixel, and checks a share of the rays.
+    fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
+        let settings = self.session.settings();
+        let auditor = Auditor::new(self.session.scene(), self.accels, share);
+        let world = self.session.world(&auditor);
+        let mut film = Film::new(settings.resolution, settings.crop());
+        let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
+        let sampler = settings.random_numbers();
+        let (_, statistics) = self.session.install(|| {
+            let estimator = &settings.estimator;
+            estimator.render(world, &sampler, &mut film, samples, None, &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)
     }
 
     /// Checks the rays of a report again.
-    fn retrace(&self, accels: [&dyn Accel; 2], replay: &Replay) -> Result<Findings, CliError> {
-        let auditor = Auditor::new(self.scene, accels, 1.0);
+    fn retrace(&self, replay: &Replay) -> Result<Findings, CliError> {
+        let auditor = Auditor::new(self.session.scene(), self.accels, 1.0);
         for (i, ray) in replay.rays.iter().enumerate() {
             let broken = || CliError::Failed(format!("--replay: ray {i} of the report cannot be read"));
             let query = ray.query().ok_or_else(broken)?;
@@ -249,13 +242,8 @@ impl ReplayRay {
 }
 
 impl Report {
-    pub fn new(
-        scene_name: String,
-        scene_hash: String,
-        scene: &Scene,
-        backends: [BackendInfo; 2],
-        findings: &Findings,
-    ) -> Self {
+    pub fn new(scene_name: String, session: &Session, backends: [BackendInfo; 2], findings: &Findings) -> Self {
+        let scene = session.scene();
         let kept = &findings.disagreements;
         let names = [backends[0].name, backends[1].name];
         // A third opinion, where it can be had in a moment
@@ -264,7 +252,7 @@ impl Report {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             scene: scene_name,
-            scene_hash,
+            scene_hash: session.scene_hash().into(),
             triangles: scene.triangle_count(),
             backends: backends.map(BackendName::from),
             closest_rays: findings.closest,

@@ -1,21 +1,18 @@
 //! Ray rates and the cost of a render, backend by backend.
 
 use super::args::{BenchArgs, EstimatorArgs, RenderArgs};
-use super::backend::{Backend, BackendTask};
 use super::bench_tables::tables;
 use super::error::CliError;
-use super::job::{Job, thread_pool};
+use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::{Accel, Query, QueryKind, Recorder};
-use crate::camera::Camera;
-use crate::film::{Film, FirstSurface, Rect};
-use crate::integrator::{RayKind, Sink, World};
-use crate::io::{Loaded, load_scene};
+use crate::film::{Film, FirstSurface};
+use crate::integrator::{RayKind, Sink};
 use crate::math::{Ray, UVec2};
 use crate::render::Observer;
 use crate::sampler::SampleKey;
-use crate::scene::Scene;
+use crate::session::{AccelTask, Backend, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -93,7 +90,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     let mut jobs = jobs?;
     jobs.iter_mut().for_each(shrink);
     catch_interrupts();
-    let scenes: Result<Vec<_>, CliError> = jobs.iter().map(|job| bench_scene(args, job)).collect();
+    let scenes: Result<Vec<_>, CliError> = jobs.into_iter().map(|job| bench_scene(args, job)).collect();
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
         cpu: cpu_name(),
@@ -126,20 +123,17 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
     }
 }
 
-fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
-    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
-    for warning in &warnings {
-        words::warning(warning);
-    }
-    let (_, camera) = job.camera(scene.bounds())?;
+fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
+    let session = Session::load(&job.scene, job.settings, &())?;
+    session.warnings().iter().for_each(words::warning);
+    let (scene, settings) = (session.scene(), session.settings());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 
     // Every triangle against every ray is no measure of anything, unless asked for by name.
     let chosen = |b: &Backend| match args.backend {
-        Some(_) => *b == job.backend,
+        Some(_) => *b == settings.backend,
         None => *b != Backend::Brute || Backend::ALL.len() == 1,
     };
-    let pool = job.thread_pool()?;
     let mut backends = Vec::new();
     for backend in Backend::ALL.iter().copied().filter(chosen) {
         let tell = |what: &str| {
@@ -148,20 +142,19 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
             }
         };
         tell("build");
-        let builds: Result<Vec<f64>, CliError> = (0..args.repeat.get())
-            .map(|_| backend.with(&scene, &pool, BuildTime))
-            .collect();
+        let mut build_s = Vec::new();
+        for _ in 0..args.repeat.get() {
+            let start = Instant::now();
+            drop(backend.build(scene, session.pool())?);
+            build_s.push(start.elapsed().as_secs_f64());
+        }
         tell("rays");
-        let task = Measure {
-            job,
-            scene: &scene,
-            camera: &camera,
-            pool: &pool,
+        let measured = backend.build(scene, session.pool())?.with(Measure {
+            session: &session,
             repeat: args.repeat.get(),
-        };
-        let measured = backend.with(&scene, &pool, task)??;
+        })?;
         backends.push(BackendReport {
-            build_s: median(builds?),
+            build_s: median(build_s),
             ..measured
         });
     }
@@ -169,8 +162,8 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
         scene: name.into_owned(),
         triangles: scene.triangle_count(),
         lights: scene.lights().len(),
-        width: job.resolution.x,
-        height: job.resolution.y,
+        width: settings.resolution.x,
+        height: settings.resolution.y,
         spp: SAMPLES.len(),
         backends,
     })
@@ -179,37 +172,24 @@ fn bench_scene(args: &BenchArgs, job: &Job) -> Result<SceneReport, CliError> {
 /// Scales the image down until sixteen samples of each pixel are no more than can be kept: with fewer, camera rays would not be
 /// traced together as they are in renders.
 fn shrink(job: &mut Job) {
+    let resolution = &mut job.settings.resolution;
     let pixels = (MOST_SAMPLES / SAMPLES.len() as u64) as f64;
-    let scale = (pixels / job.crop.area() as f64).sqrt().min(1.0);
+    let scale = (pixels / (resolution.x as f64 * resolution.y as f64)).sqrt().min(1.0);
     let side = |n: u32| ((n as f64 * scale) as u32).max(1);
-    job.resolution = UVec2::new(side(job.resolution.x), side(job.resolution.y));
-    job.crop = Rect::full(job.resolution);
-}
-
-struct BuildTime;
-
-impl BackendTask for BuildTime {
-    type Output = f64;
-
-    fn run<A: Accel>(self, _accel: &A, build_s: f64) -> f64 {
-        build_s
-    }
+    *resolution = UVec2::new(side(resolution.x), side(resolution.y));
 }
 
 struct Measure<'a> {
-    job: &'a Job,
-    scene: &'a Scene,
-    camera: &'a Camera,
-    pool: &'a rayon::ThreadPool,
+    session: &'a Session,
     repeat: usize,
 }
 
-impl BackendTask for Measure<'_> {
+impl AccelTask for Measure<'_> {
     type Output = Result<BackendReport, CliError>;
 
-    fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-        let recording = self.pool.install(|| self.record(accel));
-        let mut threads = vec![1, self.job.threads];
+    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+        let recording = self.session.install(|| self.record(accel));
+        let mut threads = vec![1, self.session.settings().threads];
         threads.dedup();
         let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(accel, &recording, n)).collect();
         let info = accel.info();
@@ -217,9 +197,9 @@ impl BackendTask for Measure<'_> {
             name: info.name,
             version: info.version,
             isa: info.isa,
-            build_s,
+            build_s: f64::NAN,
             bytes: accel.bytes(),
-            bytes_per_triangle: accel.bytes() as f64 / self.scene.triangle_count().max(1) as f64,
+            bytes_per_triangle: accel.bytes() as f64 / self.session.scene().triangle_count().max(1) as f64,
             runs: runs?,
         })
     }
@@ -237,30 +217,21 @@ struct Recording {
 const SHADOW: usize = 3;
 
 impl Measure<'_> {
-    fn world<'a, A: Accel>(&'a self, accel: &'a A) -> World<'a, A> {
-        World {
-            scene: self.scene,
-            accel,
-            camera: self.camera,
-            filter: &self.job.filter,
-            features: false,
-        }
-    }
-
     /// Renders once, and keeps the rays.
     fn record<A: Accel>(&self, accel: &A) -> Recording {
-        let film = Film::new(self.job.resolution, self.job.crop);
+        let settings = self.session.settings();
+        let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
             let recorder = Recorder::new(accel);
-            let mut sampler = self.job.sampler();
+            let mut sampler = settings.random_numbers();
             let mut rays = <[Vec<Ray>; 4]>::default();
             let mut all = Vec::new();
             for (pixel, _) in tile.iter() {
                 for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
-                    let world = self.world(&recorder);
-                    let key = (self.job.resolution, key);
-                    self.job.estimator.sample(world, key, &mut sampler, |_| Nothing);
+                    let world = self.session.world(&recorder);
+                    let key = (settings.resolution, key);
+                    settings.estimator.sample(world, key, &mut sampler, |_| Nothing);
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);
@@ -328,17 +299,12 @@ impl Measure<'_> {
     }
 
     fn render<A: Accel>(&self, accel: &A) {
-        let mut film = Film::starting_at(self.job.resolution, self.job.crop, SAMPLES.start);
-        let (sampler, samples) = (self.job.sampler(), SAMPLES.end);
-        let estimator = &self.job.estimator;
-        black_box(estimator.render(
-            self.world(accel),
-            &sampler,
-            &mut film,
-            samples,
-            None,
-            &Progress::new(0, true),
-        ));
+        let settings = self.session.settings();
+        let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
+        let (world, sampler) = (self.session.world(accel), settings.random_numbers());
+        let estimator = &settings.estimator;
+        let nobody = Progress::new(0, true);
+        black_box(estimator.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));
     }
 }
 

@@ -1,16 +1,15 @@
 //! `embrasure check`: what is wrong with a scene's files, what was assumed, and what a render of it will take.
 
 use super::args::{RenderArgs, SceneArgs};
-use super::backend::{Backend, BackendTask};
 use super::error::CliError;
-use super::info::forecast;
-use super::job::{Job, SceneKind, all_threads, kind_of, load_options, thread_pool};
+use super::job::{Job, SceneKind, kind_of, load_options};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::io::{FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, Severity, inspect_scene};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::scene::{Scene, SceneBuilder};
+use crate::session::{AccelTask, Backend, all_threads, forecast, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -106,22 +105,23 @@ impl Report {
         };
         let Some(scene) = scene else { return Ok(()) };
         self.measure(&job, &scene);
-        match job.estimator.check_lights(&scene) {
+        match job.settings.estimator.check_lights(&scene) {
             Ok(Some(warning)) => self.add(Severity::Warning, "unmet-light", job.scene.whole(warning)),
             Ok(None) => {}
-            Err(error) => self.refused("unmet-light", &whole, error),
+            Err(error) => self.refused("unmet-light", &whole, error.into()),
         }
-        match job.camera(scene.bounds()) {
-            Err(error) => self.refused("wrong-camera", &whole, error),
+        match job.settings.camera_of(&job.scene, &scene) {
+            Err(error) => self.refused("wrong-camera", &whole, error.into()),
             Ok(_) if scene.triangle_count() == 0 => {}
             Ok((_, camera)) => {
                 let view = View {
                     scene: &scene,
                     camera: &camera,
-                    resolution: job.resolution,
+                    resolution: job.settings.resolution,
                     file: &job.scene,
                 };
-                self.findings.extend(job.backend.with(&scene, &pool, view)?);
+                let accel = job.settings.backend.build(&scene, &pool)?;
+                self.findings.extend(accel.with(view));
             }
         }
         Ok(())
@@ -137,7 +137,7 @@ impl Report {
         for light in scene.lights() {
             *self.power.entry(light.kind()).or_default() += light.power(radius);
         }
-        self.memory = Some(forecast(&job.scene, scene, job.crop));
+        self.memory = Some(forecast(&job.scene, scene, job.settings.crop()));
     }
 
     /// What the scene leaves to the program.
@@ -334,10 +334,10 @@ struct View<'a> {
     file: &'a SceneFile,
 }
 
-impl BackendTask for View<'_> {
+impl AccelTask for View<'_> {
     type Output = Option<Finding>;
 
-    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
+    fn run<A: Accel>(self, accel: &A) -> Self::Output {
         lint::inspect_view(accel, self.scene, self.camera, self.resolution, self.file)
     }
 }

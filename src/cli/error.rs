@@ -1,4 +1,5 @@
 use crate::io::FileError;
+use crate::session::{Error as SessionError, InvalidSetting};
 use thiserror::Error;
 
 /// Exit code of a command that was interrupted.
@@ -28,6 +29,20 @@ impl CliError {
             Self::Usage(_) => 2,
             Self::File(_) | Self::Failed(_) => 1,
             Self::Interrupted(_) => INTERRUPTED,
+        }
+    }
+}
+
+impl From<SessionError> for CliError {
+    fn from(error: SessionError) -> Self {
+        match error {
+            // Settings are flags here.
+            SessionError::Setting(InvalidSetting { setting, value, help }) => {
+                Self::Usage(format!("--{setting} {value}\n  help: {help}"))
+            }
+            SessionError::Refused(words) => Self::Usage(words),
+            SessionError::File(error) => Self::File(error),
+            SessionError::Failed(words) => Self::Failed(words),
         }
     }
 }

@@ -1,31 +1,24 @@
 //! `embrasure explain`: a material as it is understood, what its lobes do with light, and a sphere of it.
 
 use super::args::ExplainArgs;
-use super::backend::{Backend, BackendTask};
 use super::error::{CliError, INTERRUPTED};
-use super::estimator::Estimator;
-use super::hash::scene_hash;
 use super::info::decimal;
-use super::job::{all_threads, checked_size, name_of, read_scene, thread_pool};
+use super::job::read_scene;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
-use crate::accel::Accel;
-use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
-use crate::film::{Film, Filter, FilterKind, Rect};
-use crate::integrator::World;
-use crate::io::{FileError, Format, Inspection, MaterialSource, Metadata, Output, inspect_scene};
+use crate::io::{FileError, Format, Inspection, MaterialSource, Output, inspect_scene};
 use crate::light::LightId;
-use crate::lint::{LobeAlbedo, albedos, portrait_camera, portrait_scene};
+use crate::lint::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
 use crate::material::{Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
-use crate::sampler::SamplerKind;
 use crate::scene::{Instance, Scene, SceneBuilder};
+use crate::session::{Session, Settings, all_threads, thread_pool};
+use crate::texture::Texture;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
 
 /// Names that an error suggests.
 const MOST_SUGGESTED: usize = 5;
@@ -34,17 +27,20 @@ const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
 
 /// Explains one material of a scene.
 pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
-    let size = checked_size(args.size)?;
-    let threads = args.threads.unwrap_or_else(all_threads);
-    if threads == 0 {
-        return Err(CliError::Usage("--threads 0\n  help: use at least one thread".into()));
-    }
+    // What cannot be is refused before anything is read.
+    let settings = Settings {
+        resolution: UVec2::from(args.size),
+        spp: args.spp.get(),
+        threads: args.threads.unwrap_or_else(all_threads),
+        ..Settings::default()
+    };
+    settings.check()?;
     let output = args.output.as_deref().map(|path| {
         let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
         Ok::<_, CliError>((format, Output::prepare(path)?))
     });
     let output = output.transpose()?;
-    let pool = thread_pool(threads)?;
+    let pool = thread_pool(settings.threads)?;
     let file = read_scene(&args.scene, &args.load)?;
     let inspection = pool.install(|| inspect_scene(&file, SceneBuilder::new()));
     let Inspection {
@@ -80,24 +76,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     }
     match output {
         None => Ok(ExitCode::SUCCESS),
-        Some((format, output)) => {
-            let failed = |e: &dyn std::fmt::Display| CliError::Failed(e.to_string());
-            let (parameters, camera) = portrait_camera(size).map_err(|e| failed(&e))?;
-            let estimator = Estimator::default();
-            let portrait =
-                portrait_scene(estimator.scene_builder(), material, scene.textures()).map_err(|e| failed(&e))?;
-            let task = Portrait {
-                args,
-                estimator,
-                scene: &portrait,
-                camera: (&parameters, &camera),
-                size,
-                pool: &pool,
-                output: (format, &output),
-            };
-            let backend = Backend::ALL.first().ok_or_else(|| failed(&"no backend is built in"))?;
-            backend.with(&portrait, &pool, task)?
-        }
+        Some(output) => portray(settings, material, scene.textures(), output, args.quiet),
     }
 }
 
@@ -288,70 +267,30 @@ fn print_text(facts: &Value) {
     }
 }
 
-/// Renders the sphere with the backend that was chosen.
-struct Portrait<'a> {
-    args: &'a ExplainArgs,
-    estimator: Estimator,
-    scene: &'a Scene,
-    camera: (&'a CameraParameters, &'a Camera),
-    size: UVec2,
-    pool: &'a rayon::ThreadPool,
-    output: (Format, &'a Output),
-}
-
-impl BackendTask for Portrait<'_> {
-    type Output = Result<ExitCode, CliError>;
-
-    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
-        let Self {
-            estimator,
-            scene,
-            camera,
-            size,
-            ..
-        } = self;
-        let filter = Filter::new(FilterKind::Box, FilterKind::Box.usual_radius());
-        let world = World {
-            scene,
-            accel,
-            camera: camera.1,
-            filter: &filter,
-            features: false,
-        };
-        let spp = self.args.spp.get();
-        let kind = SamplerKind::Sobol;
-        let sampler = estimator.sampler(kind, 0, spp);
-        let mut film = Film::new(size, Rect::full(size));
-        let progress = Progress::new(film.crop().area() * u64::from(spp), self.args.quiet);
-        catch_interrupts();
-        let start = Instant::now();
-        let (outcome, _) = self
-            .pool
-            .install(|| estimator.render(world, &sampler, &mut film, spp, None, &progress));
-        progress.finish();
-        let info = accel.info();
-        let metadata = Metadata {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: scene_hash(scene, &format!("{:?}", camera.0)),
-            settings: format!("{} sampler={}", estimator.settings(), name_of(SamplerKind::NAMES, kind)),
-            first_sample: 0,
-            end_sample: spp,
-            total_samples: spp,
-            seed: 0,
-            backend: info.name.into(),
-            backend_version: format!("{} {}", info.version, info.isa),
-            render_seconds: start.elapsed().as_secs_f64(),
-            complete: outcome == Outcome::Complete,
-            features: None,
-            denoiser: None,
-        };
-        let (format, output) = self.output;
-        output.write_image(format, &film.develop(), None, &metadata)?;
-        Ok(match outcome {
-            Outcome::Complete => ExitCode::SUCCESS,
-            Outcome::Stopped => ExitCode::from(INTERRUPTED),
-        })
-    }
+/// Renders the sphere.
+fn portray(
+    settings: Settings,
+    material: &Material,
+    textures: &[Texture],
+    (format, output): (Format, Output),
+    quiet: bool,
+) -> Result<ExitCode, CliError> {
+    let builder = settings.estimator.scene_builder();
+    let scene = portrait_scene(builder, material, textures).map_err(|e| CliError::Failed(e.to_string()))?;
+    let session = Session::new(scene, PORTRAIT_CAMERA, settings)?;
+    let renderer = session.renderer()?;
+    let samples = session.settings().crop().area() * u64::from(session.settings().spp);
+    let progress = Progress::new(samples, quiet);
+    catch_interrupts();
+    let mut state = renderer.start();
+    let outcome = renderer.render(&mut state, &progress);
+    progress.finish();
+    let metadata = renderer.metadata(&state, outcome == Outcome::Complete);
+    output.write_image(format, &renderer.develop(&state), None, &metadata)?;
+    Ok(match outcome {
+        Outcome::Complete => ExitCode::SUCCESS,
+        Outcome::Stopped => ExitCode::from(INTERRUPTED),
+    })
 }
 
 #[cfg(test)]

@@ -1,12 +1,9 @@
 use super::args::SceneArgs;
-use super::backend::Backend;
 use super::error::CliError;
 use super::job::read_scene;
-use crate::film::Rect;
-use crate::io::{Loaded, SceneFile, load_scene};
-use crate::lint::Forecast;
-use crate::math::UVec2;
-use crate::scene::{Scene, SceneBuilder};
+use crate::io::{Loaded, load_scene};
+use crate::scene::SceneBuilder;
+use crate::session::{Backend, Settings, forecast};
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -15,9 +12,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
-    let resolution = |value: &Option<toml::Spanned<u32>>| value.as_ref().map_or(512, |v| *v.get_ref());
-    let size = UVec2::new(resolution(&file.image.width), resolution(&file.image.height));
-    let (memory, backend) = (forecast(&file, &scene, Rect::full(size)), Backend::ALL[0].name());
+    let crop = Settings::of(&file)?.crop();
+    let (memory, backend) = (forecast(&file, &scene, crop), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let info = json!({
         "scene": args.scene.display().to_string(),
@@ -60,13 +56,6 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         print_text(&info);
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// What a render of these pixels of the scene will take.
-pub(super) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast {
-    let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
-    let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
-    Forecast::new(scene, crop, sizes.max().unwrap_or(0))
 }
 
 /// The shortest decimals that name these `f32`, where their `f64` neighbours would show seventeen digits.

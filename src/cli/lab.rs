@@ -1,19 +1,16 @@
 //! The ladder of estimators on one scene: the lectures' comparison, made executable.
 
 use super::args::{EstimatorArgs, LabArgs, RenderArgs};
-use super::backend::BackendTask;
 use super::error::CliError;
-use super::estimator::{Estimator, Kind};
 use super::job::Job;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::Accel;
-use crate::camera::Camera;
 use crate::film::{Errors, Film, RgbImage};
-use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy, World};
-use crate::io::{Loaded, Output, Panel, load_scene, read_exr, write_contact_sheet};
+use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy};
+use crate::io::{Output, Panel, read_exr, write_contact_sheet};
 use crate::render::{Observer, Outcome, last_cut};
-use crate::scene::Scene;
+use crate::session::{AccelTask, Estimator, IntegratorKind, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -39,7 +36,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
     let reference = args.reference.as_deref().map(read_exr).transpose()?;
     if let (Some(image), Some(path)) = (&reference, &args.reference) {
-        let size = job.crop.size().as_usizevec2().to_array();
+        let size = job.settings.crop().size().as_usizevec2().to_array();
         if [image.width, image.height] != size {
             return Err(CliError::Usage(format!(
                 "{} has {}x{} pixels, but {}x{} are rendered\n  help: give --size {}x{}",
@@ -53,24 +50,18 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             )));
         }
     }
-    let Loaded { scene, warnings } = load_scene(&job.scene, job.estimator.scene_builder())?;
-    for warning in &warnings {
-        words::warning(warning);
-    }
-    let (_, camera) = job.camera(scene.bounds())?;
-    let pool = job.thread_pool()?;
+    let session = Session::load(&job.scene, job.settings, &())?;
+    session.warnings().iter().for_each(words::warning);
+    let renderer = session.renderer()?;
     catch_interrupts();
-    let task = Ladder {
-        job: &job,
-        scene: &scene,
-        camera: &camera,
-        pool: &pool,
+    let (rows, reference) = renderer.accel().with(Ladder {
+        session: &session,
+        quiet: args.quiet,
         budget: args
             .time
             .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
         reference,
-    };
-    let (rows, reference) = job.backend.with(&scene, &pool, task)??;
+    })?;
 
     let [sheet, csv, markdown] = &outputs;
     let mut panels: Vec<Panel> = rows.iter().map(Row::panel).collect();
@@ -131,7 +122,7 @@ fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
     };
     let power = Heuristic::Power;
     let naive = Estimator {
-        kind: Kind::Naive,
+        kind: IntegratorKind::Naive,
         roulette: no_roulette,
         ..best
     };
@@ -201,37 +192,29 @@ impl Row {
 }
 
 struct Ladder<'a> {
-    job: &'a Job,
-    scene: &'a Scene,
-    camera: &'a Camera,
-    pool: &'a rayon::ThreadPool,
+    session: &'a Session,
+    quiet: bool,
     budget: Budget,
     reference: Option<RgbImage>,
 }
 
-impl BackendTask for Ladder<'_> {
+impl AccelTask for Ladder<'_> {
     type Output = Result<(Vec<Row>, RgbImage), CliError>;
 
-    fn run<A: Accel>(self, accel: &A, _build_s: f64) -> Self::Output {
-        let world = World {
-            scene: self.scene,
-            accel,
-            camera: self.camera,
-            filter: &self.job.filter,
-            features: false,
-        };
-        let best = self.job.estimator;
+    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+        let settings = self.session.settings();
+        let best = settings.estimator;
         let mut rows = Vec::new();
         for (name, estimator) in ladder(best) {
             // Light from points or single directions is not met by chance.
-            let refused = match estimator.check_lights(self.scene) {
+            let refused = match estimator.check_lights(self.session.scene()) {
                 Ok(missing) => missing,
                 Err(error) => Some(error.to_string()),
             };
             let (film, samples, seconds) = if refused.is_some() {
-                (Film::new(self.job.resolution, self.job.crop), 0, 0.0)
+                (Film::new(settings.resolution, settings.crop()), 0, 0.0)
             } else {
-                self.spend(world, &estimator, self.budget, self.job.seed, name)?
+                self.spend(accel, &estimator, self.budget, settings.seed, name)?
             };
             rows.push(Row {
                 name,
@@ -251,8 +234,8 @@ impl BackendTask for Ladder<'_> {
                     .last()
                     .map_or(1, |row| row.samples)
                     .saturating_mul(REFERENCE_FACTOR);
-                let seed = self.job.seed.wrapping_add(1);
-                let (film, ..) = self.spend(world, &best, Budget::Samples(samples), seed, "reference")?;
+                let seed = settings.seed.wrapping_add(1);
+                let (film, ..) = self.spend(accel, &best, Budget::Samples(samples), seed, "reference")?;
                 RgbImage::from(&film.develop())
             }
         };
@@ -270,19 +253,20 @@ impl Ladder<'_> {
     /// Renders within the budget; the film, the samples of each pixel and the seconds that took.
     fn spend<A: Accel>(
         &self,
-        world: World<A>,
+        accel: &A,
         estimator: &Estimator,
         budget: Budget,
         seed: u64,
         name: &'static str,
     ) -> Result<(Film, u32, f64), CliError> {
-        let sampler = estimator.sampler(self.job.sampler, seed, self.job.samples.end);
-        let mut film = Film::new(self.job.resolution, self.job.crop);
+        let settings = self.session.settings();
+        let sampler = estimator.sampler(settings.sampler, seed, settings.spp);
+        let mut film = Film::new(settings.resolution, settings.crop());
         let most = match budget {
             Budget::Samples(n) => n,
             Budget::Seconds(_) => 0,
         };
-        let progress = Progress::new(self.job.crop.area() * most as u64, self.job.quiet || most == 0);
+        let progress = Progress::new(settings.crop().area() * most as u64, self.quiet || most == 0);
         let start = Instant::now();
         let (mut done, mut is_last) = (0, false);
         loop {
@@ -300,8 +284,9 @@ impl Ladder<'_> {
             let cut = last_cut(done + next);
             is_last = cut <= done;
             let end = if is_last { done + next } else { cut };
+            let world = self.session.world(accel);
             let (outcome, _) = self
-                .pool
+                .session
                 .install(|| estimator.render(world, &sampler, &mut film, end, None, &progress));
             done = end;
             if outcome == Outcome::Stopped || progress.should_stop() {

@@ -2,7 +2,6 @@
 
 mod args;
 mod audit;
-mod backend;
 mod bench;
 mod bench_tables;
 mod check;
@@ -10,9 +9,7 @@ mod clock;
 mod compare;
 mod completions;
 mod error;
-mod estimator;
 mod explain;
-mod hash;
 mod info;
 mod job;
 mod keeper;
@@ -24,6 +21,7 @@ mod progress;
 mod run;
 mod stats;
 mod tev;
+mod values;
 mod words;
 
 use args::{Args, Command};
@@ -54,7 +52,7 @@ pub fn main() -> ExitCode {
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     if args.version {
-        println!("{}", backend::version_text());
+        println!("{}", crate::session::version_text());
         return Ok(ExitCode::SUCCESS);
     }
     match args.command {

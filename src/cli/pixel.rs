@@ -1,53 +1,69 @@
 use super::error::CliError;
-use super::estimator::Estimator;
 use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
-use crate::integrator::{RayKind, Sink, World};
+use crate::integrator::{RayKind, Sink};
 use crate::math::UVec2;
-use crate::sampler::{SampleKey, Sampler};
+use crate::sampler::SampleKey;
 use crate::scene::Scene;
+use crate::session::{AccelTask, Renderer, Session};
 use std::cell::RefCell;
+use std::process::ExitCode;
 
 /// Traces one sample and prints every ray with its answer, and what it added to the pixel.
-pub(super) fn trace<A: Accel>(
-    estimator: &Estimator,
-    world: World<A>,
-    sampler: &mut impl Sampler,
-    (resolution, key): (UVec2, SampleKey),
-) {
-    let recorder = Recorder::new(world.accel);
-    let story = RefCell::new(Story {
-        recorder: &recorder,
-        scene: world.scene,
-        kinds: Vec::new(),
-        weight: 1.0,
-        radiance: Spectrum::ZERO,
-        lines: Vec::new(),
-    });
-    let world = world.with_accel(&recorder);
-    let listener = |told| Listener { story: &story, told };
-    estimator.sample(world, (resolution, key), sampler, listener);
-    let mut story = story.into_inner();
-    story.take_rays();
-    println!(
-        "sample {} of pixel {},{}: {}",
-        key.sample,
-        key.x,
-        key.y,
-        estimator.settings()
-    );
-    story.lines.iter().for_each(|line| println!("{line}"));
-    if story.weight != 1.0 {
-        println!("times the filter's weight, {}", story.weight);
+pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
+    let session = renderer.session();
+    let key = key(pixel, sample, session.settings().crop())?;
+    renderer.accel().with(Trace { session, key });
+    Ok(ExitCode::SUCCESS)
+}
+
+struct Trace<'a> {
+    session: &'a Session,
+    key: SampleKey,
+}
+
+impl AccelTask for Trace<'_> {
+    type Output = ();
+
+    fn run<A: Accel>(self, accel: &A) {
+        let Self { session, key } = self;
+        let settings = session.settings();
+        let recorder = Recorder::new(accel);
+        let story = RefCell::new(Story {
+            recorder: &recorder,
+            scene: session.scene(),
+            kinds: Vec::new(),
+            weight: 1.0,
+            radiance: Spectrum::ZERO,
+            lines: Vec::new(),
+        });
+        let world = session.world(&recorder);
+        let listener = |told| Listener { story: &story, told };
+        let mut sampler = settings.random_numbers();
+        settings
+            .estimator
+            .sample(world, (settings.resolution, key), &mut sampler, listener);
+        let mut story = story.into_inner();
+        story.take_rays();
+        println!(
+            "sample {} of pixel {},{}: {}",
+            key.sample,
+            key.x,
+            key.y,
+            settings.estimator.settings()
+        );
+        story.lines.iter().for_each(|line| println!("{line}"));
+        if story.weight != 1.0 {
+            println!("times the filter's weight, {}", story.weight);
+        }
+        println!("radiance {:?}", (story.radiance * story.weight).to_array());
     }
-    println!("radiance {:?}", (story.radiance * story.weight).to_array());
 }
 
 /// The pixel and sample that `--pixel` and `--sample` name.
-pub(super) fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError> {
-    let inside = (crop.min.x..crop.max.x).contains(&x) && (crop.min.y..crop.max.y).contains(&y);
-    if inside {
+fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError> {
+    if crop.contains(UVec2::new(x, y)) {
         return Ok(SampleKey::new(x, y, sample));
     }
     Err(CliError::Usage(format!(

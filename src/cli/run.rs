@@ -1,24 +1,21 @@
 use super::args::RenderArgs;
-use super::audit::Report;
-use super::backend::{BackendTask, PairTask, both, other_backend};
+use super::audit::{Report, other_backend};
 use super::clock::Clock;
 use super::error::{CliError, INTERRUPTED};
-use super::job::{Job, name_of};
-use super::keeper::{Keeper, Progressed};
+use super::job::Job;
+use super::keeper::Keeper;
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
 use super::words;
-use crate::accel::{Accel, Auditor, BackendInfo};
-use crate::camera::Camera;
+use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::denoise::DenoiseError;
-use crate::film::{Aov, Film, Image};
-use crate::integrator::World;
-use crate::io::{FeatureNames, FileError, Format, Loaded, Metadata, Output, in_words, load_scene_watched};
+use crate::film::{Film, Image};
+use crate::io::{FileError, Format, Output, in_words};
 use crate::render::{Observer, Outcome, Statistics};
-use crate::scene::Scene;
+use crate::session::{RenderState, Renderer, Session};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -27,97 +24,51 @@ use std::time::Instant;
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let job = Job::new(args)?;
-    let denoiser = job.denoiser_version()?;
     // Files that cannot be written are found before any work.
     let files = Files {
-        images: images(args, job.tone)?,
+        images: images(args, job.settings.tone)?,
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
         write_every: args.write_every,
     };
     let keeper = Keeper::new(args)?;
     let preview = Preview::new(args)?;
-    let pool = job.thread_pool()?;
     let loading = Loading::new(job.quiet);
-    let loaded = pool.install(|| load_scene_watched(&job.scene, job.estimator.scene_builder(), &loading));
+    let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
-    let Loaded { scene, mut warnings } = loaded?;
-    let (scene, forecast) = job.within_memory(scene)?;
+    let session = session?;
     if job.verbose {
-        eprintln!("memory: about {} at most", in_words(forecast));
+        eprintln!("memory: about {} at most", in_words(session.memory()));
     }
-    let (parameters, camera) = job.camera(scene.bounds())?;
-    warnings.extend(job.estimator.check_lights(&scene)?);
-    for warning in &warnings {
-        words::warning(warning);
-    }
-    let prepared = Prepared {
-        load_s: start.elapsed().as_secs_f64(),
-        scene_hash: super::hash::scene_hash(&scene, &parameters),
-        job: &job,
-        files: &files,
-        scene: &scene,
-        camera: &camera,
-        denoiser,
-        start,
-        pool: &pool,
-    };
-
-    let task = Task {
-        prepared: &prepared,
-        keeper,
-        preview,
-        warnings: &mut warnings,
-    };
-    match args.audit_rays {
-        None => job.backend.with(&scene, &pool, task)?,
-        Some(share) => {
-            let other = other_backend(job.backend, None)?;
-            both(job.backend, other, &scene, &pool, Audited { task, share })?
+    let mut warnings = session.warnings().to_vec();
+    warnings.iter().for_each(words::warning);
+    let load_s = start.elapsed().as_secs_f64();
+    let renderer = session.renderer()?;
+    let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
+        let run = Run {
+            job: &job,
+            files: &files,
+            renderer,
+            start,
+            load_s,
+        };
+        match job.pixel {
+            Some((pixel, sample)) => pixel::trace(renderer, pixel, sample),
+            None => run.render(keeper, preview, &mut warnings, audit),
         }
-    }
-}
+    };
 
-/// Renders with the backend that was chosen.
-struct Task<'a> {
-    prepared: &'a Prepared<'a>,
-    keeper: Option<Keeper>,
-    preview: Preview,
-    warnings: &'a mut Vec<String>,
-}
-
-impl BackendTask for Task<'_> {
-    type Output = Result<ExitCode, CliError>;
-
-    fn run<A: Accel>(self, accel: &A, build_s: f64) -> Self::Output {
-        self.prepared
-            .render(accel, build_s, self.keeper, self.preview, self.warnings, || None)
-    }
-}
-
-/// Renders with the backend that was chosen, and asks another one too for a share of the rays.
-struct Audited<'a> {
-    task: Task<'a>,
-    share: f64,
-}
-
-impl PairTask for Audited<'_> {
-    type Output = Result<ExitCode, CliError>;
-
-    fn run(self, accels: [&dyn Accel; 2], build_s: f64) -> Self::Output {
-        let Task {
-            prepared,
-            keeper,
-            preview,
-            warnings,
-        } = self.task;
-        let auditor = Auditor::new(prepared.scene, accels, self.share);
-        prepared.render(&auditor, build_s, keeper, preview, warnings, || {
-            let name = prepared.job.scene_path.display().to_string();
-            let backends = accels.map(|accel| accel.info());
-            let hash = prepared.scene_hash.clone();
-            Some(Report::new(name, hash, prepared.scene, backends, &auditor.findings()))
-        })
-    }
+    // Another backend may be asked too, for a share of the rays.
+    let Some(share) = args.audit_rays else {
+        return run(&renderer, &|| None);
+    };
+    let other = other_backend(job.settings.backend, None)?.build(session.scene(), session.pool())?;
+    let accels = [renderer.accel().as_dyn(), other.as_dyn()];
+    let auditor = Auditor::new(session.scene(), accels, share);
+    run(&Renderer::audited(&session, &auditor, renderer.build_seconds), &|| {
+        let name = job.scene_path.display().to_string();
+        let backends = accels.map(|accel| accel.info());
+        Some(Report::new(name, &session, backends, &auditor.findings()))
+    })
 }
 
 /// What a render writes.
@@ -128,176 +79,78 @@ struct Files {
     write_every: Option<f64>,
 }
 
-/// A job whose scene is loaded; what is missing is an acceleration structure.
-struct Prepared<'a> {
+/// A render that is about to begin.
+struct Run<'a> {
     job: &'a Job,
     files: &'a Files,
-    scene: &'a Scene,
-    scene_hash: String,
-    camera: &'a Camera,
-    /// Name and version of what takes out noise.
-    denoiser: Option<String>,
-    load_s: f64,
+    renderer: &'a Renderer<'a>,
     start: Instant,
-    pool: &'a rayon::ThreadPool,
+    load_s: f64,
 }
 
-impl Prepared<'_> {
+impl Run<'_> {
     /// `audit` says afterwards what was found about the backend, if anything was looked for.
-    fn render<A: Accel>(
+    fn render(
         &self,
-        accel: &A,
-        build_s: f64,
         mut keeper: Option<Keeper>,
         mut preview: Preview,
         warnings: &mut Vec<String>,
-        audit: impl FnOnce() -> Option<Report>,
+        audit: &dyn Fn() -> Option<Report>,
     ) -> Result<ExitCode, CliError> {
         let job = self.job;
-        let world = World {
-            scene: self.scene,
-            accel,
-            camera: self.camera,
-            filter: &job.filter,
-            features: !job.aovs.is_empty(),
-        };
-        let mut sampler = job.sampler();
-        if let Some((pixel, sample)) = job.pixel {
-            let key = pixel::key(pixel, sample, job.crop)?;
-            pixel::trace(&job.estimator, world, &mut sampler, (job.resolution, key));
-            return Ok(ExitCode::SUCCESS);
-        }
+        let restored = keeper
+            .as_mut()
+            .map(|keeper| keeper.restore(self.renderer))
+            .transpose()?;
+        let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
+        warn_of(preview.open(&state.film).as_slice());
+        let stop = self.take_samples(&mut state, keeper.as_ref(), &mut preview);
 
-        // What was done before
-        let info = accel.info();
-        let mut metadata = self.metadata(&info);
-        let restored = match &mut keeper {
-            Some(keeper) => keeper.restore(job, &metadata)?,
-            None => None,
-        };
-        let mut done = restored.unwrap_or_else(|| Progressed::start(job));
-        warn_of(preview.open(&done.film).as_slice());
-
-        // The render, with breaks in which files are written and pictures shown
-        let progress = Progress::new(job.crop.area() * job.samples.len() as u64, job.quiet);
-        progress.skip(done.film.samples());
-        catch_interrupts();
-        let render_start = Instant::now();
-        let seconds_before = done.seconds;
-        let mut clock = Clock::new(
-            keeper.as_ref().map(|keeper| keeper.interval),
-            self.files.write_every,
-            preview.interval,
-            job.time_limit,
-        );
-        let stop = loop {
-            let until = Until {
-                progress: &progress,
-                due: clock.next(),
-            };
-            let (outcome, statistics) = self.pool.install(|| {
-                let (film, end) = (&mut done.film, job.samples.end);
-                job.estimator.render(world, &sampler, film, end, job.noise, &until)
-            });
-            done.statistics = done.statistics.merge(statistics);
-            done.seconds = seconds_before + render_start.elapsed().as_secs_f64();
-            if outcome == Outcome::Complete {
-                break Stop::of_complete(&done.film, job.noise);
-            } else if progress.should_stop() {
-                break Stop::Interrupt;
-            } else if clock.is_over() {
-                break Stop::TimeLimit;
-            }
-            let pause = Instant::now();
-            let mut failures = self.write_meanwhile(&mut clock, keeper.as_ref(), &done, &metadata);
-            if clock.preview.is_due() {
-                failures.extend(preview.update(&done.film));
-                clock.preview.restart_with(preview.interval);
-            }
-            progress.suspend(|| warn_of(&failures));
-            clock.rest_after(pause.elapsed());
-        };
-        progress.finish();
-        metadata.complete = stop.is_complete();
-        metadata.render_seconds = done.seconds;
-        let (film, statistics) = (&done.film, &done.statistics);
-        if statistics.dropped > 0 {
-            let warning = dropped_warning(statistics);
+        // What is to be said of it
+        let mut warn = |warning: String| {
             words::warning(&warning);
             warnings.push(warning);
+        };
+        if state.statistics.dropped > 0 {
+            warn(dropped_warning(&state.statistics));
         }
-
-        let noise = job.noise.map(|level| Noise::new(film, level));
+        let noise = job.settings.noise.map(|level| Noise::new(&state.film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
-            let warning = noise.warning();
-            words::warning(&warning);
-            warnings.push(warning);
+            warn(noise.warning());
         }
-
         let audit = audit();
         if let Some(report) = &audit {
             if report.is_unexplained() {
-                let warning = format!("the backends disagree: {}", report.text().trim_end());
-                words::warning(&warning);
-                warnings.push(warning);
+                warn(format!("the backends disagree: {}", report.text().trim_end()));
             } else if !job.quiet {
                 eprint!("{}", report.text());
             }
         }
 
         // Every output is tried, so that one full disk does not cost the other picture.
-        let kept = keeper.map(|keeper| keeper.keep(&done, &metadata));
+        let mut metadata = self.renderer.metadata(&state, stop.is_complete());
+        let kept = keeper.map(|keeper| keeper.keep(&state, &metadata));
         let mut failures: Vec<String> = kept.and_then(Result::err).iter().map(FileError::to_string).collect();
-        let mut image = done.develop(noise.is_some(), &metadata);
+        let mut image = self.renderer.develop(&state);
         // Where denoising fails, the raw picture is written all the same.
         let denoised = self.denoise(&mut image).unwrap_or_else(|error| {
             failures.push(error.to_string());
             None
         });
         metadata.denoiser = denoised.as_ref().map(|d| d.by.clone());
-        let unwritten = done.write(&image, &self.files.images, job.is_part, &metadata);
+        let unwritten = self.renderer.write(&state, &image, &self.files.images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
-        if let Some(lost) = preview.finish(&done.film) {
-            words::warning(&lost);
-            warnings.push(lost.to_string());
+        if let Some(lost) = preview.finish(&image) {
+            warn(lost.to_string());
         }
 
+        let info = self.renderer.backend();
         let stats = Stats {
-            version: env!("CARGO_PKG_VERSION"),
-            backend: info.name,
-            backend_version: &info.version,
-            isa: info.isa,
-            integrator: job.estimator.name(),
-            sampler: job.sampler_name(),
-            spp: job.samples.len() as u32,
-            threads: job.threads,
-            width: job.resolution.x,
-            height: job.resolution.y,
-            triangles: self.scene.triangle_count(),
-            lights: self.scene.lights().len(),
-            load_s: self.load_s,
-            build_s,
-            render_s: done.seconds,
-            total_s: self.start.elapsed().as_secs_f64(),
-            rays: Rays {
-                camera: statistics.rays.camera,
-                bounce: statistics.rays.bounce,
-                shadow: statistics.rays.shadow,
-            },
-            samples: statistics.samples,
-            complete: stop.is_complete(),
-            stop: stop.name(),
-            error: film.relative_error(),
-            scene_hash: &self.scene_hash,
-            scene_bytes: self.scene.bytes(),
-            bvh_bytes: accel.bytes(),
-            peak_rss_bytes: peak_rss_bytes(),
-            dropped_samples: statistics.dropped,
-            dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             noise,
             denoise: denoised,
             audit,
             warnings,
+            ..self.stats(&state, stop, &info)
         };
         if let Some(output) = &self.files.stats {
             let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
@@ -310,76 +163,104 @@ impl Prepared<'_> {
         finish(failures, stop)
     }
 
-    /// What files say of the render.
-    fn metadata(&self, info: &BackendInfo) -> Metadata {
-        let job = self.job;
-        Metadata {
-            version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: self.scene_hash.clone(),
-            settings: job.settings(),
-            first_sample: job.samples.start,
-            end_sample: job.samples.end,
-            total_samples: job.total_samples,
-            seed: job.seed,
-            backend: info.name.into(),
-            backend_version: format!("{} {}", info.version, info.isa),
-            render_seconds: 0.0,
-            complete: false,
-            features: self.feature_names(),
-            denoiser: None,
-        }
-    }
-
-    /// What further channels are of, if any are asked for.
-    fn feature_names(&self) -> Option<FeatureNames> {
-        let aovs = &self.job.aovs;
-        let materials = self.scene.materials().iter();
-        (!aovs.is_empty()).then(|| FeatureNames {
-            aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
-            objects: self.scene.objects().to_vec(),
-            materials: materials.map(|m| m.name.clone()).collect(),
-        })
-    }
-
-    /// Writes what is due, and what went wrong with it.
-    fn write_meanwhile(
-        &self,
-        clock: &mut Clock,
-        keeper: Option<&Keeper>,
-        done: &Progressed,
-        metadata: &Metadata,
-    ) -> Vec<FileError> {
-        let metadata = Metadata {
-            render_seconds: done.seconds,
-            ..metadata.clone()
+    /// Renders, with breaks in which files are written and pictures shown.
+    fn take_samples(&self, state: &mut RenderState, keeper: Option<&Keeper>, preview: &mut Preview) -> Stop {
+        let (job, settings) = (self.job, &self.job.settings);
+        let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
+        progress.skip(state.film.samples());
+        catch_interrupts();
+        let interval = keeper.map(|keeper| keeper.interval);
+        let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
+        let stop = loop {
+            let until = Until {
+                progress: &progress,
+                due: clock.next(),
+            };
+            if self.renderer.render(state, &until) == Outcome::Complete {
+                break Stop::of_complete(&state.film, settings.noise);
+            } else if progress.should_stop() {
+                break Stop::Interrupt;
+            } else if clock.is_over() {
+                break Stop::TimeLimit;
+            }
+            let pause = Instant::now();
+            let mut failures = self.write_meanwhile(&mut clock, keeper, state);
+            if clock.preview.is_due() {
+                failures.extend(preview.update(&state.film));
+                clock.preview.restart_with(preview.interval);
+            }
+            progress.suspend(|| warn_of(&failures));
+            clock.rest_after(pause.elapsed());
         };
+        progress.finish();
+        stop
+    }
+
+    /// Writes what is due, raw, and what went wrong with it.
+    fn write_meanwhile(&self, clock: &mut Clock, keeper: Option<&Keeper>, state: &RenderState) -> Vec<FileError> {
+        let metadata = self.renderer.metadata(state, false);
         let mut failures = Vec::new();
         if let Some(keeper) = keeper.filter(|_| clock.checkpoint.is_due()) {
-            failures.extend(keeper.keep(done, &metadata).err());
+            failures.extend(keeper.keep(state, &metadata).err());
             clock.checkpoint.restart();
         }
         if clock.images.is_due() {
-            failures.extend(self.write_images(done, &metadata));
+            let image = self.renderer.develop(state);
+            failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
             clock.images.restart();
         }
         failures
     }
 
-    /// Writes the images as they are now, raw, and what went wrong with it. A part comes with its sums.
-    fn write_images(&self, done: &Progressed, metadata: &Metadata) -> Vec<FileError> {
-        let image = done.develop(self.job.noise.is_some(), metadata);
-        done.write(&image, &self.files.images, self.job.is_part, metadata)
-    }
-
     /// Takes the noise out of `image`, if that was asked for.
     fn denoise(&self, image: &mut Image) -> Result<Option<Denoised>, DenoiseError> {
-        let (Some(denoiser), Some(by)) = (self.job.denoiser, self.denoiser.clone()) else {
-            return Ok(None);
-        };
         let start = Instant::now();
-        self.pool.install(|| denoiser.apply(image))?;
+        let by = self.renderer.denoise(image)?;
         let seconds = start.elapsed().as_secs_f64();
-        Ok(Some(Denoised { by, seconds }))
+        Ok(by.map(|by| Denoised { by, seconds }))
+    }
+
+    /// What `--stats` says, but for what only some renders have.
+    fn stats<'a>(&'a self, state: &RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
+        let (session, settings) = (self.renderer.session(), &self.job.settings);
+        let (scene, statistics) = (session.scene(), &state.statistics);
+        Stats {
+            version: env!("CARGO_PKG_VERSION"),
+            backend: info.name,
+            backend_version: &info.version,
+            isa: info.isa,
+            integrator: settings.estimator.name(),
+            sampler: settings.sampler_name(),
+            spp: settings.samples().len() as u32,
+            threads: settings.threads,
+            width: settings.resolution.x,
+            height: settings.resolution.y,
+            triangles: scene.triangle_count(),
+            lights: scene.lights().len(),
+            load_s: self.load_s,
+            build_s: self.renderer.build_seconds,
+            render_s: state.seconds,
+            total_s: self.start.elapsed().as_secs_f64(),
+            rays: Rays {
+                camera: statistics.rays.camera,
+                bounce: statistics.rays.bounce,
+                shadow: statistics.rays.shadow,
+            },
+            samples: statistics.samples,
+            complete: stop.is_complete(),
+            stop: stop.name(),
+            error: state.film.relative_error(),
+            scene_hash: session.scene_hash(),
+            scene_bytes: scene.bytes(),
+            bvh_bytes: self.renderer.accel_bytes(),
+            peak_rss_bytes: peak_rss_bytes(),
+            dropped_samples: statistics.dropped,
+            dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            noise: None,
+            denoise: None,
+            audit: None,
+            warnings: &[],
+        }
     }
 
     fn summarize(&self, stats: &Stats, stop: Stop) {
@@ -395,7 +276,7 @@ impl Prepared<'_> {
             job.scene_path.display(),
             stats.width,
             stats.height,
-            stats.samples as f64 / job.crop.area() as f64,
+            stats.samples as f64 / job.settings.crop().area() as f64,
             stats.spp,
             stats.render_s,
             stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
@@ -451,9 +332,15 @@ fn dropped_warning(statistics: &Statistics) -> String {
     )
 }
 
+/// All of `failures`, as one.
+pub(super) fn failed<T: ToString>(failures: &[T]) -> CliError {
+    let words: Vec<String> = failures.iter().map(T::to_string).collect();
+    CliError::Failed(words.join("\nerror: "))
+}
+
 fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
-        return Err(CliError::Failed(failures.join("\nerror: ")));
+        return Err(failed(&failures));
     }
     if stop == Stop::Interrupt {
         eprintln!("interrupted: what is written holds the samples taken so far");

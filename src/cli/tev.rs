@@ -1,7 +1,7 @@
 //! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: what `--tev` asks for.
 
 use super::args::RenderArgs;
-use crate::film::{Film, Image};
+use crate::film::{Channel, Film, Image};
 use crate::io::FileError;
 use std::io;
 use std::net::{TcpStream, ToSocketAddrs};
@@ -65,9 +65,9 @@ impl Preview {
         self.tell(|viewer| viewer.send(&film.develop_picture()))
     }
 
-    /// Shows all channels.
-    pub fn finish(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|viewer| viewer.send(&film.develop()))
+    /// Shows `image`, that of the file, as far as it has channels that all files have.
+    pub fn finish(&mut self, image: &Image) -> Option<FileError> {
+        self.tell(|viewer| viewer.send(image))
     }
 
     fn tell(&mut self, what: impl FnOnce(&mut Viewer) -> io::Result<()>) -> Option<FileError> {
@@ -123,10 +123,11 @@ impl Viewer {
         })
     }
 
-    /// Sends the channels of `image`, in bands of rows.
+    /// Sends those channels of `image` that were opened, in bands of rows.
     fn send(&mut self, image: &Image) -> io::Result<()> {
         let start = Instant::now();
-        let names: Vec<&str> = image.channels.iter().map(|c| c.name).collect();
+        let channels: Vec<&Channel> = Image::channel_names().filter_map(|name| image.channel(name)).collect();
+        let names: Vec<&str> = channels.iter().map(|c| c.name).collect();
         let size = image.crop.size();
         let width = size.x as usize;
         let rows = (PACKET / (width * names.len()).max(1)).max(1);
@@ -137,7 +138,7 @@ impl Viewer {
             // Channel after channel
             let pixels = width * height as usize;
             let first = width * top as usize;
-            let band = image.channels.iter().flat_map(|c| &c.values[first..first + pixels]);
+            let band = channels.iter().flat_map(|c| &c.values[first..first + pixels]);
             let offsets: Vec<u64> = (0..names.len()).map(|c| (c * pixels) as u64).collect();
             self.client.send(PacketUpdateImage {
                 image_name: &self.name,

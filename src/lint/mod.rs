@@ -12,7 +12,7 @@ mod tally;
 mod view;
 
 pub use memory::{AccelMemory, Forecast};
-pub use portrait::{LobeAlbedo, albedos, portrait_camera, portrait_scene};
+pub use portrait::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
 pub use view::inspect_view;
 
 use crate::io::{DEFAULT_MATERIAL, Finding, Inspection, MaterialSource, ObjFaces, SceneFile};

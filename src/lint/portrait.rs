@@ -1,9 +1,9 @@
 use crate::bsdf::{Bsdf, Lobe, TransportMode};
-use crate::camera::{Camera, CameraError, CameraParameters};
+use crate::camera::CameraParameters;
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::material::Material;
-use crate::math::{UVec2, Vec2, Vec3};
+use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::{BuildError, Scene, SceneBuilder};
 use crate::texture::{Texture, TextureId};
@@ -94,17 +94,14 @@ pub fn portrait_scene(
 }
 
 /// A camera that looks at the sphere.
-pub fn portrait_camera(resolution: UVec2) -> Result<(CameraParameters, Camera), CameraError> {
-    let parameters = CameraParameters {
-        position: Vec3::new(0.0, 1.2, 5.0),
-        look_at: Vec3::new(0.0, -0.1, 0.0),
-        up: Vec3::Y,
-        vertical_fov: 33.0,
-        lens_radius: 0.0,
-        focus_distance: 5.0,
-    };
-    Ok((parameters, Camera::new(parameters, resolution)?))
-}
+pub const PORTRAIT_CAMERA: CameraParameters = CameraParameters {
+    position: Vec3::new(0.0, 1.2, 5.0),
+    look_at: Vec3::new(0.0, -0.1, 0.0),
+    up: Vec3::Y,
+    vertical_fov: 33.0,
+    lens_radius: 0.0,
+    focus_distance: 5.0,
+};
 
 /// The unit sphere by longitude and latitude; u goes around +y, v from its lowest point up.
 fn sphere() -> Mesh {

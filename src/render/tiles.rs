@@ -24,6 +24,15 @@ pub trait Observer: Sync {
     fn should_stop(&self) -> bool;
 }
 
+/// Nobody watches, and nothing stops the render.
+impl Observer for () {
+    fn progress(&self, _: u64) {}
+
+    fn should_stop(&self) -> bool {
+        false
+    }
+}
+
 /// How a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {

@@ -1,85 +1,105 @@
-use super::args::EstimatorArgs;
-use super::error::CliError;
-use super::job::{choose, name_of, positive};
+use super::names::{name_of, named};
+use super::settings::ABOVE_0;
+use super::{Error, InvalidSetting};
 use crate::accel::Accel;
 use crate::film::Film;
 use crate::integrator::{
     AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
     Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
 };
-use crate::io::{MaxDepth, SceneFile};
+use crate::io::{FileError, MaxDepth, SceneFile};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
+use std::fmt::Display;
+use toml::Spanned;
 
 /// An integrator and its switches, as users choose them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Estimator {
-    pub kind: Kind,
+pub struct Estimator {
+    /// The integrator; the others are its switches, of which each heeds its own.
+    pub kind: IntegratorKind,
+    /// How directions are drawn and direct light is found.
     pub strategy: Strategy,
+    /// How lights are chosen.
     pub light_selection: SelectionMode,
+    /// How emitting triangles are sampled.
     pub triangle_sampling: TriangleSampling,
-    pub max_depth: Option<u32>,
+    /// Scattering events at most; `None`: 16, or 4 where paths branch.
+    pub max_depth: Option<MaxDepth>,
+    /// When paths end at random.
     pub roulette: Roulette,
     /// Whether pixels share their paths.
     pub reuse: bool,
     /// Light samples at the first vertex; `None`: the best number.
     pub light_samples: Option<u32>,
+    /// Rays that leave a vertex where paths branch.
     pub branching: u32,
-    /// Scene units; `None`: the size of the scene.
+    /// How far away occludes, scene units; `None`: the size of the scene.
     pub ao_distance: Option<f32>,
+    /// What a debug picture shows.
     pub view: DebugView,
 }
 
-/// What `--integrator` names.
+/// Integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum IntegratorKind {
+    /// [`PathIntegrator`]
     Path,
+    /// [`NaiveIntegrator`]
     Naive,
+    /// [`WhittedIntegrator`]
     Whitted,
+    /// [`DistributedIntegrator`]
     Distributed,
+    /// A [`PathIntegrator`] that scatters once.
     Direct,
+    /// [`AmbientOcclusion`]
     AmbientOcclusion,
+    /// [`DebugIntegrator`]
     Debug,
 }
 
-/// Names of integrators; the first is the default.
-const KINDS: &[(&str, Kind)] = &[
-    ("path", Kind::Path),
-    ("naive", Kind::Naive),
-    ("whitted", Kind::Whitted),
-    ("distributed", Kind::Distributed),
-    ("direct", Kind::Direct),
-    ("ao", Kind::AmbientOcclusion),
-    ("debug", Kind::Debug),
-];
-const DIRECTIONS: &[(&str, Directions)] = &[
+impl IntegratorKind {
+    /// Names, as users type them; the first is the default.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("path", Self::Path),
+        ("naive", Self::Naive),
+        ("whitted", Self::Whitted),
+        ("distributed", Self::Distributed),
+        ("direct", Self::Direct),
+        ("ao", Self::AmbientOcclusion),
+        ("debug", Self::Debug),
+    ];
+}
+
+pub(crate) const DIRECTIONS: &[(&str, Directions)] = &[
     ("bsdf", Directions::Bsdf),
     ("cosine", Directions::Cosine),
     ("uniform", Directions::Uniform),
     ("perturbed-qmc", Directions::PerturbedQmc),
 ];
-const DIRECT: &[(&str, DirectLight)] = &[
+pub(crate) const DIRECT: &[(&str, DirectLight)] = &[
     ("mis", DirectLight::Mis),
     ("light", DirectLight::Light),
     ("none", DirectLight::None),
 ];
-const HEURISTICS: &[(&str, Heuristic)] = &[("power", Heuristic::Power), ("balance", Heuristic::Balance)];
-const SELECTIONS: &[(&str, SelectionMode)] = &[
+pub(crate) const HEURISTICS: &[(&str, Heuristic)] = &[("power", Heuristic::Power), ("balance", Heuristic::Balance)];
+pub(crate) const SELECTIONS: &[(&str, SelectionMode)] = &[
     ("auto", SelectionMode::Auto),
     ("power", SelectionMode::Power),
     ("place", SelectionMode::Place),
     ("uniform", SelectionMode::Uniform),
     ("all", SelectionMode::All),
 ];
-const TRIANGLE_SAMPLINGS: &[(&str, TriangleSampling)] = &[
+pub(crate) const TRIANGLE_SAMPLINGS: &[(&str, TriangleSampling)] = &[
     ("area", TriangleSampling::Area),
     ("solid-angle", TriangleSampling::SolidAngle),
 ];
-const REUSES: &[(&str, bool)] = &[("pixels", true), ("none", false)];
-const VIEWS: &[(&str, DebugView)] = &[
+pub(crate) const REUSES: &[(&str, bool)] = &[("pixels", true), ("none", false)];
+pub(crate) const VIEWS: &[(&str, DebugView)] = &[
     ("normals", DebugView::Normals),
     ("uv", DebugView::Uv),
     ("ids", DebugView::Ids),
@@ -98,11 +118,11 @@ impl Default for Estimator {
     /// The best one.
     fn default() -> Self {
         Self {
-            kind: Kind::Path,
+            kind: IntegratorKind::Path,
             strategy: Strategy::default(),
             light_selection: SelectionMode::default(),
             triangle_sampling: TriangleSampling::default(),
-            max_depth: Some(DEFAULT_DEPTH),
+            max_depth: None,
             roulette: Roulette::default(),
             reuse: true,
             light_samples: None,
@@ -114,69 +134,69 @@ impl Default for Estimator {
 }
 
 impl Estimator {
-    /// Flags over the scene file over the defaults.
-    pub fn new(args: &EstimatorArgs, scene: &SceneFile) -> Result<Self, CliError> {
-        let file = &scene.render;
-        let kind = choose(scene, "integrator", &args.integrator, &file.integrator, KINDS)?;
-        let default_depth = if kind == Kind::Distributed {
-            DEFAULT_DEPTH_BRANCHING
-        } else {
-            DEFAULT_DEPTH
-        };
-        let max_depth = args
-            .max_depth
-            .or(file.max_depth)
-            .unwrap_or(MaxDepth(Some(default_depth)));
-        let estimator = Self {
-            kind,
+    /// What the scene file says, over the best.
+    pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
+        let (best, render) = (Self::default(), &file.render);
+        let number = |key: &Option<Spanned<u32>>| key.as_ref().map(|n| *n.get_ref());
+        Ok(Self {
+            kind: named(file, "integrator", &render.integrator, IntegratorKind::NAMES)?.unwrap_or(best.kind),
             strategy: Strategy {
-                directions: choose(scene, "directions", &args.directions, &file.directions, DIRECTIONS)?,
-                direct: choose(scene, "direct", &args.direct, &file.direct, DIRECT)?,
-                heuristic: choose(scene, "mis", &args.mis, &file.mis, HEURISTICS)?,
+                directions: named(file, "directions", &render.directions, DIRECTIONS)?.unwrap_or_default(),
+                direct: named(file, "direct", &render.direct, DIRECT)?.unwrap_or_default(),
+                heuristic: named(file, "mis", &render.mis, HEURISTICS)?.unwrap_or_default(),
             },
-            light_selection: choose(
-                scene,
-                "light-selection",
-                &args.light_selection,
-                &file.light_selection,
-                SELECTIONS,
-            )?,
-            triangle_sampling: choose(
-                scene,
-                "triangle-sampling",
-                &args.triangle_sampling,
-                &file.triangle_sampling,
-                TRIANGLE_SAMPLINGS,
-            )?,
-            max_depth: max_depth.0,
-            roulette: args
-                .roulette_depth
-                .or(file.roulette_depth)
-                .map_or_else(Roulette::default, |depth| Roulette { depth }),
-            reuse: choose(scene, "reuse", &args.reuse, &file.reuse, REUSES)?,
-            light_samples: light_samples(scene, args)?,
-            branching: positive(scene, "branching", args.branching, &file.branching)?.unwrap_or(DEFAULT_BRANCHING),
-            ao_distance: positive(scene, "ao-distance", args.ao_distance, &file.ao_distance)?,
-            view: choose(scene, "view", &args.view, &file.view, VIEWS)?,
+            light_selection: named(file, "light-selection", &render.light_selection, SELECTIONS)?.unwrap_or_default(),
+            triangle_sampling: named(file, "triangle-sampling", &render.triangle_sampling, TRIANGLE_SAMPLINGS)?
+                .unwrap_or_default(),
+            max_depth: render.max_depth,
+            roulette: render.roulette_depth.map_or(best.roulette, |depth| Roulette { depth }),
+            reuse: named(file, "reuse", &render.reuse, REUSES)?.unwrap_or(best.reuse),
+            light_samples: number(&render.light_samples),
+            branching: number(&render.branching).unwrap_or(best.branching),
+            ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
+            view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
+        })
+    }
+
+    /// The first value that cannot be, whatever the others are.
+    pub(super) fn wrong_value(&self) -> Option<InvalidSetting> {
+        if let Some(n) = self.light_samples.filter(|&n| n > MOST_LIGHT_SAMPLES) {
+            let help = format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything");
+            return Some(InvalidSetting::new("light-samples", n, help));
+        }
+        let is_length = |d: f32| d > 0.0 && d.is_finite();
+        let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
+        match (self.light_samples, self.branching, self.ao_distance) {
+            (Some(0), ..) => above_0("light-samples", &0),
+            (_, 0, _) => above_0("branching", &0),
+            (_, _, Some(d)) if !is_length(d) => above_0("ao-distance", &d),
+            _ => None,
+        }
+    }
+
+    /// Scattering events at most.
+    fn max_depth(&self) -> Option<u32> {
+        let usual = match self.kind {
+            IntegratorKind::Distributed => DEFAULT_DEPTH_BRANCHING,
+            _ => DEFAULT_DEPTH,
         };
-        estimator.check_branches()?;
-        Ok(estimator)
+        self.max_depth.map_or(Some(usual), |depth| depth.0)
     }
 
     /// Light samples at the first vertex. Where paths are shared its own light is much of the error that is left.
     fn light_samples(&self) -> u32 {
-        let is_shared = self.kind == Kind::Path && self.reuse;
+        let is_shared = self.kind == IntegratorKind::Path && self.reuse;
         self.light_samples.unwrap_or(if is_shared { 2 } else { 1 })
     }
 
     /// Refuses trees that nobody can wait for.
-    fn check_branches(&self) -> Result<(), CliError> {
+    pub(super) fn check_branches(&self) -> Result<(), Error> {
         let rays = |depth: u32| (self.branching as f64).powf(depth as f64);
-        let depth = MaxDepth(self.max_depth);
-        match self.max_depth {
-            _ if self.kind != Kind::Distributed => Ok(()),
+        let depth = MaxDepth(self.max_depth());
+        match self.max_depth() {
+            _ if self.kind != IntegratorKind::Distributed => Ok(()),
             Some(d) if rays(d) <= MOST_BRANCHES => Ok(()),
-            _ => Err(CliError::Usage(format!(
+            _ => Err(Error::Refused(format!(
                 "--integrator distributed sends {} rays from every vertex, to a depth of {depth}: too many to wait for\n  \
                  help: lower --branching or --max-depth (branching ^ depth of {MOST_BRANCHES:.0} at most)",
                 self.branching
@@ -185,7 +205,7 @@ impl Estimator {
     }
 
     /// A builder for scenes whose lights are sampled as this says.
-    pub fn scene_builder(&self) -> SceneBuilder {
+    pub(crate) fn scene_builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();
         builder.light_selection(self.light_selection);
         builder.triangle_sampling(self.triangle_sampling);
@@ -194,11 +214,13 @@ impl Estimator {
 
     /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
     /// chance. An error where that is all the light there is, else a warning.
-    pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, CliError> {
+    pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let samples_lights = match self.kind {
-            Kind::Naive => false,
-            Kind::Path | Kind::Direct | Kind::Distributed => self.strategy.samples_lights(),
-            Kind::Whitted | Kind::AmbientOcclusion | Kind::Debug => true,
+            IntegratorKind::Naive => false,
+            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
+                self.strategy.samples_lights()
+            }
+            IntegratorKind::Whitted | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => true,
         };
         let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
         let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
@@ -207,7 +229,7 @@ impl Estimator {
         let words = format!(
             "a {} light cannot be met by following rays, and {} samples no lights",
             light.kind(),
-            if self.kind == Kind::Naive {
+            if self.kind == IntegratorKind::Naive {
                 "--integrator naive"
             } else {
                 "--direct none"
@@ -215,7 +237,7 @@ impl Estimator {
         );
         if shining().all(|l| l.is_delta()) {
             let help = "use --integrator path with --direct light or mis, or give the scene a light that has a size";
-            return Err(CliError::Usage(format!(
+            return Err(Error::Refused(format!(
                 "{words}: the picture would be black\n  help: {help}"
             )));
         }
@@ -223,7 +245,7 @@ impl Estimator {
     }
 
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
-    pub fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
+    pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
         match self.strategy.directions {
             Directions::PerturbedQmc => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
@@ -232,22 +254,22 @@ impl Estimator {
     }
 
     /// Whether its random numbers depend on how many samples a pixel gets in all.
-    pub fn knows_count(&self) -> bool {
+    pub(crate) fn knows_count(&self) -> bool {
         self.strategy.directions == Directions::PerturbedQmc
     }
 
     /// The name users type.
     pub fn name(&self) -> &'static str {
-        name_of(KINDS, self.kind)
+        name_of(IntegratorKind::NAMES, self.kind)
     }
 
     /// Everything that decides the pixels, as `key=value` pairs.
-    pub fn settings(&self) -> String {
-        let depth = MaxDepth(self.max_depth);
+    pub(crate) fn settings(&self) -> String {
+        let depth = MaxDepth(self.max_depth());
         let strategy = self.strategy;
         let mut text = format!("integrator={}", self.name());
         match self.kind {
-            Kind::Path | Kind::Direct | Kind::Distributed => {
+            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -255,14 +277,14 @@ impl Estimator {
                     name_of(HEURISTICS, strategy.heuristic)
                 );
             }
-            Kind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
-            Kind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            Kind::Naive | Kind::Whitted => {}
+            IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
+            IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
+            IntegratorKind::Naive | IntegratorKind::Whitted => {}
         }
         let samples_lights = match self.kind {
-            Kind::Path | Kind::Direct | Kind::Distributed => strategy.samples_lights(),
-            Kind::Whitted => true,
-            Kind::Naive | Kind::AmbientOcclusion | Kind::Debug => false,
+            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
+            IntegratorKind::Whitted => true,
+            IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
             text += &format!(
@@ -272,22 +294,22 @@ impl Estimator {
             );
         }
         match self.kind {
-            Kind::Path => {
+            IntegratorKind::Path => {
                 let (roulette, reuse) = (self.roulette.depth, name_of(REUSES, self.reuse));
                 let lights = self.light_samples();
                 text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse} light_samples={lights}")
             }
-            Kind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
-            Kind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
-            Kind::Whitted => text + &format!(" max_depth={depth}"),
-            Kind::Direct => text + &format!(" light_samples={}", self.light_samples()),
-            Kind::AmbientOcclusion | Kind::Debug => text,
+            IntegratorKind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
+            IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
+            IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
+            IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
+            IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => text,
         }
     }
 
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
     /// enough.
-    pub fn render<A: Accel>(
+    pub(crate) fn render<A: Accel>(
         &self,
         world: World<A>,
         sampler: &impl Sampler,
@@ -333,7 +355,7 @@ impl Estimator {
 
     /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
     /// `key` itself.
-    pub fn sample<A: Accel, O: Sink>(
+    pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
         world: World<A>,
         (resolution, key): (UVec2, SampleKey),
@@ -367,13 +389,8 @@ impl Estimator {
 
     /// The one place that chooses the integrator.
     fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
-        let Self {
-            strategy,
-            roulette,
-            max_depth,
-            ..
-        } = *self;
-        let light_samples = self.light_samples();
+        let Self { strategy, roulette, .. } = *self;
+        let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
             world,
             strategy,
@@ -383,44 +400,27 @@ impl Estimator {
             reuse,
         };
         match self.kind {
-            Kind::Path => task.run(&path(max_depth, self.reuse)),
+            IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
             // One scattering is a path of depth 1, which has nothing to share.
-            Kind::Direct => task.run(&path(Some(1), false)),
-            Kind::Naive => task.run(&NaiveIntegrator {
+            IntegratorKind::Direct => task.run(&path(Some(1), false)),
+            IntegratorKind::Naive => task.run(&NaiveIntegrator {
                 world,
                 max_depth,
                 roulette,
             }),
-            Kind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
-            Kind::Distributed => task.run(&DistributedIntegrator {
+            IntegratorKind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
+            IntegratorKind::Distributed => task.run(&DistributedIntegrator {
                 world,
                 strategy,
                 max_depth: max_depth.unwrap_or(DEFAULT_DEPTH_BRANCHING),
                 branching: self.branching,
             }),
-            Kind::AmbientOcclusion => task.run(&AmbientOcclusion {
+            IntegratorKind::AmbientOcclusion => task.run(&AmbientOcclusion {
                 world,
                 distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
             }),
-            Kind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
+            IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
         }
-    }
-}
-
-/// So many that a sample still ends soon.
-fn light_samples(scene: &SceneFile, args: &EstimatorArgs) -> Result<Option<u32>, CliError> {
-    let file = &scene.render.light_samples;
-    let count = positive(scene, "light-samples", args.light_samples, file)?;
-    let Some(n) = count.filter(|&n| n > MOST_LIGHT_SAMPLES) else {
-        return Ok(count);
-    };
-    let (message, help) = (
-        format!("{n} light samples"),
-        format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything"),
-    );
-    match file {
-        Some(blamed) if args.light_samples.is_none() => Err(scene.error(blamed.span(), message).help(help).into()),
-        _ => Err(CliError::Usage(format!("{message}\n  help: {help}"))),
     }
 }
 

@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 /// Names what is rendered: SHA-256 over the frozen scene and the camera's description, in hexadecimal.
 ///
 /// Two renders with the same hash, settings and seed show the same picture, whatever files they were read from.
-pub(super) fn scene_hash(scene: &Scene, camera: &str) -> String {
+pub(crate) fn scene_hash(scene: &Scene, camera: &str) -> String {
     let mut hash = Sha256::new();
     // Small records go in as their debug text: it names types and fields, and gives every float exactly.
     hash.update(format!("{camera}\n"));

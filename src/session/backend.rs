@@ -1,0 +1,119 @@
+use super::Error;
+#[cfg(feature = "obvhs")]
+use crate::accel::bvh;
+#[cfg(feature = "embree")]
+use crate::accel::embree;
+use crate::accel::{Accel, Auditor, brute};
+use crate::scene::Scene;
+
+/// A ray-tracing backend that is built in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// Intel Embree.
+    #[cfg(feature = "embree")]
+    Embree,
+    /// A hierarchy by obvhs, in pure Rust.
+    #[cfg(feature = "obvhs")]
+    Obvhs,
+    /// Every triangle against every ray.
+    Brute,
+}
+
+impl Backend {
+    /// All backends built in, the default first.
+    pub const ALL: &[Self] = &[
+        #[cfg(feature = "embree")]
+        Self::Embree,
+        #[cfg(feature = "obvhs")]
+        Self::Obvhs,
+        Self::Brute,
+    ];
+
+    /// Their names, as users type them.
+    pub const NAMES: &[(&str, Self)] = &[
+        #[cfg(feature = "embree")]
+        (embree::NAME, Self::Embree),
+        #[cfg(feature = "obvhs")]
+        (bvh::NAME, Self::Obvhs),
+        (brute::NAME, Self::Brute),
+    ];
+
+    /// The name users type.
+    pub fn name(self) -> &'static str {
+        super::names::name_of(Self::NAMES, self)
+    }
+
+    /// Builds the acceleration structure of `scene` with as many threads as `pool` has: the one place that chooses the backend.
+    pub(crate) fn build<'a>(self, scene: &'a Scene, pool: &rayon::ThreadPool) -> Result<AnyAccel<'a>, Error> {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => {
+                let accel = embree::EmbreeAccel::new(scene, pool.current_num_threads());
+                accel.map(AnyAccel::Embree).map_err(|e| Error::Failed(e.to_string()))
+            }
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs => Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene)))),
+            Self::Brute => Ok(AnyAccel::Brute(pool.install(|| brute::BruteForce::new(scene)))),
+        }
+    }
+}
+
+/// The acceleration structure of whichever backend.
+pub(crate) enum AnyAccel<'a> {
+    #[cfg(feature = "embree")]
+    Embree(embree::EmbreeAccel<'a>),
+    #[cfg(feature = "obvhs")]
+    Obvhs(bvh::BvhAccel),
+    Brute(brute::BruteForce),
+    /// That of one, for a share of the rays checked against another.
+    Audited(&'a Auditor<'a>),
+}
+
+/// What is done with an acceleration structure, whichever it is.
+pub(crate) trait AccelTask {
+    type Output;
+
+    fn run<A: Accel>(self, accel: &A) -> Self::Output;
+}
+
+impl AnyAccel<'_> {
+    /// Gives it to `task`, which is compiled for each of them: rays are asked for without a detour.
+    pub fn with<T: AccelTask>(&self, task: T) -> T::Output {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => task.run(accel),
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs(accel) => task.run(accel),
+            Self::Brute(accel) => task.run(accel),
+            Self::Audited(accel) => task.run(*accel),
+        }
+    }
+
+    /// The same, to be asked without knowing which.
+    pub fn as_dyn(&self) -> &dyn Accel {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel,
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs(accel) => accel,
+            Self::Brute(accel) => accel,
+            Self::Audited(accel) => *accel,
+        }
+    }
+}
+
+/// Name and version of this program and of the backends built in, a line each.
+pub fn version_text() -> String {
+    let mut text = format!("embrasure {}", env!("CARGO_PKG_VERSION"));
+    #[cfg(feature = "embree")]
+    match embree::Device::new(1) {
+        Ok(device) => text += &format!("\nbackend embree {} ({})", device.version(), device.isa()),
+        Err(error) => text += &format!("\nbackend embree: {error}"),
+    }
+    #[cfg(feature = "obvhs")]
+    {
+        text += &format!("\nbackend obvhs {} (pure Rust)", bvh::VERSION);
+    }
+    text += "\nbackend brute (every triangle against every ray, for checks)";
+    text
+}

@@ -1,0 +1,72 @@
+use crate::camera::CameraError;
+use crate::denoise::DenoiseError;
+use crate::io::FileError;
+use std::fmt;
+use thiserror::Error;
+
+/// Why a session could not go on.
+#[derive(Clone, Debug, Error)]
+pub enum Error {
+    /// A setting has a value that cannot be.
+    #[error("{0}")]
+    Setting(InvalidSetting),
+    /// Settings and scene do not go together; the words say what to change.
+    #[error("{0}")]
+    Refused(String),
+    /// A file cannot be read, is wrong, or cannot be written.
+    #[error("{0}")]
+    File(#[from] FileError),
+    /// Anything else that failed.
+    #[error("{0}")]
+    Failed(String),
+}
+
+/// A setting that cannot be, by the name that the command line has for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidSetting {
+    /// `spp`, `crop` and the like.
+    pub setting: &'static str,
+    /// The value, and what is wrong with it if that is not plain.
+    pub value: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+impl InvalidSetting {
+    pub(super) fn new(setting: &'static str, value: impl fmt::Display, help: impl Into<String>) -> Self {
+        Self {
+            setting,
+            value: value.to_string(),
+            help: help.into(),
+        }
+    }
+}
+
+impl fmt::Display for InvalidSetting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}\n  help: {}", self.setting, self.value, self.help)
+    }
+}
+
+impl From<InvalidSetting> for Error {
+    fn from(invalid: InvalidSetting) -> Self {
+        Self::Setting(invalid)
+    }
+}
+
+impl From<DenoiseError> for Error {
+    fn from(error: DenoiseError) -> Self {
+        match error {
+            DenoiseError::NotBuilt => Self::Refused(error.to_string()),
+            _ => Self::Failed(error.to_string()),
+        }
+    }
+}
+
+impl From<CameraError> for Error {
+    fn from(error: CameraError) -> Self {
+        Self::Refused(format!(
+            "{error}\n  help: correct --position, --look-at, --up, --fov or --shutter"
+        ))
+    }
+}

@@ -1,0 +1,249 @@
+use super::{Error, RenderState};
+use crate::film::{Film, Rect};
+use crate::io::{Description, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
+use crate::math::UVec2;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A part of a picture, by what its file says of itself.
+#[derive(Clone, Debug)]
+struct Part {
+    path: PathBuf,
+    description: Description,
+}
+
+impl Part {
+    fn samples(&self) -> Range<u32> {
+        self.description.metadata.first_sample..self.description.metadata.end_sample
+    }
+
+    fn error(&self, message: String, help: &str) -> Error {
+        FileError::new(&self.path, message).help(help).into()
+    }
+}
+
+/// Parts of one picture, of which the headers were read.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// By their first samples and corners; never empty.
+    parts: Vec<Part>,
+    whole: Whole,
+}
+
+/// What parts are together.
+#[derive(Clone, Debug)]
+pub struct Joined {
+    /// The sums of all.
+    pub state: RenderState,
+    /// What files say of them.
+    pub metadata: Metadata,
+    /// Whether pixels or samples of the picture are missing.
+    pub is_part: bool,
+}
+
+impl Parts {
+    /// Reads what the files say of themselves, and nothing large.
+    ///
+    /// # Errors
+    ///
+    /// Files that are no parts, or not of one picture.
+    pub fn describe(paths: &[impl AsRef<Path>]) -> Result<Self, Error> {
+        let describe = |path: &Path| {
+            Ok(Part {
+                path: path.to_path_buf(),
+                description: describe_checkpoint(path)?,
+            })
+        };
+        let parts = paths.iter().map(|path| describe(path.as_ref()));
+        let mut parts: Vec<Part> = parts.collect::<Result<_, FileError>>()?;
+        parts.sort_by_key(|part| {
+            let corner = part.description.crop.min;
+            (part.samples().start, corner.y, corner.x)
+        });
+        let Some((first, others)) = parts.split_first() else {
+            let message = "no parts given\n  help: name the files to merge";
+            return Err(Error::Refused(message.into()));
+        };
+        others.iter().try_for_each(|part| check_kinship(first, part))?;
+        let whole = Whole::new(first, &parts);
+        Ok(Self { parts, whole })
+    }
+
+    /// Their number.
+    pub fn count(&self) -> usize {
+        self.parts.len()
+    }
+
+    /// The smallest rectangle around all.
+    pub fn crop(&self) -> Rect {
+        self.whole.crop
+    }
+
+    /// The samples from the first to the last that is in any.
+    pub fn samples(&self) -> Range<u32> {
+        self.whole.samples.clone()
+    }
+
+    /// The sums of all parts, in whatever order: those of one render. They are to be all of the picture's, or, where less than a picture `is_enough`,
+    /// all between the first and the last.
+    ///
+    /// # Errors
+    ///
+    /// Samples that are there twice or, unless `allow_gaps`, missing; parts that are not finished; damaged files.
+    pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
+        let Self { parts, whole } = self;
+        let wanted = match is_enough {
+            true => whole.samples.clone(),
+            false => 0..whole.total,
+        };
+        let has_gaps = whole.check(parts, wanted, allow_gaps)?;
+        let state = whole.join(parts)?;
+        let metadata = Metadata {
+            first_sample: whole.samples.start,
+            end_sample: whole.samples.end,
+            total_samples: whole.total,
+            render_seconds: state.seconds,
+            complete: !has_gaps,
+            // Sums are raw.
+            denoiser: None,
+            ..parts[0].description.metadata.clone()
+        };
+        let is_all = whole.crop == Rect::full(whole.resolution) && whole.samples == (0..whole.total);
+        Ok(Joined {
+            state,
+            metadata,
+            is_part: has_gaps || !is_all,
+        })
+    }
+}
+
+impl Joined {
+    /// Writes the picture to all `outputs`, and says what went wrong with them; EXR files hold the sums as well where it is a part.
+    pub fn write(&self, outputs: &[(Format, Output)]) -> Vec<FileError> {
+        let with_error = self.metadata.settings.contains(" noise=");
+        let image = self.state.develop(with_error, self.metadata.features.as_ref());
+        self.state.write(&image, outputs, self.is_part, &self.metadata)
+    }
+}
+
+/// An error where both are not of one picture.
+fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
+    let (a, b) = (&first.description, &other.description);
+    let difference = match a.resolution == b.resolution {
+        true => a.metadata.difference(&b.metadata),
+        false => Some(format!("image size {} and {}", a.resolution, b.resolution)),
+    };
+    difference.map_or(Ok(()), |difference| {
+        Err(other.error(
+            format!(
+                "not a part of the picture that {} is of: {difference}",
+                first.path.display()
+            ),
+            "merge parts of one scene with the same settings, seed, program and backend",
+        ))
+    })
+}
+
+/// What the parts should give.
+#[derive(Clone, Debug)]
+struct Whole {
+    resolution: UVec2,
+    /// The smallest rectangle around all parts.
+    crop: Rect,
+    samples: Range<u32>,
+    /// Samples of a pixel of the whole picture.
+    total: u32,
+}
+
+impl Whole {
+    fn new(first: &Part, parts: &[Part]) -> Self {
+        let around = |a: Rect, b: Rect| Rect {
+            min: a.min.min(b.min),
+            max: a.max.max(b.max),
+        };
+        let crops = parts.iter().map(|part| part.description.crop);
+        let samples = || parts.iter().map(Part::samples);
+        Self {
+            resolution: first.description.resolution,
+            crop: crops.reduce(around).unwrap_or(first.description.crop),
+            samples: samples().map(|s| s.start).min().unwrap_or(0)..samples().map(|s| s.end).max().unwrap_or(0),
+            total: parts
+                .iter()
+                .map(|part| part.description.metadata.total_samples)
+                .max()
+                .unwrap_or(0),
+        }
+    }
+
+    /// Whether anything of the samples `wanted` is missing, which is an error unless `allow_gaps`. An error where something is there twice.
+    fn check(&self, parts: &[Part], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
+        let mut gap = None;
+        if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
+            gap = Some(part.error(
+                "this part is not finished".into(),
+                "render the rest of it by --resume, or merge what there is by --allow-gaps",
+            ));
+        }
+        // Edges of crops cut the picture into cells, in each of which all pixels are in the same parts.
+        let edges = |of: fn(Rect) -> [u32; 2]| {
+            let mut edges: Vec<u32> = parts.iter().flat_map(|part| of(part.description.crop)).collect();
+            edges.sort_unstable();
+            edges.dedup();
+            edges
+        };
+        let (xs, ys) = (edges(|r| [r.min.x, r.max.x]), edges(|r| [r.min.y, r.max.y]));
+        for y in ys.windows(2) {
+            for x in xs.windows(2) {
+                let corner = UVec2::new(x[0], y[0]);
+                // Parts are sorted by their first samples.
+                let here: Vec<&Part> = parts.iter().filter(|p| p.description.crop.contains(corner)).collect();
+                for pair in here.windows(2) {
+                    let (a, b) = (pair[0].samples(), pair[1].samples());
+                    if b.start < a.end {
+                        return Err(pair[1].error(
+                            format!(
+                                "samples {}..{} of pixel {},{} are in {} too",
+                                b.start,
+                                b.end.min(a.end),
+                                corner.x,
+                                corner.y,
+                                pair[0].path.display()
+                            ),
+                            "merge each part once",
+                        ));
+                    }
+                }
+                let ends = here.iter().map(|part| part.samples());
+                let mut next = wanted.start;
+                for samples in ends.chain(std::iter::once(wanted.end..wanted.end)) {
+                    if samples.start > next && gap.is_none() {
+                        gap = Some(Error::Failed(format!(
+                            "samples {next}..{} of pixels {},{} to {},{} are in no part\n  help: render them \
+                             (--samples {next}..{}), or merge what there is by --allow-gaps",
+                            samples.start, x[0], y[0], x[1], y[1], samples.start
+                        )));
+                    }
+                    next = samples.end;
+                }
+            }
+        }
+        match gap {
+            Some(error) if !allow_gaps => Err(error),
+            gap => Ok(gap.is_some()),
+        }
+    }
+
+    /// All sums.
+    fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
+        let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
+        let has_features = parts.iter().any(|part| part.description.metadata.features.is_some());
+        let mut merged = RenderState::new(if has_features { film.with_features() } else { film });
+        for part in parts {
+            let read = RenderState::of_checkpoint(&part.path, read_checkpoint(&part.path)?)?;
+            merged.film.merge(&read.film);
+            merged.statistics = std::mem::take(&mut merged.statistics).merge(read.statistics);
+            merged.seconds += read.seconds;
+        }
+        Ok(merged)
+    }
+}

@@ -1,0 +1,193 @@
+//! A render from scene file to picture: what programs that use this crate stand on, the command line among them.
+//!
+//! [`Settings`] say what is wanted; a [`Session`] holds the scene; its [`Renderer`] has an acceleration structure as well, and adds samples
+//! to a [`RenderState`] for as long as an observer lets it, which may be for ever so often: the bits are those of a single run.
+
+mod backend;
+mod camera;
+mod error;
+mod estimator;
+mod hash;
+mod merge;
+mod names;
+mod renderer;
+mod settings;
+mod state;
+
+pub use backend::{Backend, version_text};
+pub use camera::CameraSettings;
+pub use error::{Error, InvalidSetting};
+pub use estimator::{Estimator, IntegratorKind};
+pub use merge::{Joined, Parts};
+pub use renderer::Renderer;
+pub use settings::{MOST_FOR_NOISE, Settings};
+pub use state::RenderState;
+
+pub(crate) use backend::{AccelTask, AnyAccel};
+pub(crate) use estimator::{DIRECT, DIRECTIONS, HEURISTICS, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS};
+pub(crate) use names::{find, join_names, name_of, named};
+pub(crate) use settings::{DENOISERS, all_threads};
+
+use crate::camera::{Camera, CameraParameters};
+use crate::denoise::Denoiser;
+use crate::film::{Filter, Rect};
+use crate::integrator::World;
+use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
+use crate::lint::Forecast;
+use crate::scene::Scene;
+
+/// A scene that is in memory, with all that is settled about its render.
+pub struct Session {
+    settings: Settings,
+    scene: Scene,
+    camera: Camera,
+    filter: Filter,
+    scene_hash: String,
+    warnings: Vec<String>,
+    /// Bytes that the render takes at most, about.
+    memory: u64,
+    /// Name and version of what takes out noise.
+    denoiser: Option<String>,
+    pool: rayon::ThreadPool,
+}
+
+impl Session {
+    /// Reads the scene's files. `observer` is told how far that is; `&()` is not interested.
+    ///
+    /// # Errors
+    ///
+    /// Settings that cannot be, wrong files, a scene that takes more memory than it may.
+    pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
+        settings.check()?;
+        let denoiser = settings.denoiser.map(Denoiser::version).transpose()?;
+        let pool = thread_pool(settings.threads)?;
+        let builder = settings.estimator.scene_builder();
+        let Loaded { scene, mut warnings } = pool.install(|| load_scene_watched(file, builder, observer))?;
+        let (scene, memory) = within_memory(file, &settings, scene)?;
+        let (parameters, camera) = settings.camera_of(file, &scene)?;
+        warnings.extend(settings.estimator.check_lights(&scene)?);
+        Ok(Self {
+            scene_hash: hash::scene_hash(&scene, &parameters),
+            filter: settings.filter(),
+            settings,
+            scene,
+            camera,
+            warnings,
+            memory,
+            denoiser,
+            pool,
+        })
+    }
+
+    /// Takes a scene that was made in code, seen by `camera`; what the settings say of cameras does not count.
+    ///
+    /// # Errors
+    ///
+    /// Settings that cannot be, a camera that sees nothing, lights that the estimator cannot find.
+    pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
+        settings.check()?;
+        Ok(Self {
+            scene_hash: hash::scene_hash(&scene, &format!("{camera:?}")),
+            filter: settings.filter(),
+            camera: Camera::new(camera, settings.resolution)?,
+            warnings: settings.estimator.check_lights(&scene)?.into_iter().collect(),
+            memory: Forecast::new(&scene, settings.crop(), 0).peak(settings.backend.name()),
+            denoiser: settings.denoiser.map(Denoiser::version).transpose()?,
+            pool: thread_pool(settings.threads)?,
+            settings,
+            scene,
+        })
+    }
+
+    /// Builds the acceleration structure.
+    ///
+    /// # Errors
+    ///
+    /// The backend's own, such as memory that is not to be had.
+    pub fn renderer(&self) -> Result<Renderer<'_>, Error> {
+        Renderer::build(self)
+    }
+
+    /// What the render is to be.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// What light meets.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// SHA-256 over scene and camera, in hexadecimal.
+    pub fn scene_hash(&self) -> &str {
+        &self.scene_hash
+    }
+
+    /// What was odd about the scene, a sentence each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// About how many bytes the render takes at most.
+    pub fn memory(&self) -> u64 {
+        self.memory
+    }
+
+    /// Runs `work` with the session's threads.
+    pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
+    }
+
+    pub(crate) fn pool(&self) -> &rayon::ThreadPool {
+        &self.pool
+    }
+
+    /// What integrators work in, where `accel` answers ray queries.
+    pub(crate) fn world<'a, A>(&'a self, accel: &'a A) -> World<'a, A> {
+        World {
+            scene: &self.scene,
+            accel,
+            camera: &self.camera,
+            filter: &self.filter,
+            features: !self.settings.aovs.is_empty(),
+        }
+    }
+}
+
+/// So many threads.
+pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
+}
+
+/// What a render of these pixels of the scene will take.
+pub(crate) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast {
+    let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
+    let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
+    Forecast::new(scene, crop, sizes.max().unwrap_or(0))
+}
+
+/// The scene, compact if that is asked for or if only then its render keeps to the file's `max_memory`, and about how many bytes that
+/// takes at most. An error, before they are taken, where that is too much.
+fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<(Scene, u64), Error> {
+    let crop = settings.crop();
+    let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
+    let peak = |scene: &Scene| forecast(file, scene, crop).peak(settings.backend.name()) + denoising;
+    let scene = if settings.compact { scene.into_compact() } else { scene };
+    let (usual, limit) = (peak(&scene), file.options.max_memory);
+    let Some(limit) = limit.filter(|limit| usual > *limit) else {
+        return Ok((scene, usual));
+    };
+    let scene = scene.into_compact();
+    let compact = peak(&scene);
+    if compact > limit {
+        let error = file.whole(format!(
+            "the render takes about {}: more than the {} of --max-memory",
+            in_words(compact),
+            in_words(limit)
+        ));
+        let help = "allow more, render a smaller picture or a --crop, or let objects share their OBJ";
+        return Err(error.help(help).into());
+    }
+    Ok((scene, compact))
+}

@@ -1,0 +1,213 @@
+use super::estimator::Estimator;
+use super::{AccelTask, AnyAccel, Error, RenderState, Session, name_of};
+use crate::accel::{Accel, Auditor, BackendInfo};
+use crate::denoise::DenoiseError;
+use crate::film::{Aov, Film, Image};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output};
+use crate::render::{Observer, Outcome, Statistics};
+use std::path::Path;
+use std::time::Instant;
+
+/// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
+pub struct Renderer<'a> {
+    session: &'a Session,
+    accel: AnyAccel<'a>,
+    /// How long building took, seconds.
+    pub build_seconds: f64,
+}
+
+impl<'a> Renderer<'a> {
+    pub(super) fn build(session: &'a Session) -> Result<Self, Error> {
+        let start = Instant::now();
+        let accel = session.settings().backend.build(session.scene(), session.pool())?;
+        Ok(Self {
+            session,
+            accel,
+            build_seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+
+    /// One whose rays `auditor` answers.
+    pub(crate) fn audited(session: &'a Session, auditor: &'a Auditor<'a>, build_seconds: f64) -> Self {
+        Self {
+            session,
+            accel: AnyAccel::Audited(auditor),
+            build_seconds,
+        }
+    }
+
+    /// Who answers ray queries.
+    pub(crate) fn accel(&self) -> &AnyAccel<'a> {
+        &self.accel
+    }
+
+    /// What it is a renderer of.
+    pub fn session(&self) -> &'a Session {
+        self.session
+    }
+
+    /// Name, version and instruction set of the backend.
+    pub fn backend(&self) -> BackendInfo {
+        self.accel.as_dyn().info()
+    }
+
+    /// Bytes of the acceleration structure.
+    pub fn accel_bytes(&self) -> u64 {
+        self.accel.as_dyn().bytes()
+    }
+
+    /// No sample yet.
+    pub fn start(&self) -> RenderState {
+        let settings = self.session.settings();
+        let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
+        RenderState::new(match settings.aovs.is_empty() {
+            true => film,
+            false => film.with_features(),
+        })
+    }
+
+    /// What was known when the checkpoint at `path` was written, to go on from.
+    ///
+    /// # Errors
+    ///
+    /// A checkpoint of another render, or one that has more samples than are wanted.
+    pub fn resume(&self, path: &Path, checkpoint: Checkpoint) -> Result<RenderState, Error> {
+        let settings = self.session.settings();
+        let refused = |message: String, help: &str| Err(FileError::new(path, message).help(help).into());
+        let film = &checkpoint.film;
+        let (there, here) = (film.crop(), settings.crop());
+        let difference = if film.resolution() != settings.resolution {
+            Some(format!("image size {} and {}", film.resolution(), settings.resolution))
+        } else if there != here {
+            let corners = [there, here].map(|r| format!("{},{},{},{}", r.min.x, r.min.y, r.max.x, r.max.y));
+            Some(format!("crop {} and {}", corners[0], corners[1]))
+        } else if checkpoint.metadata.first_sample != settings.samples().start {
+            let first = checkpoint.metadata.first_sample;
+            Some(format!("first sample {first} and {}", settings.samples().start))
+        } else {
+            checkpoint.metadata.difference(&self.metadata_after(0.0, false))
+        };
+        if let Some(difference) = difference {
+            return refused(
+                format!("this checkpoint is of another render: {difference} (there and here)"),
+                "render as before, or name another --checkpoint",
+            );
+        }
+        let most = film.tiles().iter().map(|tile| tile.next_sample()).max().unwrap_or(0);
+        let wanted = settings.samples().end;
+        if most > wanted {
+            return refused(
+                format!("this checkpoint has {most} samples a pixel already, {wanted} are wanted"),
+                "ask for as many or for more: samples are not taken out",
+            );
+        }
+        Ok(RenderState::of_checkpoint(path, checkpoint)?)
+    }
+
+    /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; it
+    /// may be gone on with then. Bits depend neither on threads nor on when it was stopped.
+    pub fn render(&self, state: &mut RenderState, observer: &impl Observer) -> Outcome {
+        let start = Instant::now();
+        let film = &mut state.film;
+        let task = Render {
+            session: self.session,
+            estimator: &self.session.settings().estimator,
+            film,
+            observer,
+        };
+        let (outcome, statistics) = self.accel.with(task);
+        state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
+        state.seconds += start.elapsed().as_secs_f64();
+        outcome
+    }
+
+    /// What files say of a picture of `state`; `is_complete` where nothing is missing of it.
+    pub fn metadata(&self, state: &RenderState, is_complete: bool) -> Metadata {
+        self.metadata_after(state.seconds, is_complete)
+    }
+
+    fn metadata_after(&self, render_seconds: f64, is_complete: bool) -> Metadata {
+        let (session, settings, info) = (self.session, self.session.settings(), self.backend());
+        let samples = settings.samples();
+        Metadata {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: session.scene_hash().into(),
+            settings: settings.describe(),
+            first_sample: samples.start,
+            end_sample: samples.end,
+            total_samples: settings.total_samples(),
+            seed: settings.seed,
+            backend: info.name.into(),
+            backend_version: format!("{} {}", info.version, info.isa),
+            render_seconds,
+            complete: is_complete,
+            features: self.feature_names(),
+            denoiser: None,
+        }
+    }
+
+    /// What further channels are of, if any are asked for.
+    fn feature_names(&self) -> Option<FeatureNames> {
+        let (aovs, scene) = (&self.session.settings().aovs, self.session.scene());
+        (!aovs.is_empty()).then(|| FeatureNames {
+            aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
+            objects: scene.objects().to_vec(),
+            materials: scene.materials().iter().map(|m| m.name.clone()).collect(),
+        })
+    }
+
+    /// The picture as it is now, raw, with the channels that were asked for.
+    pub fn develop(&self, state: &RenderState) -> Image {
+        let with_error = self.session.settings().noise.is_some();
+        state.develop(with_error, self.feature_names().as_ref())
+    }
+
+    /// Takes the noise out of `image` where that was asked for, and says by what; the raw picture stays beside it.
+    ///
+    /// # Errors
+    ///
+    /// The filter's own; the image is then as it was.
+    pub fn denoise(&self, image: &mut Image) -> Result<Option<String>, DenoiseError> {
+        let session = self.session;
+        if let Some(denoiser) = session.settings().denoiser {
+            session.install(|| denoiser.apply(image))?;
+        }
+        Ok(session.denoiser.clone())
+    }
+
+    /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
+    /// well, so that [`Parts`](super::Parts) can be joined.
+    pub fn write(
+        &self,
+        state: &RenderState,
+        image: &Image,
+        outputs: &[(Format, Output)],
+        metadata: &Metadata,
+    ) -> Vec<FileError> {
+        state.write(image, outputs, self.session.settings().is_part(), metadata)
+    }
+}
+
+/// Adds samples to a film.
+struct Render<'a, O> {
+    session: &'a Session,
+    estimator: &'a Estimator,
+    film: &'a mut Film,
+    observer: &'a O,
+}
+
+impl<O: Observer> AccelTask for Render<'_, O> {
+    type Output = (Outcome, Statistics);
+
+    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+        let Self {
+            session,
+            estimator,
+            film,
+            observer,
+        } = self;
+        let settings = session.settings();
+        let (sampler, end) = (settings.random_numbers(), settings.samples().end);
+        session.install(|| estimator.render(session.world(accel), &sampler, film, end, settings.noise, observer))
+    }
+}

@@ -1,0 +1,144 @@
+use crate::film::{Aov, Film, Image};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
+use crate::render::{DroppedSample, RayCounts, Statistics};
+use crate::sampler::SampleKey;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// All that a render knows: sums and counts so far, over all runs of the program.
+#[derive(Clone, Debug)]
+pub struct RenderState {
+    /// Sums of each pixel.
+    pub film: Film,
+    /// What has been counted.
+    pub statistics: Statistics,
+    /// Of rendering.
+    pub seconds: f64,
+}
+
+impl RenderState {
+    /// Nothing but what is on `film`.
+    pub(super) fn new(film: Film) -> Self {
+        Self {
+            film,
+            statistics: Statistics::default(),
+            seconds: 0.0,
+        }
+    }
+
+    /// What was read of `path`.
+    pub(super) fn of_checkpoint(path: &Path, checkpoint: Checkpoint) -> Result<Self, FileError> {
+        let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
+            FileError::new(path, format!("its statistics make no sense: {error}")).help("render it anew")
+        })?;
+        Ok(Self {
+            film: checkpoint.film,
+            statistics: counted.statistics(),
+            seconds: counted.seconds,
+        })
+    }
+
+    /// The picture as it is now, with channels of `features`, and a map of the error if that is wanted.
+    pub(super) fn develop(&self, with_error: bool, features: Option<&FeatureNames>) -> Image {
+        let mut image = self.film.develop();
+        if let Some(names) = features {
+            let aovs = names.aovs();
+            image.channels.extend(self.film.develop_features(&aovs));
+            if aovs.contains(&Aov::Cryptomatte) {
+                image.channels.extend(cryptomattes(&self.film, names));
+            }
+        }
+        if with_error {
+            image.channels.push(self.film.error_map());
+        }
+        image
+    }
+
+    /// Keeps all of it in an EXR file, to go on from.
+    ///
+    /// # Errors
+    ///
+    /// Those of the file; what was there before stays.
+    pub fn keep(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
+        let statistics = self.counted();
+        self.as_state(&statistics).write(output, metadata)
+    }
+
+    /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them.
+    pub(super) fn write(
+        &self,
+        image: &Image,
+        outputs: &[(Format, Output)],
+        with_sums: bool,
+        metadata: &Metadata,
+    ) -> Vec<FileError> {
+        let statistics = self.counted();
+        let state = with_sums.then(|| self.as_state(&statistics));
+        let write = |(format, output): &(_, Output)| output.write_image(*format, image, state.as_ref(), metadata);
+        outputs.iter().filter_map(|o| write(o).err()).collect()
+    }
+
+    fn as_state<'a>(&'a self, statistics: &'a str) -> State<'a> {
+        State {
+            film: &self.film,
+            statistics,
+        }
+    }
+
+    /// What has been counted, as JSON.
+    fn counted(&self) -> String {
+        // Numbers alone: nothing can go wrong.
+        serde_json::to_string(&Counted::new(&self.statistics, self.seconds)).unwrap_or_default()
+    }
+}
+
+/// What files keep of [`Statistics`].
+#[derive(Serialize, Deserialize)]
+struct Counted {
+    seconds: f64,
+    /// Camera, bounce, shadow.
+    rays: [u64; 3],
+    samples: u64,
+    dropped: u64,
+    first_dropped: Vec<CountedSample>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct CountedSample {
+    pixel: [u32; 2],
+    sample: u32,
+    /// Bits of the floats: JSON has no NaN.
+    radiance: [u32; 3],
+}
+
+impl Counted {
+    fn new(statistics: &Statistics, seconds: f64) -> Self {
+        let RayCounts { camera, bounce, shadow } = statistics.rays;
+        let dropped = statistics.first_dropped.iter().map(|d| CountedSample {
+            pixel: d.key.pixel().to_array(),
+            sample: d.key.sample,
+            radiance: d.radiance.map(f32::to_bits),
+        });
+        Self {
+            seconds,
+            rays: [camera, bounce, shadow],
+            samples: statistics.samples,
+            dropped: statistics.dropped,
+            first_dropped: dropped.collect(),
+        }
+    }
+
+    fn statistics(&self) -> Statistics {
+        let [camera, bounce, shadow] = self.rays;
+        let dropped = self.first_dropped.iter().map(|d| DroppedSample {
+            key: SampleKey::new(d.pixel[0], d.pixel[1], d.sample),
+            radiance: d.radiance.map(f32::from_bits),
+        });
+        Statistics {
+            rays: RayCounts { camera, bounce, shadow },
+            samples: self.samples,
+            dropped: self.dropped,
+            first_dropped: dropped.collect(),
+        }
+    }
+}

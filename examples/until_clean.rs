@@ -1,0 +1,77 @@
+//! Renders a scene file until its relative error is low enough, and tells how that goes:
+//!
+//! ```text
+//! cargo run --release --example until_clean -- scenes/cornell-box.toml 0.05 out/clean
+//! ```
+
+use embrasure::film::Film;
+use embrasure::{Format, Observer, Outcome, Output, SceneFile, Session, Settings};
+use std::error::Error;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Stops the render after the pass in which the error has become low enough.
+struct Watcher {
+    level: f64,
+    is_clean: AtomicBool,
+}
+
+impl Observer for Watcher {
+    fn progress(&self, _samples: u64) {}
+
+    fn passed(&self, film: &Film) {
+        let Some(error) = film.relative_error() else { return };
+        let spp = film.samples() / film.crop().area();
+        println!("{spp:5} samples a pixel: relative error {error:.4}");
+        self.is_clean.store(error <= self.level, Ordering::Relaxed);
+    }
+
+    fn should_stop(&self) -> bool {
+        self.is_clean.load(Ordering::Relaxed)
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, level, stem] = args.as_slice() else {
+        return Err(
+            "three arguments are expected: a scene file, a relative error, and a file name without its extension"
+                .into(),
+        );
+    };
+
+    // Flags of the command line are fields of the settings.
+    let file = SceneFile::load(Path::new(scene))?;
+    let settings = Settings {
+        spp: 4096,
+        ..Settings::of(&file)?
+    };
+    let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(Path::new(&format!("{stem}.{extension}"))));
+    let outputs = [(Format::Exr, exr?), (Format::Png(settings.tone), png?)];
+
+    let session = Session::load(&file, settings, &())?;
+    session
+        .warnings()
+        .iter()
+        .for_each(|warning| eprintln!("warning: {warning}"));
+    let renderer = session.renderer()?;
+    let mut state = renderer.start();
+    let watcher = Watcher {
+        level: level.parse()?,
+        is_clean: AtomicBool::new(false),
+    };
+    let outcome = renderer.render(&mut state, &watcher);
+    if outcome == Outcome::Complete && !watcher.should_stop() {
+        eprintln!("warning: all samples are taken, and the error is higher yet");
+    }
+
+    let metadata = renderer.metadata(&state, outcome == Outcome::Complete);
+    match renderer
+        .write(&state, &renderer.develop(&state), &outputs, &metadata)
+        .into_iter()
+        .next()
+    {
+        Some(failure) => Err(failure.into()),
+        None => Ok(()),
+    }
+}

@@ -2,9 +2,8 @@
 
 mod support;
 
-use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use support::program::{assert_same_bits, done, folder, joined, split};
 use support::{read_channel, read_rgb};
 use tempfile::TempDir;
 
@@ -14,48 +13,32 @@ const HEIGHT: usize = 32;
 /// Seen straight on from (0, 0, 10), with an upright field of 2 in the plane z = 0: pixels are 1/16 wide there. Behind is a wall with texture
 /// coordinates, in its right half stands a card at z = 1 that moves by (0.5, 0.25, 0) and is a copy, and a second copy stands far to the left.
 fn scene() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write(
-        "a.mtl",
-        "newmtl stone\nKd 0.5 0.5 0.5\nnewmtl \"paper\"\nKd 0.2 0.3 0.2\n",
-    );
-    write(
-        "wall.obj",
-        "mtllib a.mtl\nv -3 -2 0\nv 3 -2 0\nv 3 2 0\nv -3 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl stone\nf 1/1 2/2 3/3 4/4\n",
-    );
-    write(
-        "card.obj",
-        "v 0 -2 0\nv 0.9 -2 0\nv 0.9 2 0\nv 0 2 0\nusemtl \"paper\"\nmtllib a.mtl\nf 1 2 3 4\n",
-    );
     let fov = 2.0 * (1.0f64 / 10.0).atan().to_degrees();
-    write(
-        "s.toml",
-        &format!(
-            "version = 1\n[camera]\nposition = [0, 0, 10]\nlook_at = [0, 0, 0]\nvertical_fov = {fov}\n\
-             [image]\nwidth = {WIDTH}\nheight = {HEIGHT}\n[[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n\
-             [[object]]\nobj = \"wall.obj\"\n\
-             [[object]]\nname = \"card of \\\"paper\\\"\"\nobj = \"card.obj\"\ntransform = {{ translate = [0, 0, 1] }}\n\
-             transform_close = {{ translate = [0.5, 0.25, 1] }}\n\
-             [[object]]\nobj = \"card.obj\"\ntransform = {{ translate = [-1.4, 0, 0.5] }}\n"
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl stone\nKd 0.5 0.5 0.5\nnewmtl \"paper\"\nKd 0.2 0.3 0.2\n",
         ),
-    );
-    folder
-}
-
-fn done(folder: &Path, args: &[&str]) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
-    let out = command
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .args(args)
-        .output()
-        .unwrap();
-    assert!(
-        out.status.success(),
-        "{args:?}: {}",
-        String::from_utf8_lossy(&out.stderr)
-    );
+        (
+            "wall.obj",
+            "mtllib a.mtl\nv -3 -2 0\nv 3 -2 0\nv 3 2 0\nv -3 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl stone\nf 1/1 2/2 3/3 4/4\n",
+        ),
+        (
+            "card.obj",
+            "v 0 -2 0\nv 0.9 -2 0\nv 0.9 2 0\nv 0 2 0\nusemtl \"paper\"\nmtllib a.mtl\nf 1 2 3 4\n",
+        ),
+        (
+            "s.toml",
+            &format!(
+                "version = 1\n[camera]\nposition = [0, 0, 10]\nlook_at = [0, 0, 0]\nvertical_fov = {fov}\n\
+                 [image]\nwidth = {WIDTH}\nheight = {HEIGHT}\n[[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n\
+                 [[object]]\nobj = \"wall.obj\"\n\
+                 [[object]]\nname = \"card of \\\"paper\\\"\"\nobj = \"card.obj\"\ntransform = {{ translate = [0, 0, 1] }}\n\
+                 transform_close = {{ translate = [0.5, 0.25, 1] }}\n\
+                 [[object]]\nobj = \"card.obj\"\ntransform = {{ translate = [-1.4, 0, 0.5] }}\n"
+            ),
+        ),
+    ])
 }
 
 /// The value of a channel in this column and row.
@@ -67,10 +50,7 @@ fn at(path: &Path, channel: &str, x: usize, y: usize) -> f32 {
 fn channels_say_what_is_there() {
     let folder = scene();
     let path = folder.path().join("o.exr");
-    done(
-        folder.path(),
-        &["render", "s.toml", "-q", "--spp", "64", "--aov", "all", "-o", "o.exr"],
-    );
+    done(folder.path(), &split("render s.toml -q --spp 64 --aov all -o o.exr"));
 
     // A pixel of the wall, in the middle of the left half: nothing else is seen there.
     let (x, y) = (18, 9);
@@ -139,17 +119,7 @@ fn mattes_are_read_back() {
     let path = folder.path().join("o.exr");
     done(
         folder.path(),
-        &[
-            "render",
-            "s.toml",
-            "-q",
-            "--spp",
-            "256",
-            "--aov",
-            "cryptomatte",
-            "-o",
-            "o.exr",
-        ],
+        &split("render s.toml -q --spp 256 --aov cryptomatte -o o.exr"),
     );
     let area = |share: &[f32]| share.iter().sum::<f32>();
     let wall = matte(&path, "CryptoObject", "wall");
@@ -185,18 +155,14 @@ fn mattes_are_read_back() {
 #[test]
 fn they_change_nothing_and_do_not_depend_on_the_way() {
     let folder = scene();
-    let render = |more: &[&str]| {
-        done(
-            folder.path(),
-            &[&["render", "s.toml", "-q", "--spp", "160"], more].concat(),
-        )
-    };
+    let usual = split("render s.toml -q --spp 160");
+    let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
     let path = |name: &str| folder.path().join(name);
     render(&["-o", "plain.exr"]);
     render(&["-o", "all.exr", "--aov", "all", "--threads", "1"]);
     assert_eq!(read_rgb(&path("plain.exr")), read_rgb(&path("all.exr")));
     render(&["-o", "a.exr", "--aov", "all", "--samples", "0..64"]);
-    render(&["-o", "b.exr", "--aov", "all", "--samples", "64..160", "--threads", "3"]);
+    render(&split("-o b.exr --aov all --samples 64..160 --threads 3"));
     done(folder.path(), &["merge", "-q", "b.exr", "a.exr", "-o", "merged.exr"]);
     // Gone on with from within a block
     let state = ["--aov", "all", "--checkpoint", "c.exr", "--resume", "-o", "resumed.exr"];
@@ -205,22 +171,7 @@ fn they_change_nothing_and_do_not_depend_on_the_way() {
         &[&["render", "s.toml", "-q", "--spp", "100"], &state[..]].concat(),
     );
     render(&state);
-    for name in [
-        "P.X",
-        "uv.V",
-        "motion.X",
-        "id.object",
-        "CryptoObject00.R",
-        "CryptoObject00.G",
-        "CryptoMaterial01.A",
-    ] {
-        let bits = |file: &str| {
-            read_channel(&path(file), name)
-                .iter()
-                .map(|v| v.to_bits())
-                .collect::<Vec<_>>()
-        };
-        assert_eq!(bits("merged.exr"), bits("all.exr"), "{name}");
-        assert_eq!(bits("resumed.exr"), bits("all.exr"), "{name}");
+    for other in ["merged.exr", "resumed.exr"] {
+        assert_same_bits(&path("all.exr"), &path(other));
     }
 }

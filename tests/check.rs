@@ -5,31 +5,15 @@ mod support;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
+use support::program::{code, done, folder, json, printed, read_json, run, split, words, write_grey_png};
 use support::shared;
 use tempfile::TempDir;
-
-fn run(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
-    command.current_dir(folder).stdin(Stdio::null()).args(args);
-    command.output().unwrap()
-}
-
-fn folder(files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, text) in files {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
 
 /// What `check --json` says of a scene, and its exit code.
 fn check(folder: &Path, scene: &str) -> (Value, i32) {
     let out = run(folder, &["check", scene, "--json"]);
-    let report = serde_json::from_slice(&out.stdout)
-        .unwrap_or_else(|e| panic!("{scene}: {e}: {}", String::from_utf8_lossy(&out.stderr)));
-    (report, out.status.code().unwrap())
+    (json(&out), code(&out))
 }
 
 fn findings(report: &Value) -> &Vec<Value> {
@@ -247,10 +231,7 @@ fn textures_need_coordinates_and_their_names() {
         ("a.obj", &format!("{SQUARE}f 1 2 3 4\n")),
         ("a.mtl", "newmtl m\nKd 0.5\nmap_Kd .\\Wall.png\n"),
     ]);
-    let file = fs::File::create(folder.path().join("wall.png")).unwrap();
-    let mut writer = png::Encoder::new(file, 1, 1).write_header().unwrap();
-    writer.write_image_data(&[200]).unwrap();
-    writer.finish().unwrap();
+    write_grey_png(&folder.path().join("wall.png"), &[200]);
     let (report, code) = check(folder.path(), "a.obj");
     let found: Vec<String> = findings(&report).iter().map(key).collect();
     assert!(found.contains(&"note other-case a.mtl:3:0".into()), "{found:?}");
@@ -260,7 +241,7 @@ fn textures_need_coordinates_and_their_names() {
     );
     assert_eq!(code, 0);
     let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
-    let facts: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let facts = json(&out);
     let map = &facts["textures"]["diffuse"];
     assert_eq!(
         (&map["file"], &map["width"]),
@@ -373,7 +354,7 @@ fn a_scene_file_is_read_to_its_end() {
     assert_eq!(code, 1);
     // What render says first is among them.
     let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
-    assert!(String::from_utf8_lossy(&out.stderr).contains("s.toml:6:1: unknown field `fov`"));
+    assert!(words(&out).contains("s.toml:6:1: unknown field `fov`"));
 }
 
 #[test]
@@ -439,7 +420,7 @@ fn many_findings_of_a_kind_are_one() {
     let wrong = format!("{SQUARE}f 1 2 3\n{}", "f 1 2 9\n".repeat(1000));
     fs::write(folder.path().join("a.obj"), wrong).unwrap();
     let out = run(folder.path(), &["check", "a.obj"]);
-    let text = String::from_utf8(out.stdout).unwrap();
+    let text = printed(&out);
     assert!(
         text.contains("a.obj: error: 980 more statements are wrong [wrong-statement]"),
         "{text}"
@@ -457,11 +438,9 @@ fn check_finds_what_render_warns_of() {
         ),
         ("a.mtl", "newmtl m\nKd 0.8\nKs 0.8\nd 0.5\nTr 0.9\nmap_Kd gone.png\nq\n"),
     ]);
-    let args = [
-        "render", "a.obj", "--spp", "1", "--size", "8x8", "--stats", "x.json", "-q",
-    ];
-    assert_eq!(run(folder.path(), &args).status.code(), Some(0));
-    let stats: Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    let args = split("render a.obj --spp 1 --size 8x8 --stats x.json -q");
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("x.json"));
     let warnings = stats["warnings"].as_array().unwrap();
     assert!(warnings.len() >= 8, "{warnings:?}");
     let (report, _) = check(folder.path(), "a.obj");
@@ -563,8 +542,8 @@ fn memory_is_forecast() {
     let (report, _) = check(folder.path(), "a.obj");
     assert_eq!(report["triangles"], 2 * n * n);
     let args = ["render", "a.obj", "--spp", "1", "--stats", "x.json", "-q"];
-    assert_eq!(run(folder.path(), &args).status.code(), Some(0));
-    let stats: Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("x.json"));
     let (peak, forecast) = (
         stats["peak_rss_bytes"].as_f64().unwrap(),
         report["memory"]["peak"].as_f64().unwrap(),
@@ -609,7 +588,7 @@ fn explain_tells_lobes_and_renders_a_sphere() {
     let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\nKe 2 2 2\n";
     let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), mtl);
     let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
-    let facts: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let facts = json(&out);
     assert_eq!((&facts["defined"], &facts["triangles"]), (&"a.mtl:3".into(), &2.into()));
     let power = facts["power_w"].as_f64().unwrap();
     assert!((power - 2.0 * std::f64::consts::PI).abs() < 1e-5, "{power}");
@@ -627,7 +606,7 @@ fn explain_tells_lobes_and_renders_a_sphere() {
     let twice = format!("{SCENE}[[object]]\nobj = \"a.obj\"\ntransform = {{ translate = [3, 0, 0], scale = 2 }}\n");
     fs::write(folder.path().join("s.toml"), twice).unwrap();
     let out = run(folder.path(), &["explain", "s.toml", "m", "--json"]);
-    let facts: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let facts = json(&out);
     let power = facts["power_w"].as_f64().unwrap();
     assert!((power - 10.0 * std::f64::consts::PI).abs() < 1e-4, "{facts:#}");
     assert_eq!(facts["triangles"], 4);
@@ -636,26 +615,13 @@ fn explain_tells_lobes_and_renders_a_sphere() {
         let args = [
             "explain", "a.obj", "m", "-o", name, "--size", "32x24", "--spp", "4", "-q",
         ];
-        assert_eq!(run(folder.path(), &args).status.code(), Some(0));
+        done(folder.path(), &args);
     }
     let pixels = support::read_rgb(&folder.path().join("x.exr"));
     assert_eq!(pixels[0].len(), 32 * 24);
     // The sphere shines by itself; the sky is dim.
     assert!(pixels[0][12 * 32 + 16] > 2.0 && pixels[0][16] < 0.5, "{pixels:?}");
-    let args = [
-        "explain",
-        "a.obj",
-        "m",
-        "-o",
-        "y.exr",
-        "--size",
-        "32x24",
-        "--spp",
-        "4",
-        "-q",
-        "--threads",
-        "1",
-    ];
-    assert_eq!(run(folder.path(), &args).status.code(), Some(0));
+    let args = split("explain a.obj m -o y.exr --size 32x24 --spp 4 -q --threads 1");
+    done(folder.path(), &args);
     assert_eq!(pixels, support::read_rgb(&folder.path().join("y.exr")));
 }

@@ -4,76 +4,41 @@ mod support;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
+use support::program::{
+    CHANNELS, assert_same_bits, code, command, done, folder, joined, json, printed, read_json, refused, run, signal,
+    split, words, write_grey_png,
+};
 use support::{read_channel, read_rgb};
 use tempfile::TempDir;
 
-fn embrasure(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
-    command.current_dir(folder).stdin(Stdio::null());
-    command
-}
-
 /// A folder with a small scene: a lit floor, `s.toml`, `a.obj`, `a.mtl`.
 fn scene() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write(
-        "a.mtl",
-        "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
-    );
-    write(
-        "a.obj",
-        "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
-         usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
-    );
-    write(
-        "s.toml",
-        "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
-         [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
-    );
-    folder
-}
-
-fn run(folder: &Path, args: &[&str]) -> Output {
-    embrasure(folder).args(args).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("the program was killed")
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
+             usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
+             [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
 }
 
 #[test]
 fn renders_exr_png_and_statistics() {
     let folder = scene();
-    let out = run(
-        folder.path(),
-        &["render", "s.toml", "-o", "x.exr", "-o", "x.png", "--stats", "x.json"],
-    );
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    done(folder.path(), &split("render s.toml -o x.exr -o x.png --stats x.json"));
 
     let exr = folder.path().join("x.exr");
-    let names = [
-        "R",
-        "G",
-        "B",
-        "albedo.R",
-        "albedo.G",
-        "albedo.B",
-        "N.X",
-        "N.Y",
-        "N.Z",
-        "Z",
-        "variance.R",
-        "variance.G",
-        "variance.B",
-        "samples",
-    ];
-    for name in names {
+    for name in CHANNELS {
         let values = read_channel(&exr, name);
         assert_eq!(values.len(), 40 * 24);
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
@@ -89,7 +54,7 @@ fn renders_exr_png_and_statistics() {
     let reader = png.read_info().unwrap();
     assert_eq!((reader.info().width, reader.info().height), (40, 24));
 
-    let stats: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    let stats = read_json(&folder.path().join("x.json"));
     let keys = [
         "version",
         "backend",
@@ -127,18 +92,10 @@ fn renders_exr_png_and_statistics() {
 fn metadata_tell_how_the_picture_came_to_be() {
     use exr::prelude::*;
     let folder = scene();
-    let out = run(
+    done(
         folder.path(),
-        &[
-            "render",
-            "s.toml",
-            "--seed",
-            "18446744073709551615",
-            "--crop",
-            "10,4,30,20",
-        ],
+        &split("render s.toml --seed 18446744073709551615 --crop 10,4,30,20"),
     );
-    assert_eq!(code(&out), 0, "{}", words(&out));
     let path = folder.path().join("s.exr");
     let image = read_first_flat_layer_from_file(&path).unwrap();
     assert_eq!(image.attributes.display_window.size, Vec2(40, 24));
@@ -172,16 +129,17 @@ fn metadata_tell_how_the_picture_came_to_be() {
 fn bits_depend_on_the_seed_alone() {
     let folder = scene();
     let render = |name: &str, flags: &[&str]| {
-        let args = [&["render", "s.toml", "--spp", "70", "-o", name], flags].concat();
-        let out = run(folder.path(), &args);
-        assert_eq!(code(&out), 0, "{}", words(&out));
-        read_rgb(&folder.path().join(name)).map(|c| c.iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+        done(
+            folder.path(),
+            &[&["render", "s.toml", "--spp", "70", "-o", name], flags].concat(),
+        );
+        folder.path().join(name)
     };
     let one = render("1.exr", &["--threads", "1"]);
-    assert_eq!(one, render("2.exr", &["--threads", "2"]));
-    assert_eq!(one, render("3.exr", &["--threads", "3"]));
-    assert_eq!(one, render("again.exr", &["--threads", "3"]));
-    assert_ne!(one, render("seed.exr", &["--seed", "1"]));
+    assert_same_bits(&one, &render("2.exr", &["--threads", "2"]));
+    assert_same_bits(&one, &render("3.exr", &["--threads", "3"]));
+    assert_same_bits(&one, &render("again.exr", &["--threads", "3"]));
+    assert_ne!(read_rgb(&one), read_rgb(&render("seed.exr", &["--seed", "1"])));
 }
 
 /// Stops at the level, says what it got, and has the same bits with any number of threads.
@@ -190,10 +148,8 @@ fn noise_ends_a_render() {
     let folder = scene();
     let render = |name: &str, flags: &[&str]| {
         let args = [&["render", "s.toml", "-o", name, "--stats", "n.json", "--noise"], flags].concat();
-        let out = run(folder.path(), &args);
-        assert_eq!(code(&out), 0, "{}", words(&out));
-        let stats: serde_json::Value =
-            serde_json::from_slice(&fs::read(folder.path().join("n.json")).unwrap()).unwrap();
+        let out = done(folder.path(), &args);
+        let stats = read_json(&folder.path().join("n.json"));
         (words(&out), stats["noise"].clone())
     };
     let (_, noise) = render("1.exr", &["0.002", "--threads", "1"]);
@@ -225,8 +181,7 @@ fn noise_ends_a_render() {
 fn a_bare_obj_is_framed_and_lit() {
     let folder = scene();
     fs::write(folder.path().join("b.obj"), "v 10 0 0\nv 11 0 0\nv 10 1 0\nf 1 2 3\n").unwrap();
-    let out = run(folder.path(), &["render", "b.obj", "--size", "32x64", "--spp", "16"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    let out = done(folder.path(), &["render", "b.obj", "--size", "32x64", "--spp", "16"]);
     assert!(words(&out).contains("constant white environment"), "{}", words(&out));
     let albedo = read_channel(&folder.path().join("b.exr"), "albedo.R");
     let covered = albedo.iter().filter(|&&a| a > 0.0).count();
@@ -546,8 +501,7 @@ fn replace(folder: &Path, from: &str, to: &str) {
 fn a_missing_library_is_a_warning() {
     let folder = scene();
     fs::remove_file(folder.path().join("a.mtl")).unwrap();
-    let out = run(folder.path(), &["render", "s.toml"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    let out = done(folder.path(), &["render", "s.toml"]);
     for needle in [
         "a.obj:1: material library",
         "a.mtl",
@@ -564,9 +518,7 @@ fn a_missing_library_is_a_warning() {
 fn textures_of_scene_files_are_too() {
     let folder = scene();
     let path = folder.path();
-    let mut encoder = png::Encoder::new(fs::File::create(path.join("two.png")).unwrap(), 2, 1);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.write_header().unwrap().write_image_data(&[0, 255]).unwrap();
+    write_grey_png(&path.join("two.png"), &[0, 255]);
     let start = fs::read_to_string(path.join("s.toml")).unwrap();
     let lines = start.lines().count();
     let mut hashes = Vec::new();
@@ -591,7 +543,7 @@ fn textures_of_scene_files_are_too() {
             said.contains(&format!("t.toml:{line}:12: texture `no.png` is missing")),
             "{said}"
         );
-        let stats: serde_json::Value = serde_json::from_slice(&fs::read(path.join("x.json")).unwrap()).unwrap();
+        let stats = read_json(&path.join("x.json"));
         hashes.push(stats["scene_hash"].as_str().unwrap().to_string());
     }
     assert_eq!(hashes[0], hashes[1]);
@@ -601,7 +553,6 @@ fn textures_of_scene_files_are_too() {
     assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
 }
 
-/// MTL allows a single number for a grey; two numbers are nothing.
 /// What is missing is said with its line; what is there is part of the scene's name.
 #[test]
 fn textures_are_part_of_the_scene() {
@@ -610,14 +561,9 @@ fn textures_are_part_of_the_scene() {
     let mtl =
         "newmtl floor\nmap_Kd -s 2 2 tile.png\nmap_bump gone.png\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nmap_Ke glow.png\n";
     fs::write(path.join("a.mtl"), mtl).unwrap();
-    let picture = |grey: u8| {
-        let mut encoder = png::Encoder::new(fs::File::create(path.join("tile.png")).unwrap(), 1, 1);
-        encoder.set_color(png::ColorType::Grayscale);
-        encoder.write_header().unwrap().write_image_data(&[grey]).unwrap();
-    };
     let mut hashes = Vec::new();
     for (grey, dialect) in [(100, "auto"), (101, "auto"), (100, "spec")] {
-        picture(grey);
+        write_grey_png(&path.join("tile.png"), &[grey]);
         let args = [
             "render",
             "s.toml",
@@ -628,12 +574,11 @@ fn textures_are_part_of_the_scene() {
             "--size",
             "8x8",
         ];
-        let out = run(path, &args);
-        assert_eq!(code(&out), 0, "{}", words(&out));
+        let out = done(path, &args);
         let said = words(&out);
         assert!(said.contains("a.mtl:3: texture `gone.png` is missing"), "{said}");
         assert!(said.contains("a.mtl:7: texture `glow.png` is missing"), "{said}");
-        let stats: serde_json::Value = serde_json::from_slice(&fs::read(path.join("x.json")).unwrap()).unwrap();
+        let stats = read_json(&path.join("x.json"));
         hashes.push(stats["scene_hash"].as_str().unwrap().to_string());
     }
     assert_ne!(hashes[0], hashes[1]);
@@ -653,29 +598,26 @@ fn textures_are_part_of_the_scene() {
         (["--mtl-dialect", "maya"], "unknown mtl-dialect `maya`"),
         (["--smooth", "0"], "smooth"),
     ] {
-        let out = run(path, &["render", "s.toml", args[0], args[1]]);
-        assert_eq!(code(&out), 2, "{}", words(&out));
-        assert!(words(&out).contains(word), "{}", words(&out));
+        let said = refused(path, &["render", "s.toml", args[0], args[1]], 2);
+        assert!(said.contains(word), "{said}");
     }
 }
 
+/// MTL allows a single number for a grey; two numbers are nothing.
 #[test]
 fn a_color_may_be_a_single_number() {
     let folder = scene();
     append(folder.path(), "a.mtl", "newmtl floor\nKd 0.25\n");
-    let out = run(folder.path(), &["render", "s.toml"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    done(folder.path(), &["render", "s.toml"]);
     assert_eq!(
         read_channel(&folder.path().join("s.exr"), "albedo.B")[14 * 40 + 20],
         0.25
     );
     append(folder.path(), "a.mtl", "Kd 0.25 0.5\n");
-    let out = run(folder.path(), &["render", "s.toml"]);
-    assert_eq!(code(&out), 1, "{}", words(&out));
+    let said = refused(folder.path(), &["render", "s.toml"], 1);
     assert!(
-        words(&out).contains("a.mtl:8:4: material `floor`: Kd is `0.25 0.5`, which is no colour"),
-        "{}",
-        words(&out)
+        said.contains("a.mtl:8:4: material `floor`: Kd is `0.25 0.5`, which is no colour"),
+        "{said}"
     );
 }
 
@@ -687,8 +629,7 @@ fn a_scene_file_overrides_materials() {
         "s.toml",
         "[material.floor]\ndiffuse = [0.25, 0.5, 0.75]\nspecular = [0.5, 0.5, 0.5]\n[material.unused]\n",
     );
-    let out = run(folder.path(), &["render", "s.toml"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    let out = done(folder.path(), &["render", "s.toml"]);
     assert!(words(&out).contains("no face uses the material `unused`"));
     // 0.75 + 0.5 is more than there is: both lobes are scaled.
     assert!(
@@ -728,13 +669,11 @@ fn every_integrator_renders() {
             .into_iter()
             .chain(flags.split(' '))
             .collect();
-        let out = run(folder.path(), &args);
-        assert_eq!(code(&out), 0, "{flags}: {}", words(&out));
+        done(folder.path(), &args);
         let red = read_channel(&folder.path().join("s.exr"), "R");
         let lit = red.iter().filter(|&&v| v > 0.0).count();
         assert!(lit > red.len() / 50, "{flags}: {lit} lit pixels");
-        let stats: serde_json::Value =
-            serde_json::from_str(&fs::read_to_string(folder.path().join("s.json")).unwrap()).unwrap();
+        let stats = read_json(&folder.path().join("s.json"));
         assert_eq!(stats["integrator"], flags.split(' ').nth(1).unwrap());
         assert_eq!(stats["dropped_samples"], 0, "{flags}");
     }
@@ -755,28 +694,25 @@ fn light_that_cannot_be_met_is_said() {
         "[[light]]\ntype = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\nangle = 40\n",
     );
     // Beside a lamp, a warning
-    let out = run(folder.path(), &["render", "s.toml", "--direct", "none"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    let out = done(folder.path(), &["render", "s.toml", "--direct", "none"]);
     assert!(words(&out).contains("spot light cannot be met"), "{}", words(&out));
     // Alone, an error
     append(folder.path(), "s.toml", "[material.lamp]\ndiffuse = [0, 0, 0]\n");
     for flags in [["--direct", "none"], ["--integrator", "naive"]] {
-        let out = run(folder.path(), &[&["render", "s.toml"], &flags[..]].concat());
-        assert_eq!(code(&out), 2, "{}", words(&out));
-        assert!(words(&out).contains("black"), "{}", words(&out));
+        let said = refused(folder.path(), &[&["render", "s.toml"], &flags[..]].concat(), 2);
+        assert!(said.contains("black"), "{said}");
     }
-    assert_eq!(code(&run(folder.path(), &["render", "s.toml"])), 0);
+    done(folder.path(), &["render", "s.toml"]);
 }
 
 #[test]
 fn one_sample_can_be_explained() {
     let folder = scene();
-    let out = run(
+    let out = done(
         folder.path(),
         &["render", "s.toml", "--pixel", "20,14", "--sample", "3"],
     );
-    assert_eq!(code(&out), 0, "{}", words(&out));
-    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    let text = printed(&out);
     for needle in [
         "sample 3 of pixel 20,14",
         "camera from",
@@ -791,9 +727,9 @@ fn one_sample_can_be_explained() {
     // What is told is what a render takes, whoever it shares its paths with.
     for reuse in ["pixels", "none"] {
         let args = ["render", "s.toml", "--reuse", reuse];
-        let told = run(folder.path(), &[&args[..], &["--pixel", "20,14"]].concat());
-        let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        assert_eq!(code(&run(folder.path(), &[&args[..], &["--spp", "1"]].concat())), 0);
+        let told = run(folder.path(), &joined(&args, &["--pixel", "20,14"]));
+        let told = printed(&told);
+        done(folder.path(), &joined(&args, &["--spp", "1"]));
         let [r, g, b] = ["R", "G", "B"].map(|c| read_channel(&folder.path().join("s.exr"), c)[14 * 40 + 20]);
         assert!(r > 0.0);
         assert!(
@@ -806,8 +742,7 @@ fn one_sample_can_be_explained() {
 #[test]
 fn the_lab_compares_the_ladder() {
     let folder = scene();
-    let out = run(folder.path(), &["lab", "s.toml", "--spp", "4", "-o", "ladder"]);
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    done(folder.path(), &["lab", "s.toml", "--spp", "4", "-o", "ladder"]);
     let csv = fs::read_to_string(folder.path().join("ladder.csv")).unwrap();
     assert_eq!(csv.lines().count(), 9, "{csv}");
     let error = |line: usize| -> f64 {
@@ -833,46 +768,27 @@ fn the_lab_compares_the_ladder() {
     );
     // Equal time, against a reference that is there
     let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
-    assert_eq!(code(&run(folder.path(), &reference)), 0);
-    let out = run(
-        folder.path(),
-        &["lab", "s.toml", "--time", "0.05s", "--reference", "r.exr", "-q"],
-    );
+    done(folder.path(), &reference);
+    let out = run(folder.path(), &split("lab s.toml --time 0.05s --reference r.exr -q"));
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     assert!(folder.path().join("s-lab.png").exists());
-    let out = run(
+    let said = refused(
         folder.path(),
         &["lab", "s.toml", "--reference", "r.exr", "--size", "8x8"],
+        2,
     );
-    assert_eq!(code(&out), 2, "{}", words(&out));
-    assert!(words(&out).contains("40x24"), "{}", words(&out));
-}
-
-/// What a command prints as JSON.
-fn json(output: &Output) -> serde_json::Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", words(output)))
+    assert!(said.contains("40x24"), "{said}");
 }
 
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_report_and_replay() {
     let folder = scene();
-    let out = run(
+    done(
         folder.path(),
-        &[
-            "audit",
-            "s.toml",
-            "--rays",
-            "20000",
-            "--against",
-            "brute",
-            "-o",
-            "r.json",
-        ],
+        &split("audit s.toml --rays 20000 --against brute -o r.json"),
     );
-    assert_eq!(code(&out), 0, "{}", words(&out));
-    let report: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("r.json")).unwrap()).unwrap();
+    let report = read_json(&folder.path().join("r.json"));
     let rays = report["closest_rays"].as_u64().unwrap() + report["occlusion_rays"].as_u64().unwrap();
     assert!((19_000..21_000).contains(&rays), "{report}");
     assert_eq!(report["causes"]["unexplained"], 0);
@@ -886,15 +802,7 @@ fn audits_report_and_replay() {
     fs::write(folder.path().join("one.json"), replay.to_string()).unwrap();
     let out = run(
         folder.path(),
-        &[
-            "audit",
-            "s.toml",
-            "--replay",
-            "one.json",
-            "--against",
-            "brute",
-            "--json",
-        ],
+        &split("audit s.toml --replay one.json --against brute --json"),
     );
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     let again = json(&out);
@@ -905,9 +813,8 @@ fn audits_report_and_replay() {
 
     // A share of a render
     let args = ["render", "s.toml", "-q", "--audit-rays", "0.5", "--stats", "s.json"];
-    assert_eq!(code(&run(folder.path(), &args)), 0);
-    let stats = fs::read_to_string(folder.path().join("s.json")).unwrap();
-    let stats: serde_json::Value = serde_json::from_str(&stats).unwrap();
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("s.json"));
     let rays: u64 = ["camera", "bounce", "shadow"]
         .iter()
         .map(|k| stats["rays"][k].as_u64().unwrap())
@@ -932,31 +839,22 @@ fn audits_report_and_replay() {
         ),
         (&["render", "s.toml", "--audit-rays", "2"], "from 0 to 1"),
     ] {
-        let out = run(folder.path(), args);
-        assert_eq!(code(&out), 2, "{args:?}: {}", words(&out));
-        assert!(words(&out).contains(what), "{args:?}: {}", words(&out));
+        let said = refused(folder.path(), args, 2);
+        assert!(said.contains(what), "{said}");
     }
-    let out = run(folder.path(), &["audit", "s.toml", "--replay", "a.obj"]);
-    assert_eq!(code(&out), 1);
-    assert!(words(&out).contains("a.obj: not a report"), "{}", words(&out));
+    let said = refused(folder.path(), &["audit", "s.toml", "--replay", "a.obj"], 1);
+    assert!(said.contains("a.obj: not a report"), "{said}");
 }
 
 #[test]
 fn benches_print_tables_and_json() {
     let folder = scene();
-    let out = run(
-        folder.path(),
-        &["bench", "s.toml", "a.obj", "--repeat", "1", "--size", "16x16"],
-    );
-    assert_eq!(code(&out), 0, "{}", words(&out));
-    let text = String::from_utf8_lossy(&out.stdout);
+    let out = done(folder.path(), &split("bench s.toml a.obj --repeat 1 --size 16x16"));
+    let text = printed(&out);
     for word in ["| s ", "| a ", "render / replay", "bytes a triangle", "shadow"] {
         assert!(text.contains(word), "{word} in {text}");
     }
-    let out = run(
-        folder.path(),
-        &["bench", "s.toml", "--repeat", "1", "--json", "-q", "--threads", "2"],
-    );
+    let out = run(folder.path(), &split("bench s.toml --repeat 1 --json -q --threads 2"));
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     let report = json(&out);
     let scene = &report["scenes"][0];
@@ -990,7 +888,7 @@ fn quiet_is_quiet_and_version_tells_the_backends() {
     let out = run(folder.path(), &["render", "s.toml", "-q"]);
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     let out = run(folder.path(), &["--version"]);
-    let text = String::from_utf8_lossy(&out.stdout).into_owned();
+    let text = printed(&out);
     assert!(
         text.starts_with(&format!("embrasure {}", env!("CARGO_PKG_VERSION"))),
         "{text}"
@@ -1003,13 +901,13 @@ fn quiet_is_quiet_and_version_tells_the_backends() {
 fn info_counts_what_is_there() {
     let folder = scene();
     let out = run(folder.path(), &["info", "s.toml", "--json"]);
-    let info: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let info = json(&out);
     assert_eq!(
         (&info["triangles"], &info["lights"]["triangle"]),
         (&4.into(), &2.into())
     );
     assert_eq!(info["bounds"][1], serde_json::json!([1.0, 1.0, 1.0]));
-    assert_eq!(code(&run(folder.path(), &["info", "s.toml"])), 0);
+    done(folder.path(), &["info", "s.toml"]);
 }
 
 /// A process that does not outlive a failed test.
@@ -1021,8 +919,6 @@ impl Drop for KilledOnDrop {
     }
 }
 
-/// An interrupt ends the render, writes what is there, and says so by the exit code.
-#[cfg(unix)]
 /// Memory is refused before it is taken: for the text, for what is in it, and for the render.
 #[test]
 fn more_memory_than_allowed_is_refused() {
@@ -1065,7 +961,7 @@ fn more_memory_than_allowed_is_refused() {
         (["--max-memory", "2x"], 2),
     ] {
         let base = ["render", "many.obj", "--size", "16x16", "--spp", "1", "-o", "m.png"];
-        let out = run(folder.path(), &[&base[..], &args[..]].concat());
+        let out = run(folder.path(), &joined(&base, &args));
         assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
     }
 }
@@ -1077,10 +973,8 @@ fn compact_scenes_look_the_same() {
     let render = |name: &str, more: &[&str]| {
         let (exr, json) = (format!("{name}.exr"), format!("{name}.json"));
         let args = [&["render", "s.toml", "--spp", "16", "-o", &exr, "--stats", &json], more].concat();
-        let out = run(folder.path(), &args);
-        assert_eq!(code(&out), 0, "{}", words(&out));
-        let stats: serde_json::Value =
-            serde_json::from_str(&fs::read_to_string(folder.path().join(json)).unwrap()).unwrap();
+        done(folder.path(), &args);
+        let stats = read_json(&folder.path().join(json));
         (
             read_rgb(&folder.path().join(exr)),
             stats["scene_bytes"].as_u64().unwrap(),
@@ -1093,24 +987,20 @@ fn compact_scenes_look_the_same() {
     }
 }
 
+/// An interrupt ends the render, writes what is there, and says so by the exit code.
+#[cfg(unix)]
 #[test]
 fn an_interrupt_writes_what_is_done() {
     let folder = scene();
-    let child = embrasure(folder.path())
-        .args(["render", "s.toml", "--spp", "100000000", "--stats", "x.json"])
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let args = ["render", "s.toml", "--spp", "100000000", "--stats", "x.json"];
+    let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);
     // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.
     std::thread::sleep(std::time::Duration::from_secs(2));
-    // The shell's own `kill`: the program of that name is not on every machine.
-    let interrupt = format!("kill -INT {}", child.0.id());
-    let interrupted = Command::new("sh").args(["-c", &interrupt]).status().unwrap();
-    assert!(interrupted.success());
+    signal(&child.0, "INT");
     assert_eq!(child.0.wait().unwrap().code(), Some(130));
     let samples = read_channel(&folder.path().join("s.exr"), "samples");
     assert!(samples.iter().all(|&n| (1.0..100_000_000.0).contains(&n)));
-    let stats: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("x.json")).unwrap()).unwrap();
+    let stats = read_json(&folder.path().join("x.json"));
     assert_eq!(stats["complete"], false);
 }

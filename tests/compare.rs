@@ -1,63 +1,46 @@
 //! Drives `embrasure compare`, and what tone curves make of PNG files.
 
+mod support;
+
 use ::exr::prelude::{self as exr, WritableImage};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use support::program::{code, done, folder, json, printed, refused, run, split, words};
 use tempfile::TempDir;
-
-fn run(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
-    command
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .args(args)
-        .output()
-        .unwrap()
-}
 
 /// Exit code, standard output and standard error.
 fn said(folder: &Path, args: &[&str]) -> (i32, String, String) {
     let out = run(folder, args);
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (out.status.code().unwrap(), text(out.stdout), text(out.stderr))
+    (code(&out), printed(&out), words(&out))
 }
 
 fn compare(folder: &Path, args: &[&str]) -> (i32, serde_json::Value) {
-    let all = [&["compare", "--json"], args].concat();
-    let (code, text, errors) = said(folder, &all);
-    (
-        code,
-        serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}{errors}")),
-    )
+    let out = run(folder, &[&["compare", "--json"], args].concat());
+    (code(&out), json(&out))
 }
 
 /// A folder with a room whose lamp is brighter in `brighter.toml` than in `s.toml`, by 2 %.
 fn scenes() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
-    write("a.mtl", "newmtl wall\nKd 0.6 0.5 0.4\nKs 0.2 0.2 0.2\nNs 20\n");
-    write(
-        "a.obj",
-        "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 -1\nv 1 2 -1\nv -0.4 1.9 -0.4\nv 0.4 1.9 -0.4\nv 0.4 1.9 0.4\nv -0.4 1.9 0.4\n\
-         usemtl wall\nf 1 2 3 4\nf 4 3 6 5\nusemtl lamp\nf 7 8 9 10\n",
-    );
-    for (name, lamp) in [("s.toml", 5.0), ("brighter.toml", 5.1)] {
-        write(
-            name,
-            &format!(
-                "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.8, 0]\n[image]\nwidth = 80\nheight = 64\n\
-                 [render]\nsamples = 16\n[[object]]\nobj = \"a.obj\"\n[material.lamp]\nemission = [{lamp}, {lamp}, {lamp}]\n"
-            ),
-        );
-    }
-    folder
+    let scene = |lamp: f64| {
+        format!(
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.8, 0]\n[image]\nwidth = 80\nheight = 64\n\
+             [render]\nsamples = 16\n[[object]]\nobj = \"a.obj\"\n[material.lamp]\nemission = [{lamp}, {lamp}, {lamp}]\n"
+        )
+    };
+    folder(&[
+        ("a.mtl", "newmtl wall\nKd 0.6 0.5 0.4\nKs 0.2 0.2 0.2\nNs 20\n"),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 -1\nv 1 2 -1\nv -0.4 1.9 -0.4\nv 0.4 1.9 -0.4\nv 0.4 1.9 0.4\nv -0.4 1.9 0.4\n\
+             usemtl wall\nf 1 2 3 4\nf 4 3 6 5\nusemtl lamp\nf 7 8 9 10\n",
+        ),
+        ("s.toml", &scene(5.0)),
+        ("brighter.toml", &scene(5.1)),
+    ])
 }
 
 fn render(folder: &Path, scene: &str, flags: &[&str], output: &str) {
-    let all = [&["render", "-q", scene, "-o", output], flags].concat();
-    let (code, _, errors) = said(folder, &all);
-    assert_eq!(code, 0, "{errors}");
+    done(folder, &[&["render", "-q", scene, "-o", output], flags].concat());
 }
 
 #[test]
@@ -135,12 +118,12 @@ fn crops_are_compared_where_both_have_pixels() {
             .contains("from 20,8 on")
     );
     render(folder, "s.toml", &["--crop", "0,0,10,10"], "far.exr");
-    let (code, _, errors) = said(folder, &["compare", "far.exr", "other.exr"]);
-    assert!(code == 1 && errors.contains("no pixel in common"), "{errors}");
+    let errors = refused(folder, &["compare", "far.exr", "other.exr"], 1);
+    assert!(errors.contains("no pixel in common"), "{errors}");
     render(folder, "s.toml", &["--size", "40x32"], "small.exr");
-    let (code, _, errors) = said(folder, &["compare", "full.exr", "small.exr"]);
+    let errors = refused(folder, &["compare", "full.exr", "small.exr"], 1);
     assert!(
-        code == 1 && errors.contains("small.exr: has 40x32 pixels, but full.exr has 80x64"),
+        errors.contains("small.exr: has 40x32 pixels, but full.exr has 80x64"),
         "{errors}"
     );
 }
@@ -165,7 +148,7 @@ fn foreign(path: &Path, value: impl Fn(usize, usize) -> [f32; 3]) {
 
 #[test]
 fn pictures_of_others_get_figures_without_a_verdict() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let folder = folder.path();
     let ramp = |x: usize, y: usize| [x as f32 / 16.0, y as f32 / 16.0, 0.25];
     foreign(&folder.join("a.exr"), ramp);
@@ -182,10 +165,7 @@ fn pictures_of_others_get_figures_without_a_verdict() {
         (&found["bias"], &found["mse"]),
         (&serde_json::json!([0.25, 0.25, 0.25]), &serde_json::json!(0.0625))
     );
-    assert_eq!(
-        said(folder, &["compare", "a.exr", "b.exr", "-o", "m.png", "--map", "z"]).0,
-        1
-    );
+    assert_eq!(said(folder, &split("compare a.exr b.exr -o m.png --map z")).0, 1);
 
     foreign(&folder.join("n.exr"), |x, y| {
         if (x, y) == (3, 4) { [f32::NAN; 3] } else { ramp(x, y) }
@@ -220,7 +200,7 @@ fn png_files_are_decoded() {
 
 #[test]
 fn wrong_usage_has_code_2() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let folder = folder.path();
     foreign(&folder.join("a.exr"), |_, _| [0.5; 3]);
     for flags in [
@@ -285,9 +265,6 @@ fn tone_curves_are_chosen_by_flag_or_scene_file() {
         assert_eq!(said(folder, &all).0, 2, "{flags:?}");
     }
     fs::write(folder.join("wrong.toml"), toned.replace("-1.5", "1e9")).unwrap();
-    let (code, _, errors) = said(folder, &["render", "wrong.toml"]);
-    assert!(
-        code == 1 && errors.contains("wrong.toml:9:12: exposure = 1000000000"),
-        "{errors}"
-    );
+    let errors = refused(folder, &["render", "wrong.toml"], 1);
+    assert!(errors.contains("wrong.toml:9:12: exposure = 1000000000"), "{errors}");
 }

@@ -3,36 +3,37 @@
 
 mod support;
 
-use std::path::Path;
-use std::process::{Command, Output};
+use std::path::{Path, PathBuf};
+use support::program::{done, folder, joined, refused};
 use support::{read_channel, read_rgb, rel_mse};
+use tempfile::TempDir;
 
-fn render(out: &Path, flags: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_embrasure"))
-        .args(["render", "-q", "--size", "128x128", "-o"])
-        .arg(out)
-        .args(flags)
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml"))
-        .output()
-        .unwrap()
+/// Arguments that render the Cornell box.
+fn cornell<'a>(out: &'a str, flags: &[&'a str]) -> Vec<&'a str> {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box.toml");
+    [&["render", "-q", "--size", "128x128", "-o", out], flags, &[scene]].concat()
+}
+
+/// Renders it; the picture's path.
+fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
+    done(folder.path(), &cornell(out, flags));
+    folder.path().join(out)
 }
 
 /// Of the Cornell box with 8 samples a pixel. A fifth is asked of Open Image Denoise, and half of the wavelets, which
 /// do better the larger a picture is.
 #[test]
 fn denoising_leaves_a_fraction_of_the_error() {
-    let folder = tempfile::tempdir().unwrap();
-    let [reference, image] = ["reference.exr", "image.exr"].map(|file| folder.path().join(file));
-    assert!(render(&reference, &["--spp", "256", "--seed", "1"]).status.success());
-    let reference = read_rgb(&reference);
+    let folder = folder(&[]);
+    let reference = read_rgb(&render(&folder, "reference.exr", &["--spp", "256", "--seed", "1"]));
     let denoisers: &[(&str, f64)] = if cfg!(feature = "oidn") {
         &[("atrous", 0.5), ("oidn", 0.2)]
     } else {
         &[("atrous", 0.5)]
     };
     for (name, most) in denoisers {
-        let out = render(&image, &["--spp", "8", &format!("--denoise={name}")]);
-        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        let denoise = format!("--denoise={name}");
+        let image = render(&folder, "image.exr", &["--spp", "8", &denoise]);
         let raw = ["raw.R", "raw.G", "raw.B"].map(|channel| read_channel(&image, channel));
         let [before, after] = [&raw, &read_rgb(&image)].map(|image| rel_mse(image, &reference));
         println!("{name}: relMSE {before:.5} becomes {after:.5}");
@@ -42,12 +43,10 @@ fn denoising_leaves_a_fraction_of_the_error() {
 
 #[test]
 fn denoised_files_say_so_and_keep_the_raw_pixels() {
-    let folder = tempfile::tempdir().unwrap();
-    let [raw, denoised] = ["raw.exr", "denoised.exr"].map(|file| folder.path().join(file));
+    let folder = folder(&[]);
     let crop = ["--spp", "4", "--crop", "20,10,60,51"];
-    assert!(render(&raw, &crop).status.success());
-    let flags: Vec<&str> = crop.into_iter().chain(["--denoise=gaussian"]).collect();
-    assert!(render(&denoised, &flags).status.success());
+    let raw = render(&folder, "raw.exr", &crop);
+    let denoised = render(&folder, "denoised.exr", &joined(&crop, &["--denoise=gaussian"]));
     for (name, kept) in [
         ("R", "raw.R"),
         ("G", "raw.G"),
@@ -73,19 +72,17 @@ fn denoised_files_say_so_and_keep_the_raw_pixels() {
 
 #[test]
 fn a_denoiser_that_is_not_there_is_refused_before_any_work() {
-    let folder = tempfile::tempdir().unwrap();
-    let image = folder.path().join("x.exr");
-    let refused = |flags: &[&str]| {
-        let out = render(&image, flags);
-        assert_eq!(out.status.code(), Some(2));
-        assert!(!image.exists());
-        String::from_utf8_lossy(&out.stderr).into_owned()
+    let folder = folder(&[]);
+    let said = |flag: &str| {
+        let said = refused(folder.path(), &cornell("x.exr", &[flag]), 2);
+        assert!(!folder.path().join("x.exr").exists());
+        said
     };
-    let words = refused(&["--denoise=median"]);
+    let words = said("--denoise=median");
     assert!(words.contains("off, oidn, atrous, gaussian"), "{words}");
     if cfg!(not(feature = "oidn")) {
         // A bare --denoise is oidn, also right before the scene.
-        let words = refused(&["--denoise"]);
+        let words = said("--denoise");
         assert!(
             words.contains("--denoise=atrous") && words.contains("scripts/setup oidn"),
             "{words}"

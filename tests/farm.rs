@@ -1,14 +1,14 @@
 //! The farm's scripts, with a program and a scheduler that only write down what they are told; `make test-farm` runs them with real ones.
 #![cfg(unix)]
 
+mod support;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use support::program::{assert_same_bits, folder, printed, words};
+use support::read_channel;
 use tempfile::TempDir;
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 /// What a farm's script sees: `bin` with stand-ins, which log their arguments, and a scene in a folder with a space.
 struct Farm {
@@ -17,9 +17,7 @@ struct Farm {
 
 impl Farm {
     fn new() -> Self {
-        let farm = Self {
-            folder: tempfile::tempdir().unwrap(),
-        };
+        let farm = Self { folder: folder(&[]) };
         fs::create_dir_all(farm.path("bin")).unwrap();
         fs::create_dir_all(farm.path("my scenes")).unwrap();
         fs::write(farm.path("my scenes/room & hall.toml"), "").unwrap();
@@ -104,9 +102,9 @@ fn samples_are_cut_evenly() {
             done
         done";
     let out = Command::new("bash").args(["-c", script]).output().unwrap();
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(out.status.success(), "{}", words(&out));
     let mut cases = 0;
-    for line in text(&out.stdout).lines() {
+    for line in printed(&out).lines() {
         let words: Vec<&str> = line.split(' ').collect();
         let (samples, parts): (u64, usize) = (words[0].parse().unwrap(), words[1].parse().unwrap());
         let ranges: Vec<[u64; 2]> = words[2..]
@@ -137,9 +135,9 @@ fn slurm_gets_what_is_missing() {
     let submit = |args: &[&str]| {
         let _ = fs::remove_file(farm.path("sbatch.log"));
         let out = farm.run("slurm", args);
-        assert!(out.status.success(), "{}", text(&out.stderr));
+        assert!(out.status.success(), "{}", words(&out));
         let log = farm.read("sbatch.log");
-        (text(&out.stdout), log.lines().map(str::to_string).collect::<Vec<_>>())
+        (printed(&out), log.lines().map(str::to_string).collect::<Vec<_>>())
     };
     let work = farm.path("a b.exr.farm").canonicalize();
     assert!(work.is_err());
@@ -209,11 +207,7 @@ fn slurm_gets_what_is_missing() {
         .collect::<Vec<_>>();
     let out = farm.run("slurm", &other);
     assert_eq!(out.status.code(), Some(1));
-    assert!(
-        text(&out.stderr).contains("work folder of another render"),
-        "{}",
-        text(&out.stderr)
-    );
+    assert!(words(&out).contains("work folder of another render"), "{}", words(&out));
     for (args, word) in [
         (["x.toml", "--spp", "64", "--parts", "1"], "-o OUT.exr"),
         (["x.toml", "-o", "x.exr", "--spp", "010"], "`010`"),
@@ -221,7 +215,7 @@ fn slurm_gets_what_is_missing() {
     ] {
         let out = farm.run("slurm", &args);
         assert_eq!(out.status.code(), Some(2));
-        assert!(text(&out.stderr).contains(word), "{}", text(&out.stderr));
+        assert!(words(&out).contains(word), "{}", words(&out));
     }
 }
 
@@ -336,7 +330,7 @@ fn an_opencue_job_has_the_same_parts() {
     farm.program("embrasure", "printf '[%s]' \"$@\" >>calls; echo >>calls");
     let booked = ["--show", "a<b", "--shot", "s1", "--user", "me"];
     let out = farm.run("opencue", &[&booked, RENDER.as_slice()].concat());
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(out.status.success(), "{}", words(&out));
     let xml = farm.read("a b.exr.farm/job.xml");
     assert!(
         xml.contains("<range>0-3</range>") && xml.contains("<show>a&lt;b</show>"),
@@ -369,7 +363,7 @@ fn an_opencue_job_has_the_same_parts() {
     for command in commands {
         let line = command.replace("#IFRAME#", "3");
         let out = farm.command(Path::new("bash")).args(["-c", &line]).output().unwrap();
-        assert!(out.status.success(), "{line}: {}", text(&out.stderr));
+        assert!(out.status.success(), "{line}: {}", words(&out));
     }
     let calls = farm.read("calls");
     assert!(
@@ -388,29 +382,13 @@ fn an_opencue_job_has_the_same_parts() {
 #[test]
 #[ignore = "make test-farm names the pictures"]
 fn pictures_are_the_same() {
-    use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
     let [one, other] = ["EMBRASURE_PICTURE", "EMBRASURE_OTHER"].map(|name| {
         let path = std::env::var_os(name).unwrap_or_else(|| panic!("{name} names no picture"));
-        let image = read_all_flat_layers_from_file(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
-        let channel = |name: String, samples: FlatSamples| match samples {
-            FlatSamples::F32(values) => (name, values.into_iter().map(f32::to_bits).collect::<Vec<_>>()),
-            FlatSamples::F16(values) => (name, values.into_iter().map(|v| v.to_bits().into()).collect()),
-            FlatSamples::U32(values) => (name, values),
-        };
-        let layers = image.layer_data.into_iter().enumerate();
-        let channels = layers.flat_map(|(i, layer)| {
-            let list = layer.channel_data.list.into_iter();
-            list.map(move |c| channel(format!("{i}.{}", c.name), c.sample_data))
-        });
-        channels.collect::<Vec<_>>()
+        PathBuf::from(path)
     });
-    assert_eq!(one.len(), other.len());
-    for ((name, bits), (same_name, same_bits)) in one.iter().zip(&other) {
-        assert_eq!((name, bits.len()), (same_name, same_bits.len()));
-        let differ = bits.iter().zip(same_bits).filter(|(a, b)| a != b).count();
-        assert_eq!(differ, 0, "{differ} of {} values of {name} differ", bits.len());
-    }
-    let names: Vec<&str> = one.iter().map(|(name, _)| name.as_str()).collect();
-    assert!(names.iter().any(|n| n.ends_with('R')), "{names:?}");
-    println!("{} pixels, the same to the bit in {}", one[0].1.len(), names.join(" "));
+    assert_same_bits(&one, &other);
+    println!(
+        "{} values, the same to the bit in all channels",
+        read_channel(&one, "R").len()
+    );
 }

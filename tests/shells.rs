@@ -1,24 +1,22 @@
 //! What shells see of the program: completions, manual pages, colours, signals.
 
-use std::fs;
-use std::process::{Command, Output, Stdio};
-use tempfile::TempDir;
+mod support;
 
-const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use support::program::{PROGRAM, command, folder, printed, refused, words};
+use tempfile::TempDir;
 
 /// Variables that decide about colours, which the machine may have set.
 const COLOUR: [&str; 5] = ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "TERM", "CI"];
 
 fn embrasure(args: &[&str]) -> Output {
-    let mut command = Command::new(PROGRAM);
+    let mut command = command(Path::new("."), args);
     for name in COLOUR {
         command.env_remove(name);
     }
-    command.args(args).stdin(Stdio::null()).output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
+    command.output().unwrap()
 }
 
 /// Whether a program is on this machine; if not, says what is left out.
@@ -35,7 +33,7 @@ fn there_is(program: &str) -> bool {
 
 /// The commands, by the program's help.
 fn commands() -> Vec<String> {
-    let help = text(&embrasure(&["--help"]).stdout);
+    let help = printed(&embrasure(&["--help"]));
     let (_, list) = help.split_once("Commands:\n").expect("a list of commands");
     let names = list.lines().take_while(|line| !line.is_empty());
     // Descriptions that go on in the next line are further to the right.
@@ -52,7 +50,7 @@ fn every_help_has_examples() {
         assert!(commands.iter().any(|c| c == name), "{name} is not in {commands:?}");
     }
     for command in commands.iter().filter(|c| *c != "help") {
-        let help = text(&embrasure(&[command, "--help"]).stdout);
+        let help = printed(&embrasure(&[command, "--help"]));
         let (_, examples) = help
             .split_once("Examples:\n")
             .unwrap_or_else(|| panic!("{command} has no examples"));
@@ -69,7 +67,7 @@ fn shells_complete() {
         assert!(out.status.success());
         let path = folder.path().join(shell);
         fs::write(&path, &out.stdout).unwrap();
-        let words = text(&out.stdout);
+        let words = printed(&out);
         assert!(
             words.contains("render") && words.contains("threads"),
             "{shell}: {words}"
@@ -86,13 +84,13 @@ fn shells_complete() {
     ] {
         let args = [&["-c", complete, "bash", path.to_str().unwrap()], typed].concat();
         let out = Command::new("bash").args(args).output().unwrap();
-        assert_eq!(text(&out.stdout).trim(), expected, "{typed:?}: {}", text(&out.stderr));
+        assert_eq!(printed(&out).trim(), expected, "{typed:?}: {}", words(&out));
     }
     for shell in ["zsh", "fish"] {
         let path = script(shell);
         if there_is(shell) {
             let read = Command::new(shell).arg("-n").arg(path).output().unwrap();
-            assert!(read.status.success(), "{shell}: {}", text(&read.stderr));
+            assert!(read.status.success(), "{shell}: {}", words(&read));
         }
     }
     script("elvish");
@@ -103,7 +101,7 @@ fn shells_complete() {
 fn manual_pages_are_whole() {
     let folder = tempfile::tempdir().unwrap();
     let out = embrasure(&["man", "-o", folder.path().to_str().unwrap()]);
-    assert!(out.status.success(), "{}", text(&out.stderr));
+    assert!(out.status.success(), "{}", words(&out));
     let mut pages: Vec<String> = fs::read_dir(folder.path())
         .unwrap()
         .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -141,12 +139,8 @@ fn manual_pages_are_whole() {
                 .env("MANWIDTH", "200")
                 .output()
                 .unwrap();
-            assert!(
-                out.status.success() && out.stderr.is_empty(),
-                "{page}: {}",
-                text(&out.stderr)
-            );
-            let shown = text(&out.stdout);
+            assert!(out.status.success() && out.stderr.is_empty(), "{page}: {}", words(&out));
+            let shown = printed(&out);
             assert!(
                 shown.contains("--help") && shown.contains("embrasure 0."),
                 "{page}: {shown}"
@@ -155,16 +149,13 @@ fn manual_pages_are_whole() {
     }
     let out = embrasure(&["man"]);
     assert_eq!(out.stdout, fs::read(folder.path().join("embrasure.1")).unwrap());
-    let out = embrasure(&["man", "-o", "/no/such/folder"]);
-    assert_eq!(out.status.code(), Some(1));
-    assert!(text(&out.stderr).contains("mkdir -p"), "{}", text(&out.stderr));
+    let said = refused(Path::new("."), &["man", "-o", "/no/such/folder"], 1);
+    assert!(said.contains("mkdir -p"), "{said}");
 }
 
 /// A folder with a triangle.
 fn triangle() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("t.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    folder
+    folder(&[("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")])
 }
 
 /// Colours are for terminals that have them, unless the user says otherwise; NO_COLOR has the last word.
@@ -186,7 +177,7 @@ fn colours_are_for_terminals() {
             command.arg("/dev/null").env("TERM", "xterm");
         }
         let out = command.envs(variables.iter().copied()).output().unwrap();
-        text(&out.stdout) + &text(&out.stderr)
+        printed(&out) + &words(&out)
     };
     // Escapes that choose a look, which end in m; the bar has others, which move the cursor.
     let coloured = |said: &str| {
@@ -230,13 +221,10 @@ fn signals_at_once_are_one() {
     use std::os::unix::process::ExitStatusExt;
     let folder = triangle();
     let start = || {
-        let mut command = Command::new(PROGRAM);
-        command
-            .current_dir(folder.path())
-            .stdin(Stdio::null())
-            .stderr(Stdio::piped());
-        let args = "render t.obj --size 512x512 --spp 1000000 -o t.exr -q".split(' ');
-        let child = command.args(args).spawn().unwrap();
+        let args: Vec<&str> = "render t.obj --size 512x512 --spp 1000000 -o t.exr -q"
+            .split(' ')
+            .collect();
+        let child = command(folder.path(), &args).spawn().unwrap();
         // Signals are caught once it renders.
         let status = format!("/proc/{}/status", child.id());
         let caught = |line: &str| {
@@ -257,5 +245,5 @@ fn signals_at_once_are_one() {
     assert!(Command::new("sh").args(["-c", &twice]).status().unwrap().success());
     let out = child.wait_with_output().unwrap();
     assert_eq!((out.status.code(), out.status.signal()), (Some(130), None));
-    assert!(folder.path().join("t.exr").exists(), "{}", text(&out.stderr));
+    assert!(folder.path().join("t.exr").exists(), "{}", words(&out));
 }

@@ -4,21 +4,16 @@
 mod support;
 
 use std::path::Path;
-use std::process::Command;
+use support::program::{done, folder};
 use support::{read_rgb, rel_mse, shared};
 
 /// Renders `toml` and reads the picture.
 fn render(toml: &Path, spp: u32, flags: &[&str]) -> [Vec<f32>; 3] {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("x.exr");
-    let status = Command::new(env!("CARGO_BIN_EXE_embrasure"))
-        .args(["render", "-q", "--spp", &spp.to_string(), "-o"])
-        .args([&out, toml])
-        .args(flags)
-        .status()
-        .unwrap();
-    assert!(status.success());
-    read_rgb(&out)
+    let folder = folder(&[]);
+    let (toml, spp) = (toml.canonicalize().unwrap(), spp.to_string());
+    let usual = ["render", "-q", "--spp", &spp, "-o", "x.exr", toml.to_str().unwrap()];
+    done(folder.path(), &[&usual, flags].concat());
+    read_rgb(&folder.path().join("x.exr"))
 }
 
 fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], tolerance: f64) {

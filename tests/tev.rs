@@ -9,47 +9,25 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Output;
 use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
+use support::program::{CHANNELS, code, folder, run, words};
 use support::read_channel;
 
 const CREATE_IMAGE: u8 = 4;
 const UPDATE_IMAGE_V3: u8 = 6;
 
-const CHANNELS: [&str; 14] = [
-    "R",
-    "G",
-    "B",
-    "albedo.R",
-    "albedo.G",
-    "albedo.B",
-    "N.X",
-    "N.Y",
-    "N.Z",
-    "Z",
-    "variance.R",
-    "variance.G",
-    "variance.B",
-    "samples",
-];
-
 /// Renders the Cornell box in `folder`.
 fn render(folder: &Path, address: &str, args: &str) -> Output {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_embrasure"));
-    command.current_dir(folder).stdin(Stdio::null());
-    command
-        .arg("render")
-        .arg(scene)
-        .args(args.split_whitespace())
-        .args(["--tev", address]);
-    command.output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    let args = [
+        &["render", scene.to_str().unwrap()],
+        &*args.split_whitespace().collect::<Vec<_>>(),
+        &["--tev", address],
+    ];
+    run(folder, &args.concat())
 }
 
 /// A stand-in that treats its first client as `serve` says, and its address.
@@ -162,11 +140,11 @@ fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
 /// The crop has the bits of the file at the end, and was shown before.
 #[test]
 fn the_viewer_has_the_picture() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let (address, shown) = viewer(watch);
     let args = "--size 400x260 --crop 7,5,390,250 --spp 65536 --time-limit 2.5s -o a.exr";
     let out = render(folder.path(), &address, args);
-    assert_eq!(out.status.code(), Some(0), "{}", words(&out));
+    assert_eq!(code(&out), 0, "{}", words(&out));
     assert!(!words(&out).contains("warning"), "{}", words(&out));
     let (shown, lengths) = shown.join().unwrap();
     assert!(shown.name.contains("cornell-box.toml"), "{}", shown.name);
@@ -205,13 +183,13 @@ fn the_viewer_has_the_picture() {
 /// One that closes while it is sent to costs a warning, and not the render.
 #[test]
 fn a_viewer_that_goes_away_is_told_once() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let (address, served) = viewer(|mut client| client.read_exact(&mut [0; 1000]).unwrap());
     let args = "--size 400x260 --spp 65536 --time-limit 2.3s -o a.exr --stats s.json";
     let out = render(folder.path(), &address, args);
     served.join().unwrap();
     let said = words(&out);
-    assert_eq!(out.status.code(), Some(0), "{said}");
+    assert_eq!(code(&out), 0, "{said}");
     assert_eq!(said.matches("warning").count(), 1, "{said}");
     assert!(said.contains(&format!("warning: {address}: lost the viewer")), "{said}");
     let stats = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
@@ -225,7 +203,7 @@ fn a_viewer_that_goes_away_is_told_once() {
 
 #[test]
 fn a_viewer_that_is_not_there_is_told_before_any_work() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let address = TcpListener::bind("127.0.0.1:0")
         .unwrap()
         .local_addr()
@@ -234,14 +212,14 @@ fn a_viewer_that_is_not_there_is_told_before_any_work() {
     let start = Instant::now();
     let out = render(folder.path(), &address, "--spp 65536 --size 4096x4096 -o a.exr");
     let said = words(&out);
-    assert_eq!(out.status.code(), Some(1), "{said}");
+    assert_eq!(code(&out), 1, "{said}");
     assert!(said.contains(&address) && said.contains("help: start tev"), "{said}");
     assert!(start.elapsed() < Duration::from_secs(20), "{:?}", start.elapsed());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 
     for wrong in ["localhost", ":14158", "localhost:tev", "localhost:0", "localhost:65536"] {
         let out = render(folder.path(), wrong, "-o a.exr");
-        assert_eq!(out.status.code(), Some(2), "{wrong}: {}", words(&out));
+        assert_eq!(code(&out), 2, "{wrong}: {}", words(&out));
         assert!(
             words(&out).contains("a host and a port are expected"),
             "{}",
@@ -253,7 +231,7 @@ fn a_viewer_that_is_not_there_is_told_before_any_work() {
 /// One that never reads is given up once the system takes no more for it.
 #[test]
 fn a_viewer_that_never_reads_blocks_nothing() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = folder(&[]);
     let (over, wait) = mpsc::channel::<()>();
     let (address, served) = viewer(move |client| {
         let _ = wait.recv();
@@ -264,7 +242,7 @@ fn a_viewer_that_never_reads_blocks_nothing() {
     drop(over);
     served.join().unwrap();
     let said = words(&out);
-    assert_eq!(out.status.code(), Some(0), "{said}");
+    assert_eq!(code(&out), 0, "{said}");
     assert_eq!(said.matches("it has read nothing for 3 s").count(), 1, "{said}");
     assert!(folder.path().join("a.png").exists());
 }

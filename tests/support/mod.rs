@@ -2,6 +2,8 @@
 
 #![allow(dead_code, missing_docs)] // Each test program uses a part of it.
 
+pub mod program;
+
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};

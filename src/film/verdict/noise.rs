@@ -1,0 +1,253 @@
+//! Pixels and tiles of two pictures: their values, and how noisy they are, also by those around them.
+
+use crate::film::{Rect, RgbImage, TILE_SIZE};
+use crate::math::UVec2;
+
+/// What is known of the noise of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// Estimated variance of each pixel's mean, by channel; infinite where nothing is known.
+    pub variance: Vec<[f32; 3]>,
+    /// Number of samples of each pixel, on which the variance is based.
+    pub samples: Vec<f32>,
+    /// Whether up to `SHARING` pixels of a tile may have errors in common.
+    pub is_shared: bool,
+}
+
+/// Pixels that share their paths, at most: so much larger than that of independent pixels the variance of a tile's mean may be (the errors of a group
+/// then add up as they are, and not their squares).
+const SHARING: f64 = 16.0;
+
+/// All pixels of a window, row by row, and its tiles.
+pub(super) struct Pixels {
+    pub(super) window: Rect,
+    pub(super) pixels: Vec<Pixel>,
+    pub(super) tiles: Vec<Tile>,
+}
+
+pub(super) struct Pixel {
+    /// Of reference and image.
+    pub(super) values: [[f64; 3]; 2],
+    /// Of the difference, where those around it have a say.
+    variance: [f64; 3],
+    /// Of the estimates of the variance.
+    pub(super) freedom: f64,
+}
+
+impl Pixels {
+    /// `None` unless all have as many pixels as the window.
+    pub(super) fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Self> {
+        let sources = [Source::new(window, reference)?, Source::new(window, image)?];
+        let is_shared = reference.1.is_shared || image.1.is_shared;
+        let sharing = if is_shared { SHARING } else { 1.0 };
+        let grid = Grid { window };
+        let mut tiles: Vec<Tile> = (0..grid.tiles())
+            .map(|tile| Tile::new(&sources, grid, tile, sharing))
+            .collect();
+        let mut pixels = Vec::with_capacity(window.area() as usize);
+        for (i, at) in window.pixels().enumerate() {
+            let tile = grid.tile_of(at);
+            let values = [0, 1].map(|k| sources[k].values[i]);
+            // Where nothing is known of a pixel's noise it says nothing of its tile.
+            if sources.iter().all(|source| is_known(&source.variance[i])) {
+                tiles[tile].add(&values);
+            }
+            let variance = |c: usize| {
+                // What rounding to 32 bits leaves even of a difference without noise
+                let rounding = f32::EPSILON as f64 * f64::max(values[0][c].abs(), values[1][c].abs());
+                sources
+                    .iter()
+                    .map(|source| source.pixel_variance(i, tile, c))
+                    .sum::<f64>()
+                    + rounding * rounding
+            };
+            pixels.push(Pixel {
+                values,
+                variance: [0, 1, 2].map(variance),
+                freedom: (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0),
+            });
+        }
+        Some(Self { window, pixels, tiles })
+    }
+}
+
+impl Pixel {
+    /// Difference over its standard deviation, where that is known.
+    pub(super) fn score(&self, channel: usize) -> Option<f64> {
+        let [reference, image] = self.values.map(|v| v[channel]);
+        ratio(image - reference, self.variance[channel].sqrt())
+    }
+}
+
+/// `a / b` where both are finite, and 0 / 0 = 0.
+pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
+    (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
+}
+
+/// One picture, and how noisy it is around each pixel and tile.
+struct Source {
+    values: Vec<[f64; 3]>,
+    variance: Vec<[f64; 3]>,
+    variance_around: Vec<[f64; 3]>,
+    samples: Vec<f64>,
+    /// Means over the tiles.
+    tiles: Vec<[f64; 3]>,
+    tiles_around: Vec<[f64; 3]>,
+}
+
+impl Source {
+    fn new(window: Rect, (image, noise): (&RgbImage, &Noise)) -> Option<Self> {
+        let lengths = [image.pixels.len(), noise.variance.len(), noise.samples.len()];
+        let area = window.area();
+        if area == 0 || lengths.iter().any(|&n| n as u64 != area) {
+            return None;
+        }
+        let grid = Grid { window };
+        let variance: Vec<[f64; 3]> = noise.variance.iter().map(|v| v.map(f64::from)).collect();
+        let tiles = grid.means(&variance);
+        Some(Self {
+            values: image.pixels.iter().map(|v| v.map(f64::from)).collect(),
+            variance_around: surroundings(&variance, window.size().x as usize, 2),
+            samples: noise.samples.iter().map(|n| *n as f64).collect(),
+            tiles_around: surroundings(&tiles, grid.columns(), 1),
+            variance,
+            tiles,
+        })
+    }
+
+    fn pixel_variance(&self, pixel: usize, tile: usize, channel: usize) -> f64 {
+        let own = self.variance[pixel][channel];
+        own.max(self.variance_around[pixel][channel])
+            .max(self.tiles[tile][channel])
+    }
+
+    fn tile_variance(&self, tile: usize, channel: usize) -> f64 {
+        f64::max(self.tiles[tile][channel], self.tiles_around[tile][channel])
+    }
+}
+
+fn is_known(variance: &[f64; 3]) -> bool {
+    variance.iter().all(|v| v.is_finite())
+}
+
+/// Means over the squares of `2 · radius + 1` entries a side around each entry, of those that are known.
+fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
+    let height = variance.len() / width.max(1);
+    let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
+    let mean = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let rows = around(y, height).filter_map(|y| variance.get(y * width..)?.get(around(x, width)));
+        mean_of(rows.flatten())
+    };
+    (0..variance.len()).map(mean).collect()
+}
+
+/// Of those that are known; 0 if none is.
+fn mean_of<'a>(variances: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for v in variances.filter(|v| is_known(v)) {
+        (0..3).for_each(|c| sum[c] += v[c]);
+        count += 1.0;
+    }
+    sum.map(|s| s / f64::max(count, 1.0))
+}
+
+/// The tiles of the full picture that a window meets, row by row.
+#[derive(Clone, Copy)]
+struct Grid {
+    window: Rect,
+}
+
+impl Grid {
+    fn first(self) -> UVec2 {
+        self.window.min / TILE_SIZE
+    }
+
+    fn size(self) -> UVec2 {
+        (self.window.max + UVec2::splat(TILE_SIZE - 1)) / TILE_SIZE - self.first()
+    }
+
+    fn columns(self) -> usize {
+        self.size().x as usize
+    }
+
+    fn tiles(self) -> usize {
+        self.columns() * self.size().y as usize
+    }
+
+    /// Of a pixel of the window.
+    fn tile_of(self, at: UVec2) -> usize {
+        let tile = at / TILE_SIZE - self.first();
+        tile.y as usize * self.columns() + tile.x as usize
+    }
+
+    fn window_of(self, tile: usize) -> Rect {
+        let at = UVec2::new((tile % self.columns()) as u32, (tile / self.columns()) as u32);
+        let min = (self.first() + at) * TILE_SIZE;
+        let max = min + UVec2::splat(TILE_SIZE);
+        Rect { min, max }.intersection(self.window)
+    }
+
+    /// Means over the tiles of what each pixel of the window has.
+    fn means(self, variance: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut of_tile: Vec<Vec<&[f64; 3]>> = vec![Vec::new(); self.tiles()];
+        for (at, v) in self.window.pixels().zip(variance) {
+            of_tile[self.tile_of(at)].push(v);
+        }
+        of_tile.into_iter().map(|all| mean_of(all.into_iter())).collect()
+    }
+}
+
+/// Sums over the pixels of a tile, of those whose noise is known.
+pub(super) struct Tile {
+    pub(super) window: Rect,
+    pub(super) pixels: f64,
+    /// Of reference and image.
+    pub(super) sums: [[f64; 3]; 2],
+    /// Mean variance of the difference of a pixel.
+    variance: [f64; 3],
+    /// The same, where the tiles around it have a say.
+    pub(super) wide_variance: [f64; 3],
+    /// Pixels that may have their errors in common.
+    pub(super) sharing: f64,
+}
+
+impl Tile {
+    fn new([a, b]: &[Source; 2], grid: Grid, tile: usize, sharing: f64) -> Self {
+        Self {
+            window: grid.window_of(tile),
+            pixels: 0.0,
+            sums: [[0.0; 3]; 2],
+            variance: [0, 1, 2].map(|c| a.tiles[tile][c] + b.tiles[tile][c]),
+            wide_variance: [0, 1, 2].map(|c| a.tile_variance(tile, c) + b.tile_variance(tile, c)),
+            sharing,
+        }
+    }
+
+    fn add(&mut self, values: &[[f64; 3]; 2]) {
+        self.pixels += 1.0;
+        for (sums, values) in self.sums.iter_mut().zip(values) {
+            (0..3).for_each(|c| sums[c] += values[c]);
+        }
+    }
+
+    /// Of reference and image; NaN where no pixel counts.
+    pub(super) fn means(&self, channel: usize) -> [f64; 2] {
+        self.sums.map(|sums| sums[channel] / self.pixels)
+    }
+
+    /// Of the difference of the means, where `sharing` pixels have their errors in common.
+    pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
+        // All pixels may be rounded to the same side.
+        let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);
+        of_pixel * sharing.min(self.pixels) / self.pixels + rounding * rounding
+    }
+
+    /// Difference and its variance, each relative to the mean of both pictures; `None` where there is no light.
+    pub(super) fn relative(&self, channel: usize) -> Option<(f64, f64)> {
+        let [reference, image] = self.means(channel);
+        let mean = 0.5 * (reference + image);
+        let variance = self.variance(self.variance[channel], 1.0, channel) / (mean * mean);
+        (mean > 0.0 && variance > 0.0 && variance.is_finite()).then(|| ((image - reference) / mean, variance))
+    }
+}

@@ -1,0 +1,161 @@
+//! The real program: how tests start it, and what they look at of the files that it leaves.
+
+use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use tempfile::TempDir;
+
+pub const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
+
+/// The channels of a picture for which no others were asked.
+pub const CHANNELS: [&str; 14] = [
+    "R",
+    "G",
+    "B",
+    "albedo.R",
+    "albedo.G",
+    "albedo.B",
+    "N.X",
+    "N.Y",
+    "N.Z",
+    "Z",
+    "variance.R",
+    "variance.G",
+    "variance.B",
+    "samples",
+];
+
+/// A folder with these files, which goes with the value.
+pub fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+/// The program in `folder`, with nothing to read, and its words kept.
+pub fn command(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(PROGRAM);
+    command.current_dir(folder).args(args);
+    command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+/// Arguments, none of which has a space in it.
+pub fn split(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
+/// Some arguments and more of them.
+pub fn joined<'a>(some: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+    [some, more].concat()
+}
+
+/// Runs it to its end.
+pub fn run(folder: &Path, args: &[&str]) -> Output {
+    command(folder, args).output().unwrap()
+}
+
+/// Runs, and asserts that it went well.
+pub fn done(folder: &Path, args: &[&str]) -> Output {
+    let out = run(folder, args);
+    assert_eq!(code(&out), 0, "{args:?}: {}", words(&out));
+    out
+}
+
+/// Runs, asserts that it ends with this code, and gives what it said.
+pub fn refused(folder: &Path, args: &[&str], expected: i32) -> String {
+    let out = run(folder, args);
+    assert_eq!(code(&out), expected, "{args:?}: {}", words(&out));
+    words(&out)
+}
+
+/// The exit code.
+pub fn code(output: &Output) -> i32 {
+    output.status.code().expect("the program was killed")
+}
+
+/// What it said: errors, warnings and progress.
+pub fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// What it printed.
+pub fn printed(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// What it printed as JSON.
+pub fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", words(output)))
+}
+
+/// A file of JSON, such as `--stats` writes.
+pub fn read_json(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Sends a process a signal, by the shell's own `kill`: the program of that name is not on every machine.
+pub fn signal(child: &Child, name: &str) {
+    let kill = format!("kill -{name} {}", child.id());
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
+/// A greyscale PNG file of one row.
+pub fn write_grey_png(path: &Path, codes: &[u8]) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), codes.len() as u32, 1);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(codes).unwrap();
+}
+
+/// A channel of an EXR file: where its pixels lie, and their bits row by row.
+#[derive(PartialEq, Eq)]
+struct Channel {
+    min: [i32; 2],
+    size: [usize; 2],
+    bits: Vec<u32>,
+}
+
+/// All channels, by layer and name.
+fn channels(path: &Path) -> BTreeMap<(usize, String), Channel> {
+    let image = read_all_flat_layers_from_file(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut channels = BTreeMap::new();
+    for (i, layer) in image.layer_data.into_iter().enumerate() {
+        let (min, size) = (layer.attributes.layer_position, layer.size);
+        for channel in layer.channel_data.list {
+            let bits = match channel.sample_data {
+                FlatSamples::F32(values) => values.into_iter().map(f32::to_bits).collect(),
+                FlatSamples::F16(values) => values.into_iter().map(|v| v.to_bits().into()).collect(),
+                FlatSamples::U32(values) => values,
+            };
+            let (min, size) = ([min.x(), min.y()], [size.x(), size.y()]);
+            channels.insert((i, channel.name.to_string()), Channel { min, size, bits });
+        }
+    }
+    channels
+}
+
+/// Asserts that two EXR files have the same channels, and every bit of them.
+pub fn assert_same_bits(one: &Path, other: &Path) {
+    let [a, b] = [one, other].map(channels);
+    let what = format!("{} and {}", one.display(), other.display());
+    assert!(a.keys().eq(b.keys()), "{what}: {:?} and {:?}", a.keys(), b.keys());
+    for ((name, a), b) in a.iter().zip(b.values()) {
+        assert_eq!((a.min, a.size), (b.min, b.size), "{what}: {name:?}");
+        let Some(i) = a.bits.iter().zip(&b.bits).position(|(a, b)| a != b) else {
+            continue;
+        };
+        let (x, y) = (i % a.size[0], i / a.size[0]);
+        panic!(
+            "{what}: {name:?} differs first at column {x}, row {y}: bits {:#x} and {:#x}",
+            a.bits[i], b.bits[i]
+        );
+    }
+}

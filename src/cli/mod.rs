@@ -24,6 +24,7 @@ mod tev;
 mod values;
 mod words;
 
+use crate::io::is_decoding;
 use args::{Args, Command};
 use clap::Parser;
 use error::CliError;
@@ -33,6 +34,13 @@ use std::process::ExitCode;
 ///
 /// 0 done, 1 failed, 2 wrong usage, 130 interrupted.
 pub fn main() -> ExitCode {
+    // Decoders that panic are heard of as errors of their files.
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !is_decoding() {
+            usual(panic);
+        }
+    }));
     let args = match Args::try_parse() {
         Ok(args) => args,
         Err(error) => {

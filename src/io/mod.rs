@@ -47,6 +47,7 @@ pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::{Format, Output};
 pub use png::Figure;
 pub use read_image::read_exr;
+pub use read_picture::is_decoding;
 pub use read_rendering::{Rendering, read_rendering};
 pub use scene_file::{
     CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,

@@ -2,8 +2,11 @@ use super::FileError;
 use super::read_image::{check_exr, check_size};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use std::cell::Cell;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// A picture as its file has it, row by row from the top.
@@ -56,11 +59,11 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some(MAX_BYTES);
             reader.limits(limits);
-            let decoder = reader.into_decoder().map_err(|e| damaged(path, &e))?;
+            let decoder = guarded(path, || reader.into_decoder())?;
             let (width, height) = decoder.dimensions();
             check_size(path, width as usize, height as usize)?;
-            unpack(DynamicImage::from_decoder(decoder).map_err(|e| damaged(path, &e))?)
-                .ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
+            let image = guarded(path, || DynamicImage::from_decoder(decoder))?;
+            unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
         }
         _ => {
             let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
@@ -71,6 +74,28 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
         return Err(FileError::new(path, "the picture has no pixels").help("it may be damaged; save it again"));
     }
     Ok(picture)
+}
+
+thread_local! {
+    static IS_DECODING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread is in a decoder whose panics are caught: a panic hook need not speak of them.
+pub fn is_decoding() -> bool {
+    IS_DECODING.get()
+}
+
+/// What a decoder of another crate makes of the file. Some panic over damaged ones (zune-jpeg 0.5.15 does, over wrong sampling factors), which is
+/// one more way to say so.
+fn guarded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
+    IS_DECODING.set(true);
+    // What a panic leaves half-done is dropped with the decoder.
+    let decoded = catch_unwind(AssertUnwindSafe(decode));
+    IS_DECODING.set(false);
+    match decoded {
+        Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
+        Err(_) => Err(damaged(path, &"it makes no sense to the decoder")),
+    }
 }
 
 fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {

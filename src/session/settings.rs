@@ -176,7 +176,7 @@ impl Settings {
         if let Some(radius) = self.filter_radius.filter(|&r| !is_length(r)) {
             return Some(wrong("filter-radius", &radius, ABOVE_0));
         }
-        if !(self.tone.exposure.abs() <= MAX_EXPOSURE) {
+        if self.tone.exposure.is_nan() || self.tone.exposure.abs() > MAX_EXPOSURE {
             let help = format!("use stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
             return Some(wrong("exposure", &self.tone.exposure, &help));
         }

@@ -12,6 +12,13 @@ static FOLDER: OnceLock<TempDir> = OnceLock::new();
 pub fn init() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
     pool.build_global().expect("the first pool");
+    // libFuzzer's hook ends the process at any panic; those that the reader catches are none of ours.
+    let fatal = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !embrasure::io::is_decoding() {
+            fatal(panic);
+        }
+    }));
 }
 
 /// Reads `bytes` as a file of the kind `name`.

@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     renderer.render(&mut state, &());
     let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
     let tone = session.settings().tone;
-    output.write_image(Format::Png(tone), &image, None, &metadata)?;
+    output.write_image(&Format::Png(tone), &image, None, &metadata)?;
     Ok(())
 }
 

@@ -5,7 +5,7 @@
 //! ```
 
 use embrasure::film::Film;
-use embrasure::{Format, Observer, Outcome, Output, SceneFile, Session, Settings};
+use embrasure::{ExrFormat, Format, Observer, Outcome, Output, SceneFile, Session, Settings};
 use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -47,7 +47,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..Settings::of(&file)?
     };
     let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(Path::new(&format!("{stem}.{extension}"))));
-    let outputs = [(Format::Exr, exr?), (Format::Png(settings.tone), png?)];
+    let outputs = [
+        (Format::Exr(ExrFormat::default()), exr?),
+        (Format::Png(settings.tone), png?),
+    ];
 
     let session = Session::load(&file, settings, &())?;
     session

@@ -3,7 +3,7 @@
 //! A scene is loaded, an acceleration structure is built, samples are taken for as long as an observer likes, and pictures are written:
 //!
 //! ```
-//! use embrasure::{Format, Output, SceneFile, Session, Settings};
+//! use embrasure::{ExrFormat, Format, Output, SceneFile, Session, Settings};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let path = &folder.path().join("box.exr");
@@ -18,8 +18,9 @@
 //! let mut state = renderer.start();
 //! renderer.render(&mut state, &());
 //!
+//! let format = Format::Exr(ExrFormat::default());
 //! let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
-//! Output::prepare(path)?.write_image(Format::Exr, &image, None, &metadata)?;
+//! Output::prepare(path)?.write_image(&format, &image, None, &metadata)?;
 //! # Ok(())
 //! # }
 //! ```
@@ -69,7 +70,10 @@ pub mod session;
 pub mod texture;
 
 pub use film::{Aov, Image, Rect};
-pub use io::{Checkpoint, FileError, Format, LoadObserver, LoadOptions, Metadata, Output, SceneFile, read_checkpoint};
+pub use io::{
+    Checkpoint, Compression, ExrFormat, FileError, Format, LoadObserver, LoadOptions, Metadata, Output, SceneFile,
+    read_checkpoint,
+};
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{
     Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting, Joined, MOST_FOR_NOISE, Parts,

@@ -217,7 +217,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml"],
             |f| replace(f, "samples = 4", "light_samples = 5000"),
             1,
-            &["s.toml:", "5000 light samples", "help:"],
+            &["s.toml:", "light_samples = 5000", "help:"],
         ),
         (
             &["render", "s.toml", "--noise", "0"],

@@ -55,6 +55,11 @@ fn environments() {
     run("environment");
 }
 
+#[test]
+fn renderings() {
+    run("rendering");
+}
+
 /// Files larger than a fuzzer makes them. Takes minutes where the time grows with the square of their length.
 #[test]
 fn long_files_take_no_longer_than_their_length_says() {

@@ -467,6 +467,15 @@ fn full_disks_lose_nothing() {
         fs::remove_file(disk.join("rest")).unwrap();
         done(folder.path(), &joined(&args, &["-q", "--resume", "--spp", "1024"]));
         assert_same(&folder, "disk/o.exr", "kept.exr");
+
+        // A disk that only lets itself be read is found before any work.
+        let remount = ["-o", "remount,ro", "disk"];
+        let remounted = Command::new("mount").current_dir(folder.path()).args(remount).status();
+        assert!(remounted.is_ok_and(|status| status.success()));
+        let before = fs::read(disk.join("c.exr")).unwrap();
+        let said = refused(folder.path(), &joined(&args, &["--resume", "--spp", "1000000"]), 1);
+        assert!(said.contains("read-only") && said.contains("help:"), "{said}");
+        assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
     });
     let unmounted = Command::new("umount").arg(&disk).status();
     assert!(unmounted.is_ok_and(|status| status.success()));

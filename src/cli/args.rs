@@ -220,6 +220,9 @@ pub(super) struct MergeArgs {
     #[command(flatten)]
     pub tone: ToneArgs,
 
+    #[command(flatten)]
+    pub exr: ExrArgs,
+
     /// Keep the joined sums here, to join them further or to go on from them; without -o they may be a part of the samples
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
@@ -429,6 +432,9 @@ pub(super) struct RenderArgs {
     #[command(flatten)]
     pub tone: ToneArgs,
 
+    #[command(flatten)]
+    pub exr: ExrArgs,
+
     /// Ray-tracing backend, of those built in (see --version)
     #[arg(long, value_name = "NAME")]
     pub backend: Option<String>,
@@ -554,6 +560,19 @@ pub(super) struct ToneArgs {
     /// Tone curve of PNG files: srgb (clips), reinhard, aces-narkowicz or aces-hill (two fits of ACES), or agx [default: srgb]
     #[arg(long, value_name = "NAME")]
     pub tone: Option<String>,
+}
+
+/// How EXR files hold pictures.
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct ExrArgs {
+    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle, none, or pxr24 (floats rounded to 24 bits) [default: zip]
+    #[arg(long, value_name = "NAME")]
+    pub compression: Option<String>,
+
+    /// Layers of EXR files to hold as half floats: picture (R G B), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
+    /// float32 [default: none]
+    #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
+    pub half: Vec<String>,
 }
 
 #[derive(Debug, Parser)]

@@ -286,7 +286,7 @@ fn portray(
     let outcome = renderer.render(&mut state, &progress);
     progress.finish();
     let metadata = renderer.metadata(&state, outcome == Outcome::Complete);
-    output.write_image(format, &renderer.develop(&state), None, &metadata)?;
+    output.write_image(&format, &renderer.develop(&state), None, &metadata)?;
     Ok(match outcome {
         Outcome::Complete => ExitCode::SUCCESS,
         Outcome::Stopped => ExitCode::from(INTERRUPTED),

@@ -1,10 +1,10 @@
-use super::args::{EstimatorArgs, LoadArgs, RenderArgs, ToneArgs};
+use super::args::{EstimatorArgs, ExrArgs, LoadArgs, RenderArgs, ToneArgs};
 use super::error::CliError;
 use crate::color::tone::Curve;
 use crate::color::tone::Tone;
 use crate::film::{Aov, FilterKind, Rect};
 use crate::integrator::Roulette;
-use crate::io::{FileError, LoadOptions, MtlDialect, SceneFile};
+use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile};
 use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{
@@ -154,6 +154,31 @@ pub(super) fn tone(mut tone: Tone, args: &ToneArgs) -> Result<Tone, CliError> {
     set(&mut tone.exposure, args.exposure);
     set_named(&mut tone.curve, "tone", &args.tone, Curve::NAMES)?;
     Ok(tone)
+}
+
+/// How EXR files hold pictures.
+pub(super) fn exr_format(args: &ExrArgs) -> Result<ExrFormat, CliError> {
+    let mut format = ExrFormat::default();
+    set_named(
+        &mut format.compression,
+        "compression",
+        &args.compression,
+        Compression::NAMES,
+    )?;
+    for name in &args.half {
+        let layers = ExrFormat::HALF_LAYERS;
+        match layers.iter().find(|layer| *layer == name) {
+            Some(layer) => format.half.push(layer),
+            None if name == "all" => format.half.extend(layers),
+            None => {
+                return Err(CliError::Usage(format!(
+                    "--half {name}: no layer that may be held as half floats\n  help: use some of {}, or all",
+                    layers.join(", ")
+                )));
+            }
+        }
+    }
+    Ok(format)
 }
 
 /// Further channels, in the order in which they are listed.

@@ -1,6 +1,6 @@
 use super::args::MergeArgs;
 use super::error::CliError;
-use super::job::tone;
+use super::job::{exr_format, tone};
 use super::run::{failed, prepare_images};
 use crate::io::{FileError, Output};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
@@ -14,7 +14,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         ..Settings::default()
     };
     settings.check()?;
-    let images = prepare_images(&args.output, settings.tone)?;
+    let images = prepare_images(&args.output, settings.tone, &exr_format(&args.exr)?)?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
     // Headers first: what does not fit together is refused before anything large is read.
     let parts = Parts::describe(&args.parts)?;

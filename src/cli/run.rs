@@ -2,7 +2,7 @@ use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;
 use super::error::{CliError, INTERRUPTED};
-use super::job::Job;
+use super::job::{Job, exr_format};
 use super::keeper::Keeper;
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
@@ -13,7 +13,7 @@ use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::denoise::DenoiseError;
 use crate::film::{Film, Image};
-use crate::io::{FileError, Format, Output, in_words};
+use crate::io::{ExrFormat, FileError, Format, Output, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{RenderState, Renderer, Session};
 use std::path::PathBuf;
@@ -404,11 +404,15 @@ fn images(args: &RenderArgs, tone: Tone) -> Result<Vec<(Format, Output)>, CliErr
     } else {
         default()
     };
-    prepare_images(&paths, tone)
+    prepare_images(&paths, tone, &exr_format(&args.exr)?)
 }
 
-/// The images to write, by name; PNG files with this tone.
-pub(super) fn prepare_images(paths: &[PathBuf], tone: Tone) -> Result<Vec<(Format, Output)>, CliError> {
+/// The images to write, by name.
+pub(super) fn prepare_images(
+    paths: &[PathBuf],
+    tone: Tone,
+    exr: &ExrFormat,
+) -> Result<Vec<(Format, Output)>, CliError> {
     if let Some(twice) = paths
         .iter()
         .enumerate()
@@ -423,7 +427,7 @@ pub(super) fn prepare_images(paths: &[PathBuf], tone: Tone) -> Result<Vec<(Forma
     let prepared = paths.iter().map(|path| {
         let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
             Format::Png(_) => Format::Png(tone),
-            Format::Exr => Format::Exr,
+            Format::Exr(_) => Format::Exr(exr.clone()),
         };
         Ok((format, Output::prepare(path)?))
     });

@@ -176,6 +176,76 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
     white: exr::Vec2(0.3127, 0.3290),
 };
 
+/// How an EXR file holds its channels.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExrFormat {
+    /// How they are compressed.
+    pub compression: Compression,
+    /// Layers that are held as half floats, of [`ExrFormat::HALF_LAYERS`]; the others are float32.
+    pub half: Vec<&'static str>,
+}
+
+impl ExrFormat {
+    /// Layers that may be held as half floats. `picture` is `R G B`, `lights` are those of all light groups. Not among them are depths and variances,
+    /// which leave the range of a half float, and counts, ids and mattes, which leave its whole numbers.
+    pub const HALF_LAYERS: &[&str] = &["picture", "raw", "albedo", "N", "P", "uv", "motion", "error", "lights"];
+
+    /// How the channel of this name is held.
+    fn kind(&self, channel: &str) -> exr::SampleType {
+        let layer = match channel.rsplit_once('.') {
+            Some((layer, _)) if layer.starts_with("light_") => "lights",
+            Some((layer, _)) => layer,
+            None if ["R", "G", "B"].contains(&channel) => "picture",
+            None => channel,
+        };
+        match self.half.contains(&layer) {
+            true => exr::SampleType::F16,
+            false => exr::SampleType::F32,
+        }
+    }
+}
+
+/// How EXR files are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Compression {
+    /// Deflate, 16 rows at a time.
+    #[default]
+    Zip,
+    /// Deflate, row by row.
+    Zips,
+    /// Wavelets: the smallest files of noisy pictures.
+    Piz,
+    /// Repeated bytes.
+    Rle,
+    /// Not at all: the quickest.
+    None,
+    /// Deflate of float32 that are rounded to 24 bits; half floats and whole numbers lose nothing.
+    Pxr24,
+}
+
+impl Compression {
+    /// Each by the name that users type. What the exr crate cannot write (DWAA, DWAB) is not there.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("zip", Self::Zip),
+        ("zips", Self::Zips),
+        ("piz", Self::Piz),
+        ("rle", Self::Rle),
+        ("none", Self::None),
+        ("pxr24", Self::Pxr24),
+    ];
+
+    fn code(self) -> exr::Compression {
+        match self {
+            Self::Zip => exr::Compression::ZIP16,
+            Self::Zips => exr::Compression::ZIP1,
+            Self::Piz => exr::Compression::PIZ,
+            Self::Rle => exr::Compression::RLE,
+            Self::None => exr::Compression::Uncompressed,
+            Self::Pxr24 => exr::Compression::PXR24,
+        }
+    }
+}
+
 /// A channel as it is written: its values are asked for row by row, so that there is no copy of them all.
 pub(super) struct RowChannel<'a> {
     /// Name, `layer.component`.
@@ -189,18 +259,31 @@ pub(super) type FillRow<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 impl<'a> RowChannel<'a> {
     /// Of values that are there, rows of `width`.
-    fn of_values(name: &str, values: &'a [f32], width: usize) -> Self {
-        Self {
-            name: name.into(),
-            kind: exr::SampleType::F32,
-            fill: Box::new(move |row, bytes| {
-                let values = values.iter().skip(row * width);
-                for (bytes, value) in bytes.chunks_exact_mut(4).zip(values) {
+    fn of_values(name: &str, values: &'a [f32], width: usize, kind: exr::SampleType) -> Self {
+        let fill: FillRow = match kind {
+            exr::SampleType::F16 => Box::new(move |row, bytes| {
+                for (bytes, &value) in bytes.chunks_exact_mut(2).zip(values.iter().skip(row * width)) {
+                    bytes.copy_from_slice(&to_half(value).to_ne_bytes());
+                }
+            }),
+            _ => Box::new(move |row, bytes| {
+                for (bytes, value) in bytes.chunks_exact_mut(4).zip(values.iter().skip(row * width)) {
                     bytes.copy_from_slice(&value.to_ne_bytes());
                 }
             }),
+        };
+        Self {
+            name: name.into(),
+            kind,
+            fill,
         }
     }
+}
+
+/// The nearest half float; what is larger than all of them becomes the largest, since not every tool reads infinities.
+fn to_half(value: f32) -> exr::f16 {
+    let most = exr::f16::MAX.to_f32();
+    exr::f16::from_f32(value.clamp(-most, most))
 }
 
 /// What a file says of itself besides its pixels.
@@ -215,16 +298,17 @@ pub(super) struct Header<'a> {
     pub compression: exr::Compression,
 }
 
-/// Writes the channels of `image` as float32, losslessly compressed, and `state` beside them.
+/// Writes the channels of `image`, and `state` beside them.
 pub(super) fn write(
     writer: impl Write + Seek,
     image: &Image,
+    format: &ExrFormat,
     state: Option<&State>,
     metadata: &Metadata,
 ) -> io::Result<()> {
     let width = image.crop.size().x as usize;
     let channels = image.channels.iter();
-    let channels = channels.map(|c| RowChannel::of_values(c.name, &c.values, width));
+    let channels = channels.map(|c| RowChannel::of_values(c.name, &c.values, width, format.kind(c.name)));
     let mut attributes = state.map_or(Vec::new(), |state| state.attributes(metadata));
     let features = metadata.features.as_ref();
     attributes.extend(features.map_or(Vec::new(), cryptomatte::attributes));
@@ -233,7 +317,7 @@ pub(super) fn write(
         crop: image.crop,
         metadata,
         attributes,
-        compression: exr::Compression::ZIP16,
+        compression: format.compression.code(),
     };
     let state = state.map_or(Vec::new(), State::channels);
     write_rows(writer, header, channels.chain(state).collect())
@@ -312,5 +396,38 @@ impl ChannelsWriter for &Rows<'_> {
             let at = line.location;
             (self.0[at.channel].fill)(at.position.y(), line.value);
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_floats_are_finite_and_as_near_as_can_be() {
+        for (value, expected) in [
+            (0.1, 0.099_975_586),
+            (1.0, 1.0),
+            (-7e4, -65504.0),
+            (1e30, 65504.0),
+            (1e-9, 0.0),
+        ] {
+            assert_eq!(to_half(value).to_f32(), expected, "{value}");
+        }
+    }
+
+    #[test]
+    fn layers_are_known_by_their_channels() {
+        let format = ExrFormat {
+            half: vec!["picture", "N", "lights"],
+            ..ExrFormat::default()
+        };
+        let is_half = |channel| format.kind(channel) == exr::SampleType::F16;
+        assert!(["R", "N.X", "light_key.G"].into_iter().all(is_half));
+        assert!(
+            !["Z", "raw.R", "samples", "id.object", "CryptoObject00.R"]
+                .into_iter()
+                .any(is_half)
+        );
     }
 }

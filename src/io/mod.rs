@@ -30,7 +30,7 @@ pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_c
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use cryptomatte::cryptomattes;
 pub use error::{FileError, Position};
-pub use exr::{FeatureNames, Metadata};
+pub use exr::{Compression, ExrFormat, FeatureNames, Metadata};
 use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_section::{LightSection, Rotation};

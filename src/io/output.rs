@@ -1,4 +1,4 @@
-use super::{FileError, Metadata, State, exr, png};
+use super::{ExrFormat, FileError, Metadata, State, exr, png};
 use crate::color::Tone;
 use crate::film::Image;
 use std::fs::{self, File};
@@ -6,10 +6,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Image file formats that can be written.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Format {
-    /// OpenEXR: linear float32, all channels, metadata.
-    Exr,
+    /// OpenEXR: linear floats, all channels, metadata.
+    Exr(ExrFormat),
     /// PNG: 8 bits for an sRGB display, which shows light as the tone says.
     Png(Tone),
 }
@@ -68,14 +68,14 @@ impl Output {
     /// Writes `image` in `format`; an EXR also holds `state`, if there is one.
     pub fn write_image(
         &self,
-        format: Format,
+        format: &Format,
         image: &Image,
         state: Option<&State>,
         metadata: &Metadata,
     ) -> Result<(), FileError> {
         self.write(|writer| match format {
-            Format::Exr => exr::write(writer, image, state, metadata),
-            Format::Png(tone) => png::write(writer, image, metadata, &tone),
+            Format::Exr(format) => exr::write(writer, image, format, state, metadata),
+            Format::Png(tone) => png::write(writer, image, metadata, tone),
         })
     }
 
@@ -115,7 +115,7 @@ impl Format {
     pub fn of_path(path: &Path) -> Result<Self, FileError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
-            Some("exr") => Ok(Self::Exr),
+            Some("exr") => Ok(Self::Exr(ExrFormat::default())),
             Some("png") => Ok(Self::Png(Tone::default())),
             other => Err(FileError::new(
                 path,
@@ -124,7 +124,7 @@ impl Format {
                     None => "the file name has no extension to choose a format by".into(),
                 },
             )
-            .help("use .exr (linear float32) or .png (8-bit display)")),
+            .help("use .exr (linear floats) or .png (8-bit display)")),
         }
     }
 }
@@ -135,7 +135,10 @@ mod tests {
 
     #[test]
     fn formats_by_extension() {
-        assert_eq!(Format::of_path(Path::new("a/b.EXR")), Ok(Format::Exr));
+        assert_eq!(
+            Format::of_path(Path::new("a/b.EXR")),
+            Ok(Format::Exr(ExrFormat::default()))
+        );
         assert_eq!(Format::of_path(Path::new("b.png")), Ok(Format::Png(Tone::default())));
         assert!(
             Format::of_path(Path::new("b.jpg"))

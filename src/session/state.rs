@@ -74,7 +74,7 @@ impl RenderState {
     ) -> Vec<FileError> {
         let statistics = self.counted();
         let state = with_sums.then(|| self.as_state(&statistics));
-        let write = |(format, output): &(_, Output)| output.write_image(*format, image, state.as_ref(), metadata);
+        let write = |(format, output): &(_, Output)| output.write_image(format, image, state.as_ref(), metadata);
         outputs.iter().filter_map(|o| write(o).err()).collect()
     }
 

@@ -6,7 +6,10 @@ use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
-use embrasure::io::{CameraSection, FileError, Loaded, MtlDialect, SceneFile, TextureKind, load_scene, load_texture};
+use embrasure::io::{
+    CameraSection, FileError, Loaded, MtlDialect, SceneFile, TextureKind, describe_checkpoint, load_scene,
+    load_texture, read_checkpoint, read_rendering,
+};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::{Observer, render};
 use embrasure::sampler::Independent;
@@ -27,7 +30,7 @@ pub struct Door {
 }
 
 /// All of them.
-pub const DOORS: [Door; 5] = [
+pub const DOORS: [Door; 6] = [
     Door {
         name: "obj",
         furnish: furnish_scene,
@@ -52,6 +55,11 @@ pub const DOORS: [Door; 5] = [
         name: "environment",
         furnish: furnish_environment,
         check: check_environment,
+    },
+    Door {
+        name: "rendering",
+        furnish: |_| {},
+        check: check_rendering,
     },
 ];
 
@@ -132,6 +140,29 @@ fn check_environment(folder: &Path, bytes: &[u8]) {
     let file = SceneFile::load(&folder.join(name).with_extension("toml")).expect("a sound scene file");
     if let Some(loaded) = check_load(&file, folder) {
         check_render(&loaded.scene, None);
+    }
+}
+
+/// What the program itself has written: checkpoints, parts, and pictures to compare.
+fn check_rendering(folder: &Path, bytes: &[u8]) {
+    let path = folder.join("t.exr");
+    write(&path, bytes);
+    match read_rendering(&path) {
+        Ok(rendering) => {
+            let pixels = rendering.window.area() as usize;
+            assert_eq!(rendering.image.pixels.len(), pixels);
+            assert!(rendering.window.is_inside(rendering.resolution));
+        }
+        Err(error) => check_error(&error, folder),
+    }
+    let described = describe_checkpoint(&path);
+    match (read_checkpoint(&path), described) {
+        (Ok(checkpoint), Ok(described)) => {
+            assert_eq!(checkpoint.film.crop(), described.crop);
+            assert_eq!(checkpoint.metadata, described.metadata);
+        }
+        (Ok(_), Err(error)) => panic!("what is read cannot be described: {error}"),
+        (Err(error), _) => check_error(&error, folder),
     }
 }
 

@@ -6,7 +6,7 @@ use super::info::forecast;
 use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
 use crate::denoise::{DenoiseError, Denoiser};
-use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
+use crate::film::{Aov, BLOCK, Film, Filter, FilterKind, Rect};
 use crate::io::{CameraSection, FileError, LoadOptions, MtlDialect, SceneFile, in_words};
 use crate::math::{Bounds3, UVec2, Vec3};
 use crate::sampler::{RenderSampler, SamplerKind};
@@ -144,8 +144,8 @@ impl Job {
             noise,
             time_limit: args.time_limit,
             seed: args.seed.or(settings.seed).unwrap_or(0),
+            aovs: aovs(&args.aov, &scene, &estimator)?,
             estimator,
-            aovs: aovs(&args.aov)?,
             sampler,
             backend,
             denoiser,
@@ -252,7 +252,12 @@ impl Job {
     /// most. An error, before they are taken, where that is too much.
     pub fn within_memory(&self, scene: Scene) -> Result<(Scene, u64), CliError> {
         let denoising = self.denoiser.map_or(0, |denoiser| denoiser.bytes(self.crop.area()));
-        let peak = |scene: &Scene| forecast(&self.scene, scene, self.crop).peak(self.backend.name()) + denoising;
+        let groups = match self.aovs.contains(&Aov::Lights) {
+            true => Film::light_group_bytes(self.crop, scene.light_groups().names().len()),
+            false => 0,
+        };
+        let peak =
+            |scene: &Scene| forecast(&self.scene, scene, self.crop).peak(self.backend.name()) + denoising + groups;
         let scene = if self.compact { scene.into_compact() } else { scene };
         let (usual, limit) = (peak(&scene), self.scene.options.max_memory);
         let Some(limit) = limit.filter(|limit| usual > *limit) else {
@@ -326,8 +331,8 @@ impl Job {
     }
 }
 
-/// Further channels, in the order in which they are listed.
-fn aovs(wanted: &[String]) -> Result<Vec<Aov>, CliError> {
+/// Further channels, in the order in which they are listed. Where there are no groups of lights, `all` is all others.
+fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) -> Result<Vec<Aov>, CliError> {
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
         let known: Vec<&str> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
@@ -336,8 +341,22 @@ fn aovs(wanted: &[String]) -> Result<Vec<Aov>, CliError> {
             known.join(", ")
         )));
     }
+    let has_lights = scene.has_light_groups() && estimator.gathers_light();
+    if !has_lights && wanted.iter().any(|w| w == name_of(Aov::NAMES, Aov::Lights)) {
+        let reason = match estimator.gathers_light() {
+            true => {
+                "this scene has no light groups\n  help: give a [[light]] a `group`, or add a [[light_group]]".into()
+            }
+            false => format!(
+                "--integrator {} gathers no light\n  help: use path, naive, whitted, distributed or direct",
+                estimator.name()
+            ),
+        };
+        return Err(CliError::Usage(format!("--aov lights: {reason}")));
+    }
     let is_wanted = |(name, _): &&(&str, Aov)| wanted.iter().any(|w| w == name || w == "all");
-    Ok(Aov::NAMES.iter().filter(is_wanted).map(|&(_, aov)| aov).collect())
+    let known = Aov::NAMES.iter().filter(is_wanted).map(|&(_, aov)| aov);
+    Ok(known.filter(|&aov| aov != Aov::Lights || has_lights).collect())
 }
 
 /// The samples to take of a picture of `spp`.

@@ -114,14 +114,20 @@ pub(super) fn write_state(output: &Output, progressed: &Progressed, metadata: &M
 
 impl Progressed {
     /// Nothing yet.
-    pub fn start(job: &Job) -> Self {
-        let film = Film::starting_at(job.resolution, job.crop, job.samples.start);
+    pub fn start(job: &Job, metadata: &Metadata) -> Self {
+        Self::of_film(Film::starting_at(job.resolution, job.crop, job.samples.start), metadata)
+    }
+
+    /// Nothing yet, in an empty film, which is to sum all that `metadata` asks for.
+    pub fn of_film(mut film: Film, metadata: &Metadata) -> Self {
+        if let Some(names) = &metadata.features {
+            film = film.with_light_groups(names.lights.len());
+            if names.aovs().iter().any(|aov| aov.is_of_surface()) {
+                film = film.with_features();
+            }
+        }
         Self {
-            film: if job.aovs.is_empty() {
-                film
-            } else {
-                film.with_features()
-            },
+            film,
             statistics: Statistics::default(),
             seconds: 0.0,
         }
@@ -145,6 +151,7 @@ impl Progressed {
         if let Some(names) = &metadata.features {
             let aovs = names.aovs();
             image.channels.extend(self.film.develop_features(&aovs));
+            image.channels.extend(self.film.develop_light_groups(&names.lights));
             if aovs.contains(&Aov::Cryptomatte) {
                 image.channels.extend(cryptomattes(&self.film, names));
             }

@@ -6,7 +6,6 @@ use super::run::prepare_images;
 use crate::film::{Film, Rect};
 use crate::io::{Description, FileError, Metadata, Output, SceneFile, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
-use crate::render::Statistics;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -59,7 +58,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
 
     // The sums, in whatever order, are those of one render.
     let pool = thread_pool(args.threads.unwrap_or_else(all_threads))?;
-    let merged = pool.install(|| whole.join(&parts))?;
+    let merged = pool.install(|| whole.join(&parts, &first.description.metadata))?;
     let metadata = Metadata {
         first_sample: whole.samples.start,
         end_sample: whole.samples.end,
@@ -202,14 +201,10 @@ impl Whole {
     }
 
     /// All sums.
-    fn join(&self, parts: &[Part]) -> Result<Progressed, CliError> {
+    fn join(&self, parts: &[Part], metadata: &Metadata) -> Result<Progressed, CliError> {
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
-        let has_features = parts.iter().any(|part| part.description.metadata.features.is_some());
-        let mut merged = Progressed {
-            film: if has_features { film.with_features() } else { film },
-            statistics: Statistics::default(),
-            seconds: 0.0,
-        };
+        // All parts sum the same: that is a part of their settings.
+        let mut merged = Progressed::of_film(film, metadata);
         for part in parts {
             let read = Progressed::of_checkpoint(&part.path, read_checkpoint(&part.path)?)?;
             merged.film.merge(&read.film);

@@ -159,7 +159,7 @@ impl Prepared<'_> {
             accel,
             camera: self.camera,
             filter: &job.filter,
-            features: !job.aovs.is_empty(),
+            features: job.aovs.iter().any(|aov| aov.is_of_surface()),
         };
         let mut sampler = job.sampler();
         if let Some((pixel, sample)) = job.pixel {
@@ -175,7 +175,7 @@ impl Prepared<'_> {
             Some(keeper) => keeper.restore(job, &metadata)?,
             None => None,
         };
-        let mut done = restored.unwrap_or_else(|| Progressed::start(job));
+        let mut done = restored.unwrap_or_else(|| Progressed::start(job, &metadata));
         warn_of(preview.open(&done.film).as_slice());
 
         // The render, with breaks in which files are written and pictures shown
@@ -338,6 +338,10 @@ impl Prepared<'_> {
             aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
             objects: self.scene.objects().to_vec(),
             materials: materials.map(|m| m.name.clone()).collect(),
+            lights: match aovs.contains(&Aov::Lights) {
+                true => self.scene.light_groups().names().to_vec(),
+                false => Vec::new(),
+            },
         })
     }
 

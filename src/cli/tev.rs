@@ -126,7 +126,7 @@ impl Viewer {
     /// Sends the channels of `image`, in bands of rows.
     fn send(&mut self, image: &Image) -> io::Result<()> {
         let start = Instant::now();
-        let names: Vec<&str> = image.channels.iter().map(|c| c.name).collect();
+        let names: Vec<&str> = image.channels.iter().map(|c| c.name.as_ref()).collect();
         let size = image.crop.size();
         let width = size.x as usize;
         let rows = (PACKET / (width * names.len()).max(1)).max(1);

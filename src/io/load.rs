@@ -8,6 +8,7 @@ use super::texture::{TextureKind, TextureRequest, load_textures};
 use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
+use crate::light::LightGroupId;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
@@ -131,6 +132,10 @@ struct Loader<'a> {
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
     materials: Vec<MaterialSource>,
+    /// Whether any material of this name emits, of those that are used.
+    emits: HashMap<String, bool>,
+    /// The group of lights that materials of this name are in.
+    light_groups: HashMap<String, LightGroupId>,
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
@@ -171,6 +176,8 @@ impl<'a> Loader<'a> {
             findings: Findings::default(),
             used: HashMap::new(),
             materials: Vec::new(),
+            emits: HashMap::new(),
+            light_groups: HashMap::new(),
             textures: Vec::new(),
             asked: Vec::new(),
             texture_files: Vec::new(),
@@ -209,6 +216,11 @@ impl<'a> Loader<'a> {
     }
 
     fn load_parts(&mut self) -> Vec<ObjSource> {
+        for section in &self.file.light_group {
+            if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
+                self.wrong("wrong-light-group", error);
+            }
+        }
         // A file that several objects name is read once.
         let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
@@ -255,6 +267,7 @@ impl<'a> Loader<'a> {
         }
         if !self.is_over() {
             self.warn_of_unused_materials();
+            self.warn_of_dark_materials();
             self.load_textures();
         }
         sources
@@ -399,6 +412,7 @@ impl Loader<'_> {
                 }
             },
         };
+        *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {
                 Some((key, _)) => file.error(key.span(), error.to_string()).help("correct the value"),
@@ -409,6 +423,9 @@ impl Loader<'_> {
         });
         // A default material is never refused.
         let id = added.unwrap_or(MaterialId(0));
+        if let Some(&group) = self.light_groups.get(name) {
+            self.builder.group_material(id, group);
+        }
         self.used.insert((source.clone(), name.to_string()), id);
         self.materials.push(MaterialSource {
             name: name.to_string(),
@@ -492,7 +509,10 @@ impl Loader<'_> {
 
     fn warn_of_unused_materials(&mut self) {
         let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
-        let unused: Vec<&Spanned<String>> = self.file.material.keys().filter(is_unused).collect();
+        let sections = self.file.material.keys().filter(is_unused);
+        let is_unknown = |name: &&Spanned<String>| !self.emits.contains_key(name.get_ref());
+        let grouped = grouped_materials(self.file).filter(is_unknown);
+        let unused: Vec<&Spanned<String>> = sections.chain(grouped).collect();
         for key in unused.iter().take(MAX_NAMED) {
             let warning = self
                 .file
@@ -507,6 +527,20 @@ impl Loader<'_> {
         }
     }
 
+    /// Those that are in a group of lights without emitting anything.
+    fn warn_of_dark_materials(&mut self) {
+        let is_dark = |name: &&Spanned<String>| self.emits.get(name.get_ref()) == Some(&false);
+        let dark: Vec<&Spanned<String>> = grouped_materials(self.file).filter(is_dark).collect();
+        for name in dark.into_iter().take(MAX_NAMED) {
+            let message = format!("material `{}` is in a light group, but emits nothing", name.get_ref());
+            let warning = self.file.error(name.span(), message);
+            self.warn(
+                "dark-material",
+                warning.help("give it an emission, or take its name out"),
+            );
+        }
+    }
+
     /// Says where the scene file names the file that could not be read.
     fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
         if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
@@ -517,6 +551,11 @@ impl Loader<'_> {
             .error(span, format!("{}: {message}", path.display()))
             .help("check the path; it is relative to the scene file")
     }
+}
+
+/// Names of materials in groups of lights.
+fn grouped_materials(file: &SceneFile) -> impl Iterator<Item = &Spanned<String>> {
+    file.light_group.iter().flat_map(|section| section.materials.get_ref())
 }
 
 /// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.

@@ -561,7 +561,7 @@ fn names_of_no_use_are_warnings() {
     let line = |n: usize| format!("odd.toml:{}:1: ", start + n);
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
-        warnings[0].contains(&(line(4) + "no face uses the material `nothing`")),
+        warnings[0].contains(&(line(4) + "material `nothing` is in a light group, but is used by no face")),
         "{warnings:?}"
     );
     let dark = line(5) + "material `stone` is in a light group, but emits nothing";

@@ -217,8 +217,8 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, FirstSurface};
-    use crate::math::Vec3;
+    use crate::film::{Block, FeatureBlock, Features, FirstSurface, LightBlock, Rect};
+    use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
     #[test]
@@ -246,5 +246,46 @@ mod tests {
         let names: HashSet<String> = Accumulator::word_names().into_iter().collect();
         assert_eq!((names.len(), words.len()), (Accumulator::WORDS, Accumulator::WORDS));
         assert!(names.contains("sum.G.3") && names.contains("spread.B.1") && names.contains("samples"));
+    }
+
+    #[test]
+    fn words_hold_light_groups_and_features() {
+        let size = UVec2::new(3, 2);
+        let empty = || {
+            let film = Film::new(size, Rect::full(size));
+            film.with_features().with_light_groups(2)
+        };
+        let mut film = empty();
+        let tile = &mut film.tiles_mut()[0];
+        for (i, pixel) in Rect::full(size).pixels().enumerate() {
+            let mut light = LightBlock::new(2);
+            light.add(&[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)]);
+            light.add_to(tile.light_sums_mut(pixel));
+            let mut features = FeatureBlock::default();
+            features.add(&Features {
+                p: Vec3::new(0.3, -2.0, i as f32),
+                uv: Vec2::new(0.1, 0.2),
+                motion: Vec2::ZERO,
+                object: i as u32,
+                material: 1,
+            });
+            tile.features_mut(pixel).unwrap().add(&features);
+        }
+        let layout = StateLayout::of_film(&film);
+        let names = layout.names();
+        assert_eq!(StateLayout::of_names(&names), Some(layout));
+        assert!(names.contains(&"light.1.B.3".to_string()) && layout.light_groups() == 2);
+        // A name that is missing is no layout.
+        assert_eq!(StateLayout::of_names(&names[1..]), None);
+
+        let mut read = empty();
+        for pixel in Rect::full(size).pixels() {
+            let word = |i| layout.word(&film.tiles()[0], pixel, i);
+            let words: Vec<u32> = (0..names.len()).map(word).collect();
+            layout.put(&mut read.tiles_mut()[0], pixel, &words);
+            let [a, b] = [&film, &read].map(|film| film.tile_at(pixel).unwrap());
+            assert_eq!(a.light_sums(pixel), b.light_sums(pixel));
+            assert_eq!(a.features(pixel), b.features(pixel));
+        }
     }
 }

@@ -59,7 +59,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         let Some(hit) = world.intersect(ray, kind, out) else {
             for light in world.scene.escaped(from, ray.direction) {
                 let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
-                out.radiance(Gathered::of_light(radiance, light.light, world.scene));
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
             }
             return;
         };
@@ -75,7 +75,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
         {
             let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
-            out.radiance(Gathered::of_light(radiance, light.light, world.scene));
+            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
         }
         if branch.depth >= self.max_depth {
             return;

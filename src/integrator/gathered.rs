@@ -99,3 +99,28 @@ impl Mul<f32> for ByGroup {
         self * Spectrum::splat(factor)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn shares_take_the_factors_of_the_sum() {
+        let mut b = SceneBuilder::new();
+        for name in [Some("a"), None] {
+            let group = name.map(|name| b.light_group(name).unwrap());
+            b.begin_light_group(group);
+            b.add_point_light(Vec3::ZERO, Spectrum::ONE).unwrap();
+        }
+        let (scene, _) = b.build().unwrap();
+        let mut both = ByGroup::of_light(Spectrum::rgb(1.0, 2.0, 3.0), LightId(0), &scene);
+        both += ByGroup::of_light(Spectrum::splat(4.0), LightId(1), &scene) * Spectrum::rgb(1.0, 0.5, 0.0);
+        let both = both * 2.0;
+        assert_eq!(both.sum(), Spectrum::rgb(10.0, 8.0, 6.0));
+        let expected = [Spectrum::rgb(2.0, 4.0, 6.0), Spectrum::rgb(8.0, 4.0, 0.0)];
+        assert_eq!(both.by_group()[..2], expected);
+        assert!(both.by_group()[2..].iter().all(|group| group.is_black()));
+    }
+}

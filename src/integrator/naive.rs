@@ -30,7 +30,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let Some(hit) = world.intersect(&ray, kind, out) else {
                 // Escaped: infinitely distant lights
                 for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                    out.radiance(Gathered::of_light(beta * light.radiance, light.light, world.scene));
+                    out.radiance(Gathered::of_light(beta * light.radiance, light.id, world.scene));
                 }
                 return;
             };
@@ -57,7 +57,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             };
             if let (Some(light), true) = (emitted, !reflects || decisions.x < 0.5) {
                 let radiance = beta * light.radiance / chance;
-                out.radiance(Gathered::of_light(radiance, light.light, world.scene));
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
                 return;
             }
             beta = beta / chance;

@@ -251,7 +251,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let from = path.scattered.map_or(Receiver::any_side(path.ray.origin), |s| s.from);
         let counted = |light: Incident| {
             let weight = strategy.emission_weight(path.scattered.as_ref(), &light);
-            R::of_light(path.beta * light.radiance * weight, light.light, scene)
+            R::of_light(path.beta * light.radiance * weight, light.id, scene)
         };
         let mut radiance = R::default();
         let Some(met) = hit else {

@@ -57,11 +57,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let Some(hit) = world.intersect(ray, kind, out) else {
             for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                out.radiance(Gathered::of_light(
-                    branch.beta * light.radiance,
-                    light.light,
-                    world.scene,
-                ));
+                let radiance = branch.beta * light.radiance;
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
             }
             return;
         };
@@ -79,11 +76,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ray.direction,
             ray.time,
         ) {
-            out.radiance(Gathered::of_light(
-                branch.beta * light.radiance,
-                light.light,
-                world.scene,
-            ));
+            let radiance = branch.beta * light.radiance;
+            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {
             return;

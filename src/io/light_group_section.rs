@@ -56,3 +56,21 @@ pub(super) fn light_group(
         file.error(name.span(), error.to_string()).help(help)
     })
 }
+
+/// Warnings of materials in groups that give no light to them: surfaces of each name that is used emit something, or nothing.
+pub(super) fn idle_members(file: &SceneFile, emits: &HashMap<String, bool>) -> Vec<FileError> {
+    let names = file.light_group.iter().flat_map(|section| section.materials.get_ref());
+    let idle = names.filter_map(|name| {
+        let why = match emits.get(name.get_ref()) {
+            Some(true) => return None,
+            Some(false) => "emits nothing",
+            None => "is used by no face",
+        };
+        let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+        Some(
+            file.error(name.span(), message)
+                .help("correct the name, or take it out"),
+        )
+    });
+    idle.collect()
+}

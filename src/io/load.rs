@@ -1,4 +1,5 @@
 use super::find_file::{case_differs, find_file};
+use super::light_group_section::idle_members;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest, MapSlot, MtlDialect, default_material};
 use super::obj::{Group, ObjFile, load_obj};
@@ -266,8 +267,7 @@ impl<'a> Loader<'a> {
             }
         }
         if !self.is_over() {
-            self.warn_of_unused_materials();
-            self.warn_of_dark_materials();
+            self.warn_of_idle_materials();
             self.load_textures();
         }
         sources
@@ -507,37 +507,30 @@ impl Loader<'_> {
         self.builder.texture_filter(self.file.options.texture_filter);
     }
 
-    fn warn_of_unused_materials(&mut self) {
+    /// Says which names of materials in the scene file are of no use.
+    fn warn_of_idle_materials(&mut self) {
+        let file = self.file;
         let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
-        let sections = self.file.material.keys().filter(is_unused);
-        let is_unknown = |name: &&Spanned<String>| !self.emits.contains_key(name.get_ref());
-        let grouped = grouped_materials(self.file).filter(is_unknown);
-        let unused: Vec<&Spanned<String>> = sections.chain(grouped).collect();
-        for key in unused.iter().take(MAX_NAMED) {
-            let warning = self
-                .file
-                .error(key.span(), format!("no face uses the material `{}`", key.get_ref()))
-                .help("its name must be that of a `usemtl` line");
-            self.warn("unused-material", warning);
-        }
-        if unused.len() > MAX_NAMED {
-            let more = unused.len() - MAX_NAMED;
-            let warning = self.file.whole(format!("no face uses {more} other materials"));
-            self.warn("unused-material", warning);
-        }
-    }
-
-    /// Those that are in a group of lights without emitting anything.
-    fn warn_of_dark_materials(&mut self) {
-        let is_dark = |name: &&Spanned<String>| self.emits.get(name.get_ref()) == Some(&false);
-        let dark: Vec<&Spanned<String>> = grouped_materials(self.file).filter(is_dark).collect();
-        for name in dark.into_iter().take(MAX_NAMED) {
-            let message = format!("material `{}` is in a light group, but emits nothing", name.get_ref());
-            let warning = self.file.error(name.span(), message);
-            self.warn(
-                "dark-material",
-                warning.help("give it an emission, or take its name out"),
-            );
+        let unused = file.material.keys().filter(is_unused).map(|key| {
+            let warning = file.error(key.span(), format!("no face uses the material `{}`", key.get_ref()));
+            warning.help("its name must be that of a `usemtl` line")
+        });
+        let idle = [
+            ("unused-material", "no face uses", unused.collect()),
+            (
+                "idle-light-group",
+                "no light comes from",
+                idle_members(file, &self.emits),
+            ),
+        ];
+        for (code, words, warnings) in idle {
+            let more = warnings.len().saturating_sub(MAX_NAMED);
+            for warning in warnings.into_iter().take(MAX_NAMED) {
+                self.warn(code, warning);
+            }
+            if more > 0 {
+                self.warn(code, file.whole(format!("{words} {more} other materials")));
+            }
         }
     }
 
@@ -551,11 +544,6 @@ impl Loader<'_> {
             .error(span, format!("{}: {message}", path.display()))
             .help("check the path; it is relative to the scene file")
     }
-}
-
-/// Names of materials in groups of lights.
-fn grouped_materials(file: &SceneFile) -> impl Iterator<Item = &Spanned<String>> {
-    file.light_group.iter().flat_map(|section| section.materials.get_ref())
 }
 
 /// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.

@@ -384,4 +384,34 @@ mod tests {
         }
         assert_eq!(b.objects, ["a", "a.3", "a.2", "b", "a.4", "a.3.2"]);
     }
+
+    #[test]
+    fn lights_are_in_the_groups_of_their_materials() {
+        let mut b = SceneBuilder::new();
+        let [dark, lamp, screen] = [0.0, 3.0, 1.0].map(|e| b.add_material(material(0.5, e)).unwrap());
+        let sky = b.light_group("sky").unwrap();
+        let lamps = b.light_group("lamps").unwrap();
+        assert_eq!(b.light_group("sky"), Ok(sky));
+        b.group_material(lamp, lamps);
+        b.group_material(dark, sky);
+        let two = || mesh(vec![[0, 1, 2], [2, 1, 3]]);
+        for material in [screen, dark, lamp] {
+            b.add_mesh(two(), material).unwrap();
+        }
+        // Copies too
+        let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
+        let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
+        b.add_instance(prototype, still).unwrap();
+        b.begin_light_group(Some(sky));
+        b.add_constant_light(Spectrum::ONE).unwrap();
+        b.begin_light_group(None);
+        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
+        let (scene, _) = b.build().unwrap();
+        let groups = scene.light_groups();
+        assert_eq!(groups.names(), ["sky", "lamps", "default"]);
+        let of_lights: Vec<usize> = (0..scene.lights().len() as u32)
+            .map(|id| groups.of(LightId(id)))
+            .collect();
+        assert_eq!(of_lights, [2, 2, 1, 1, 1, 1, 2, 2, 0, 2]);
+    }
 }

@@ -360,7 +360,7 @@ impl Scene {
             return self.emitted_otherwise(id, hit, receiver, q, wi, time);
         };
         Some(Incident {
-            light: id,
+            id,
             radiance: light.emitted(-wi),
             pdf: self.light_selection.pmf(&self.lights, receiver, id) * light.pdf(receiver.p, q, wi),
         })
@@ -383,7 +383,7 @@ impl Scene {
             _ => return None,
         };
         Some(Incident {
-            light: id,
+            id,
             radiance: triangle.emitted(-wi) * factor,
             pdf: self.light_selection.pmf(&self.lights, receiver, id) * triangle.pdf(receiver.p, q, wi),
         })
@@ -398,11 +398,7 @@ impl Scene {
                 _ => return None,
             };
             let pdf = self.light_selection.pmf(&self.lights, &receiver, id) * pdf;
-            Some(Incident {
-                light: id,
-                radiance,
-                pdf,
-            })
+            Some(Incident { id, radiance, pdf })
         })
     }
 }
@@ -411,7 +407,7 @@ impl Scene {
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
     /// The light that was met.
-    pub light: LightId,
+    pub id: LightId,
     /// Radiance that arrives.
     pub radiance: Spectrum,
     /// Density, per solid angle, with which light sampling would have drawn this direction.

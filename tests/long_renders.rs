@@ -14,6 +14,10 @@ use tempfile::TempDir;
 
 const SPP: u32 = 320;
 
+/// The scene's lamp as a group, beside a sky in none.
+const LIGHT_GROUPS: &str = "[[light_group]]\nname = \"lamps\"\nmaterials = [\"lamp\"]\n\
+                            [[light]]\ntype = \"constant\"\nradiance = [0.2, 0.3, 0.4]\n";
+
 /// A folder with a small scene, `s.toml`: a lit floor, a Phong panel, and nothing behind them.
 fn scene() -> TempDir {
     folder(&[
@@ -43,11 +47,15 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
 #[test]
 fn bits_are_those_of_one_render() {
     let folder = scene();
+    let file = folder.path().join("s.toml");
+    let text = fs::read_to_string(&file).unwrap() + LIGHT_GROUPS;
+    fs::write(&file, text).unwrap();
     let spp = SPP.to_string();
-    let usual: &[&str] = &["render", "s.toml", "-q", "--spp", &spp];
+    let usual: &[&str] = &["render", "s.toml", "-q", "--spp", &spp, "--aov", "lights"];
     done(folder.path(), &joined(usual, &["-o", "one.exr", "--threads", "2"]));
-    let samples = read_channel(&folder.path().join("one.exr"), "samples");
-    assert!(samples.iter().all(|&n| n == SPP as f32));
+    let one = |name: &str| read_channel(&folder.path().join("one.exr"), name);
+    assert!(one("light_lamps.G") != one("G") && one("light_default.G") != one("G"));
+    assert!(one("samples").iter().all(|&n| n == SPP as f32));
 
     let mut interruptions = 0;
     for (threads, parts) in [("1", 1), ("2", 1), ("3", 1), ("1", 2), ("2", 5), ("3", 2), ("3", 5)] {

@@ -394,7 +394,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, or all
+    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, lights (light_NAME: the picture as each group of lights alone lights it), or all
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub aov: Vec<String>,
 

@@ -349,6 +349,7 @@ fn cpu_name() -> Option<String> {
 struct Nothing;
 
 impl Sink for Nothing {
+    type Radiance = crate::color::Spectrum;
     fn weight(&mut self, _: f32) {}
     fn radiance(&mut self, _: crate::color::Spectrum) {}
     fn first_surface(&mut self, _: FirstSurface) {}

@@ -2,6 +2,7 @@ use super::args::SceneArgs;
 use super::error::CliError;
 use super::job::read_scene;
 use crate::io::{Loaded, load_scene};
+use crate::light::LightId;
 use crate::scene::SceneBuilder;
 use crate::session::{Backend, Settings, forecast};
 use serde_json::json;
@@ -15,6 +16,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let crop = Settings::of(&file)?.crop();
     let (memory, backend) = (forecast(&file, &scene, crop), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
+    let groups = scene.light_groups();
+    let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
     let info = json!({
         "scene": args.scene.display().to_string(),
         "meshes": scene.meshes().len(),
@@ -41,6 +44,10 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "constant": count("constant"),
             "environment": count("environment"),
         },
+        "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
+            "name": name,
+            "lights": members(group).count(),
+        })).collect::<Vec<_>>(),
         "bounds": [decimal(bounds.min.to_array()), decimal(bounds.max.to_array())],
         "memory_forecast_bytes": {
             "scene": memory.scene(),
@@ -85,6 +92,9 @@ fn print_text(info: &serde_json::Value) {
         .filter(|(_, n)| n.as_u64() != Some(0));
     let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
     println!("  lights     {}", kinds.join(", "));
+    for group in info["light_groups"].as_array().into_iter().flatten() {
+        println!("  group      {}: {} lights", text(&group["name"]), group["lights"]);
+    }
     let memory = &info["memory_forecast_bytes"];
     println!(
         "  memory     scene {:.1} MB, acceleration structure about {:.1} MB, film {:.1} MB; about {:.0} MB at the peak of a render",

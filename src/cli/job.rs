@@ -1,8 +1,9 @@
+use super::aovs::aovs;
 use super::args::{EstimatorArgs, ExrArgs, LoadArgs, RenderArgs, ToneArgs};
 use super::error::CliError;
 use crate::color::tone::Curve;
 use crate::color::tone::Tone;
-use crate::film::{Aov, FilterKind, Rect};
+use crate::film::{FilterKind, Rect};
 use crate::integrator::Roulette;
 use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile};
 use crate::math::{UVec2, Vec3};
@@ -40,7 +41,7 @@ impl Job {
 
     /// Resolves everything for a scene file that was read.
     pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
-        let settings = settings(args, Settings::of(&scene)?)?;
+        let settings = settings(args, &scene)?;
         settings.check()?;
         Ok(Self {
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
@@ -54,8 +55,9 @@ impl Job {
     }
 }
 
-/// `settings` with what flags say.
-fn settings(args: &RenderArgs, mut settings: Settings) -> Result<Settings, CliError> {
+/// What the scene file says, and flags over it.
+fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> {
+    let mut settings = Settings::of(scene)?;
     set(&mut settings.resolution, args.size.map(UVec2::from));
     settings.crop = args.crop.map(|[x0, y0, x1, y1]| Rect {
         min: UVec2::new(x0, y0),
@@ -87,7 +89,7 @@ fn settings(args: &RenderArgs, mut settings: Settings) -> Result<Settings, CliEr
     set(&mut settings.seed, args.seed);
     set_named(&mut settings.sampler, "sampler", &args.sampler, SamplerKind::NAMES)?;
     estimator(&mut settings.estimator, &args.estimator)?;
-    settings.aovs = aovs(&args.aov)?;
+    settings.aovs = aovs(&args.aov, scene, &settings.estimator)?;
     set_named(&mut settings.backend, "backend", &args.backend, Backend::NAMES)?;
     set_named(&mut settings.denoiser, "denoise", &args.denoise, DENOISERS)?;
     set(&mut settings.threads, args.threads);
@@ -179,20 +181,6 @@ pub(super) fn exr_format(args: &ExrArgs) -> Result<ExrFormat, CliError> {
         }
     }
     Ok(format)
-}
-
-/// Further channels, in the order in which they are listed.
-fn aovs(wanted: &[String]) -> Result<Vec<Aov>, CliError> {
-    let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
-    if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
-        let known: Vec<&str> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
-        return Err(CliError::Usage(format!(
-            "--aov {unknown}: no such channels\n  help: use some of {}, or all",
-            known.join(", ")
-        )));
-    }
-    let is_wanted = |(name, _): &&(&str, Aov)| wanted.iter().any(|w| w == name || w == "all");
-    Ok(Aov::NAMES.iter().filter(is_wanted).map(|&(_, aov)| aov).collect())
 }
 
 /// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.

@@ -1,5 +1,6 @@
 //! The command line: what was typed (`args`), what it means (`job`), and doing it (`run`).
 
+mod aovs;
 mod args;
 mod audit;
 mod bench;

@@ -124,6 +124,8 @@ struct Listener<'a, 'b, A> {
 }
 
 impl<A: Accel> Sink for Listener<'_, '_, A> {
+    type Radiance = Spectrum;
+
     fn weight(&mut self, weight: f32) {
         if self.told {
             self.story.borrow_mut().weight = weight;

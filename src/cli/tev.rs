@@ -127,7 +127,7 @@ impl Viewer {
     fn send(&mut self, image: &Image) -> io::Result<()> {
         let start = Instant::now();
         let channels: Vec<&Channel> = Image::channel_names().filter_map(|name| image.channel(name)).collect();
-        let names: Vec<&str> = channels.iter().map(|c| c.name).collect();
+        let names: Vec<&str> = channels.iter().map(|c| c.name.as_ref()).collect();
         let size = image.crop.size();
         let width = size.x as usize;
         let rows = (PACKET / (width * names.len()).max(1)).max(1);

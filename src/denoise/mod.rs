@@ -113,7 +113,10 @@ fn put(image: &mut Image, names: [&'static str; 3], values: &[Vec3]) {
         let values = values.iter().map(|v| v[c]).collect();
         match image.channels.iter_mut().find(|channel| channel.name == name) {
             Some(channel) => channel.values = values,
-            None => image.channels.push(Channel { name, values }),
+            None => image.channels.push(Channel {
+                name: name.into(),
+                values,
+            }),
         }
     }
 }

@@ -1,5 +1,6 @@
 use super::{Accumulator, Coverage, FeatureSums, Film, Rect, RgbImage};
 use crate::math::UVec2;
+use std::borrow::Cow;
 
 /// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
 pub const Z_BACKGROUND: f32 = 1e10;
@@ -8,7 +9,7 @@ pub const Z_BACKGROUND: f32 = 1e10;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Name as in the file, `layer.component`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// One value a pixel of the crop.
     pub values: Vec<f32>,
 }
@@ -57,6 +58,8 @@ pub enum Aov {
     Ids,
     /// Mattes of objects and materials (Friedman and Jones, Cryptomatte).
     Cryptomatte,
+    /// `light_NAME`: the picture as the lights of each group alone light it.
+    Lights,
 }
 
 impl Aov {
@@ -67,7 +70,13 @@ impl Aov {
         ("motion", Self::Motion),
         ("id", Self::Ids),
         ("cryptomatte", Self::Cryptomatte),
+        ("lights", Self::Lights),
     ];
+
+    /// Whether it shows what a camera ray meets first.
+    pub fn is_of_surface(self) -> bool {
+        self != Self::Lights
+    }
 
     /// How the sums of a pixel give the channels.
     fn channels(self) -> &'static [FeatureDeveloper] {
@@ -82,7 +91,7 @@ impl Aov {
                 ("id.object", |f| most(&f.objects)),
                 ("id.material", |f| most(&f.materials)),
             ],
-            Self::Cryptomatte => &[],
+            Self::Cryptomatte | Self::Lights => &[],
         }
     }
 }
@@ -95,8 +104,24 @@ pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     let values =
         |develop: fn(&FeatureSums) -> f32| film.crop().pixels().map(move |p| film.features(p).map_or(0.0, develop));
     let channels = developers.map(|&(name, develop)| Channel {
-        name,
+        name: name.into(),
         values: values(develop).collect(),
+    });
+    channels.collect()
+}
+
+pub(super) fn develop_light_groups(film: &Film, names: &[String]) -> Vec<Channel> {
+    let mean = |pixel, group: usize, c| {
+        let tile = film.tile_at(pixel)?;
+        let sum = tile.light_sums(pixel).get(group)?;
+        Some(sum.mean(c, tile.sums(pixel)?.samples()) as f32)
+    };
+    let groups = names.iter().enumerate();
+    let channels = groups.flat_map(|(group, name)| {
+        ["R", "G", "B"].into_iter().enumerate().map(move |(c, color)| Channel {
+            name: format!("light_{name}.{color}").into(),
+            values: film.crop().pixels().map(|p| mean(p, group, c).unwrap_or(0.0)).collect(),
+        })
     });
     channels.collect()
 }
@@ -120,7 +145,7 @@ impl Image {
             .iter()
             .take(count)
             .map(|&(name, _)| Channel {
-                name,
+                name: name.into(),
                 values: vec![0.0; crop.area() as usize],
             })
             .collect();
@@ -146,7 +171,10 @@ impl Image {
                 values[index(crop, pixel)] = error;
             }
         }
-        Channel { name: "error", values }
+        Channel {
+            name: "error".into(),
+            values,
+        }
     }
 
     /// The channel called `name`.

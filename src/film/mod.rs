@@ -6,6 +6,7 @@ mod filter;
 mod fixed;
 mod flip;
 mod image;
+mod light_sums;
 mod metrics;
 mod state;
 mod tile;
@@ -17,6 +18,7 @@ pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use flip::{Exposures, Flip};
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};
+pub use light_sums::{LightBlock, LightSum};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
@@ -90,6 +92,17 @@ impl Film {
         self.tile_at(pixel)?.features(pixel)
     }
 
+    /// The same, which also sums the light of so many groups of lights by themselves.
+    pub fn with_light_groups(mut self, groups: usize) -> Self {
+        self.tiles.iter_mut().for_each(|tile| tile.sum_light_groups(groups));
+        self
+    }
+
+    /// How many it has.
+    pub fn light_groups(&self) -> usize {
+        self.tiles.first().map_or(0, Tile::light_groups)
+    }
+
     /// Size of the full image.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
@@ -147,6 +160,10 @@ impl Film {
             if let (Some(own), Some(features)) = (tile.features_mut(pixel), other.features(pixel)) {
                 own.merge(features);
             }
+            let light = other.tile_at(pixel).map_or(&[][..], |tile| tile.light_sums(pixel));
+            for (own, light) in tile.light_sums_mut(pixel).iter_mut().zip(light) {
+                *own = own.plus(*light);
+            }
         }
     }
 
@@ -195,7 +212,17 @@ impl Film {
         crop.area() * size_of::<Accumulator>() as u64
     }
 
-    /// The channels of `aovs`, but for mattes, which need names. Zero where nothing is known.
+    /// The same of sums of light by group, with the channels that are made of them.
+    pub fn light_group_bytes(crop: Rect, groups: usize) -> u64 {
+        crop.area() * (groups * (size_of::<LightSum>() + size_of::<[f32; 3]>())) as u64
+    }
+
+    /// Three channels for each group of lights, `light_NAME`: the picture as these lights alone light it.
+    pub fn develop_light_groups(&self, names: &[String]) -> Vec<Channel> {
+        image::develop_light_groups(self, names)
+    }
+
+    /// The channels of `aovs`, but for mattes and light groups, which need names. Zero where nothing is known.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
         image::develop_features(self, aovs)
     }

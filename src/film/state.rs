@@ -1,5 +1,5 @@
 use super::fixed::Narrow;
-use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, Tile};
+use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, LightSum, Tile};
 use crate::math::UVec2;
 
 /// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
@@ -87,9 +87,14 @@ const FEATURES: [&str; FeatureSums::SUMS] = ["P.X", "P.Y", "P.Z", "uv.U", "uv.V"
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];
 
-/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and its features, if there are any.
+/// Words of the light of one group.
+const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
+
+/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and, if there are any, the light of groups and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateLayout {
+    /// Groups of lights.
+    groups: usize,
     /// How many objects and how many materials a pixel may name, where there are features.
     levels: Option<[usize; 2]>,
 }
@@ -100,6 +105,7 @@ impl StateLayout {
         let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
         let most = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
         Self {
+            groups: film.light_groups(),
             levels: film
                 .has_features()
                 .then(|| [most(|f| &f.objects), most(|f| &f.materials)]),
@@ -113,11 +119,18 @@ impl StateLayout {
             (0..).take_while(level).count()
         });
         let has_features = names.iter().any(|name| name == "P.X.0");
+        let groups = (0..).take_while(|i| names.contains(&format!("light.{i}.R.0"))).count();
         let layout = Self {
+            groups,
             levels: has_features.then_some(levels),
         };
         let wanted = layout.names();
         (wanted.len() == names.len() && wanted.iter().all(|name| names.contains(name))).then_some(layout)
+    }
+
+    /// Groups of lights.
+    pub fn light_groups(&self) -> usize {
+        self.groups
     }
 
     /// Whether there are features.
@@ -129,9 +142,11 @@ impl StateLayout {
     pub fn names(&self) -> Vec<String> {
         let mut names = Accumulator::word_names();
         names.push("target".into());
+        let words = |name: &str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
+        let of_group = |group: usize| ["R", "G", "B"].map(|c| format!("light.{group}.{c}"));
+        names.extend((0..self.groups).flat_map(of_group).flat_map(|name| words(&name)));
         if let Some(levels) = self.levels {
-            let words = |name: &&str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
-            names.extend(FEATURES.iter().flat_map(words));
+            names.extend(FEATURES.iter().flat_map(|name| words(name)));
             for (kind, levels) in COVERAGES.iter().zip(levels) {
                 names.extend((0..levels).flat_map(|i| [format!("{kind}.{i}.id"), format!("{kind}.{i}.count")]));
             }
@@ -146,6 +161,12 @@ impl StateLayout {
         };
         let Some(i) = i.checked_sub(1) else {
             return tile.target();
+        };
+        let Some(i) = i.checked_sub(self.groups * LIGHT_WORDS) else {
+            let light = tile.light_sums(pixel).get(i / LIGHT_WORDS);
+            return light.map_or(0, |LightSum(sum)| {
+                sum[i % LIGHT_WORDS / Fixed::WORDS].word(i % Fixed::WORDS)
+            });
         };
         let (Some(features), Some([objects, _])) = (tile.features(pixel), self.levels) else {
             return 0;
@@ -163,19 +184,25 @@ impl StateLayout {
 
     /// Sets all that `words` say of `pixel` in `tile`, which has nothing yet.
     pub fn put(&self, tile: &mut Tile, pixel: UVec2, words: &[u32]) {
-        let Some((own, [target, features @ ..])) = words.split_first_chunk::<{ Accumulator::WORDS }>() else {
+        let Some((own, [target, further @ ..])) = words.split_first_chunk::<{ Accumulator::WORDS }>() else {
             return;
         };
         tile.set_target(*target);
         if let Some(sums) = tile.sums_mut(pixel) {
             *sums = Accumulator::from_words(own);
         }
+        let fixed = |words: &[u32]| Fixed::from_words([words[0], words[1], words[2], words[3]]);
+        let (light, features) = further.split_at(self.groups * LIGHT_WORDS);
+        let groups = light.chunks_exact(LIGHT_WORDS);
+        for (LightSum(sum), words) in tile.light_sums_mut(pixel).iter_mut().zip(groups) {
+            *sum = [0, 1, 2].map(|c| fixed(&words[c * Fixed::WORDS..]));
+        }
         let (Some(sums), Some([objects, _])) = (tile.features_mut(pixel), self.levels) else {
             return;
         };
-        let (fixed, coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
-        for (sum, words) in sums.sums.iter_mut().zip(fixed.chunks_exact(Fixed::WORDS)) {
-            *sum = Fixed::from_words([words[0], words[1], words[2], words[3]]);
+        let (values, coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
+        for (sum, words) in sums.sums.iter_mut().zip(values.chunks_exact(Fixed::WORDS)) {
+            *sum = fixed(words);
         }
         let (of_objects, of_materials) = coverages.split_at(2 * objects);
         for (coverage, words) in [(&mut sums.objects, of_objects), (&mut sums.materials, of_materials)] {
@@ -190,8 +217,8 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, FirstSurface};
-    use crate::math::Vec3;
+    use crate::film::{Block, FeatureBlock, Features, FirstSurface, LightBlock, Rect};
+    use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
     #[test]
@@ -219,5 +246,46 @@ mod tests {
         let names: HashSet<String> = Accumulator::word_names().into_iter().collect();
         assert_eq!((names.len(), words.len()), (Accumulator::WORDS, Accumulator::WORDS));
         assert!(names.contains("sum.G.3") && names.contains("spread.B.1") && names.contains("samples"));
+    }
+
+    #[test]
+    fn words_hold_light_groups_and_features() {
+        let size = UVec2::new(3, 2);
+        let empty = || {
+            let film = Film::new(size, Rect::full(size));
+            film.with_features().with_light_groups(2)
+        };
+        let mut film = empty();
+        let tile = &mut film.tiles_mut()[0];
+        for (i, pixel) in Rect::full(size).pixels().enumerate() {
+            let mut light = LightBlock::new(2);
+            light.add(&[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)]);
+            light.add_to(tile.light_sums_mut(pixel));
+            let mut features = FeatureBlock::default();
+            features.add(&Features {
+                p: Vec3::new(0.3, -2.0, i as f32),
+                uv: Vec2::new(0.1, 0.2),
+                motion: Vec2::ZERO,
+                object: i as u32,
+                material: 1,
+            });
+            tile.features_mut(pixel).unwrap().add(&features);
+        }
+        let layout = StateLayout::of_film(&film);
+        let names = layout.names();
+        assert_eq!(StateLayout::of_names(&names), Some(layout));
+        assert!(names.contains(&"light.1.B.3".to_string()) && layout.light_groups() == 2);
+        // A name that is missing is no layout.
+        assert_eq!(StateLayout::of_names(&names[1..]), None);
+
+        let mut read = empty();
+        for pixel in Rect::full(size).pixels() {
+            let word = |i| layout.word(&film.tiles()[0], pixel, i);
+            let words: Vec<u32> = (0..names.len()).map(word).collect();
+            layout.put(&mut read.tiles_mut()[0], pixel, &words);
+            let [a, b] = [&film, &read].map(|film| film.tile_at(pixel).unwrap());
+            assert_eq!(a.light_sums(pixel), b.light_sums(pixel));
+            assert_eq!(a.features(pixel), b.features(pixel));
+        }
     }
 }

@@ -1,5 +1,6 @@
-use super::{Accumulator, FeatureSums};
+use super::{Accumulator, FeatureSums, LightSum};
 use crate::math::UVec2;
+use std::ops::Range;
 
 /// A half-open rectangle of pixels, origin at the top left of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +66,9 @@ pub struct Tile {
     pixels: Vec<Accumulator>,
     /// One a pixel, or none.
     features: Vec<FeatureSums>,
+    /// Groups of lights that are told apart, and the sums of each, pixel by pixel.
+    light_groups: usize,
+    light_sums: Vec<LightSum>,
 }
 
 impl Tile {
@@ -77,6 +81,8 @@ impl Tile {
             first,
             target: 0,
             features: Vec::new(),
+            light_groups: 0,
+            light_sums: Vec::new(),
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -115,6 +121,34 @@ impl Tile {
     pub fn features_mut(&mut self, pixel: UVec2) -> Option<&mut FeatureSums> {
         let index = self.index(pixel)?;
         self.features.get_mut(index)
+    }
+
+    /// Sums the light of so many groups by themselves, from now on.
+    pub(super) fn sum_light_groups(&mut self, groups: usize) {
+        self.light_groups = groups;
+        self.light_sums = vec![LightSum::default(); groups * self.pixels.len()];
+    }
+
+    /// How many it has.
+    pub fn light_groups(&self) -> usize {
+        self.light_groups
+    }
+
+    /// Sums of the light of each group at `pixel`; empty where there are none.
+    pub fn light_sums(&self, pixel: UVec2) -> &[LightSum] {
+        let range = self.light_range(pixel);
+        self.light_sums.get(range).unwrap_or_default()
+    }
+
+    /// The same, to add to them.
+    pub fn light_sums_mut(&mut self, pixel: UVec2) -> &mut [LightSum] {
+        let range = self.light_range(pixel);
+        self.light_sums.get_mut(range).unwrap_or_default()
+    }
+
+    fn light_range(&self, pixel: UVec2) -> Range<usize> {
+        let n = self.light_groups;
+        self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
     }
 
     /// Samples that each pixel has.

@@ -30,6 +30,6 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
             ..vertex.ray_along(wi)
         };
         let open = self.world.transmittance(&probe, out);
-        out.radiance(Spectrum::splat(open));
+        out.radiance(Spectrum::splat(open).into());
     }
 }

@@ -32,11 +32,12 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
         let Some((hit, vertex)) = self.world.look(key, sampler, &slot, out) else {
             return;
         };
-        out.radiance(match self.view {
+        let color = match self.view {
             DebugView::Normals => Spectrum::from((0.5 * vertex.point.ns + 0.5).to_array()),
             DebugView::Uv => Spectrum::rgb(hit.b1, hit.b2, 0.0),
             DebugView::Ids => id_color(&hit),
-        });
+        };
+        out.radiance(color.into());
     }
 }
 

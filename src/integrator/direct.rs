@@ -1,7 +1,6 @@
-use super::{Sink, Strategy, World};
+use super::{Gathered, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
-use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::{LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
@@ -80,15 +79,19 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 ///
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
 /// scattered ray meets.
-pub(super) enum Direct {
+pub(super) enum Direct<R> {
     /// So much arrives.
-    Known(Spectrum),
+    Known(R),
     /// So much arrives unless something is on the way.
-    Unless(Ray, Spectrum),
+    Unless(Ray, R),
 }
 
-impl Direct {
-    pub const NONE: Self = Self::Known(Spectrum::ZERO);
+impl<R: Gathered> Direct<R> {
+    /// Nothing arrives.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self::Known(R::default())
+    }
 
     /// Draws it for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
     /// here; a single one is left to [`Direct::arrives`].
@@ -99,14 +102,14 @@ impl Direct {
         strategy: &Strategy,
         count: u32,
         u: &LightNumbers<impl Sampler>,
-        out: &mut impl Sink,
+        out: &mut impl Sink<Radiance = R>,
     ) -> Self {
         if !strategy.samples_lights() || vertex.bsdf.is_delta() {
-            return Self::NONE;
+            return Self::none();
         }
         let selection = world.scene.light_selection();
         if let Some(ids) = selection.all() {
-            let mut sum = Spectrum::ZERO;
+            let mut sum = R::default();
             for (index, &id) in ids.iter().enumerate() {
                 let light = Self::of_light(
                     world.scene,
@@ -121,7 +124,7 @@ impl Direct {
         }
         match selection.sample(world.scene.lights(), &vertex.receiver(), u.choice) {
             Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
-            None => Self::NONE,
+            None => Self::none(),
         }
     }
 
@@ -131,25 +134,25 @@ impl Direct {
         // A direction towards the light
         let light = &scene.lights()[id.0 as usize];
         let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
-            return Self::NONE;
+            return Self::none();
         };
 
         // What would be scattered; a shadow ray is worth while only where that is anything.
         let wi = vertex.frame.to_local(light.wi);
         let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
         if f.is_black() {
-            return Self::NONE;
+            return Self::none();
         }
         let pdf = expected * light.pdf;
         let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
-        Self::Unless(ray, f * light.radiance * (weight / pdf))
+        Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))
     }
 
     /// What arrives: the shadow ray is traced.
     #[inline(always)]
-    pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Spectrum {
+    pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
             Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),

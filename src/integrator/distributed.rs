@@ -1,6 +1,6 @@
 use super::direct::{Direct, LightNumbers};
 use super::strategy::Scattered;
-use super::{Integrator, RayKind, Sink, Strategy, World};
+use super::{Gathered, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::light::Receiver;
@@ -58,7 +58,8 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         let from = scattered.map_or(Receiver::any_side(ray.origin), |s| s.from);
         let Some(hit) = world.intersect(ray, kind, out) else {
             for light in world.scene.escaped(from, ray.direction) {
-                out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
+                let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
             }
             return;
         };
@@ -73,14 +74,15 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             .scene
             .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
         {
-            out.radiance(branch.beta * light.radiance * strategy.emission_weight(scattered, &light));
+            let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
+            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
         }
         if branch.depth >= self.max_depth {
             return;
         }
         let u = LightNumbers::draw(sampler, branch.node);
         let direct = Direct::sample(world, &vertex, strategy, 1, &u, out).arrives(world, out);
-        out.radiance(branch.beta * direct);
+        out.radiance(direct * branch.beta);
 
         // Several rays in place of one
         for i in 1..=self.branching {

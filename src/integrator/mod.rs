@@ -4,6 +4,7 @@ mod ambient_occlusion;
 mod debug;
 mod direct;
 mod distributed;
+mod gathered;
 mod naive;
 mod path;
 mod reuse;
@@ -15,6 +16,7 @@ mod world;
 pub use ambient_occlusion::AmbientOcclusion;
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
+pub use gathered::{ByGroup, Gathered};
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
 pub use roulette::Roulette;
@@ -22,7 +24,6 @@ pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use whitted::WhittedIntegrator;
 pub use world::World;
 
-use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::sampler::{SampleKey, Sampler};
 
@@ -60,11 +61,14 @@ pub enum RayKind {
 
 /// Takes what an integrator finds in one sample.
 pub trait Sink {
+    /// Whether groups of lights are told apart.
+    type Radiance: Gathered;
+
     /// What all that is found counts in the pixel of the sample: 1 but for filters with negative lobes and the like. Comes first.
     fn weight(&mut self, weight: f32);
 
     /// Adds radiance to the pixel of the sample.
-    fn radiance(&mut self, radiance: Spectrum);
+    fn radiance(&mut self, radiance: Self::Radiance);
 
     /// Notes what the camera sees first.
     fn first_surface(&mut self, surface: FirstSurface);

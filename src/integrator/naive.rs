@@ -1,4 +1,4 @@
-use super::{Directions, Integrator, RayKind, Roulette, Sink, World};
+use super::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::light::Receiver;
@@ -30,7 +30,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let Some(hit) = world.intersect(&ray, kind, out) else {
                 // Escaped: infinitely distant lights
                 for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                    out.radiance(beta * light.radiance);
+                    out.radiance(Gathered::of_light(beta * light.radiance, light.id, world.scene));
                 }
                 return;
             };
@@ -48,15 +48,16 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 ray.direction,
                 ray.time,
             );
-            let emitted = emitted.map(|light| light.radiance).filter(|e| !e.is_black());
+            let emitted = emitted.filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let chance = match (emitted, reflects) {
                 (None, false) => return,
                 (Some(_), true) => 0.5,
                 _ => 1.0,
             };
-            if let (Some(radiance), true) = (emitted, !reflects || decisions.x < 0.5) {
-                out.radiance(beta * radiance / chance);
+            if let (Some(light), true) = (emitted, !reflects || decisions.x < 0.5) {
+                let radiance = beta * light.radiance / chance;
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
                 return;
             }
             beta = beta / chance;

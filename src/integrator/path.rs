@@ -1,7 +1,7 @@
 use super::direct::{Direct, LightNumbers, Vertex};
 use super::reuse::End;
 use super::strategy::Scattered;
-use super::{Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
+use super::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
@@ -10,6 +10,7 @@ use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::scene::Incident;
 use std::array::from_fn;
 
 /// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
@@ -207,13 +208,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
     /// Follows the path from the camera. Where paths are shared, what a matte second vertex scatters is not yet its own: that end is
     /// given back, and the first vertex.
     #[inline(always)]
-    fn follow<'v, S: Sampler>(
+    fn follow<'v, S: Sampler, R: Gathered>(
         &'v self,
         start: Start<S>,
         slot: &'v BsdfSlot,
-        out: &mut impl Sink,
-    ) -> (Option<Vertex<'v>>, Option<End>) {
-        let (mut radiance, first) = self.arrive(&start.path, start.hit, slot);
+        out: &mut impl Sink<Radiance = R>,
+    ) -> (Option<Vertex<'v>>, Option<End<R>>) {
+        let (mut radiance, first) = self.arrive::<R>(&start.path, start.hit, slot);
         let mut end = None;
         if let (Some(first), Some(hit)) = (&first, &start.hit) {
             out.first_surface(self.world.first_surface(hit, first));
@@ -225,7 +226,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 let (emitted, second) = self.arrive(&next, hit, &slot);
                 radiance += emitted;
                 match second {
-                    Some(second) if self.reuse && !next.is_delta() && End::can_be(&second) => {
+                    Some(second) if self.reuse && !next.is_delta() && End::<R>::can_be(&second) => {
                         let light = self.scattered(&second, next.shared(), start.sampler, out);
                         end = Some(End::new(&second, light));
                     }
@@ -240,28 +241,43 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The light that `path` meets: what is emitted where it arrives, and the vertex that is there, if any.
     #[inline(always)]
-    fn arrive<'v>(&'v self, path: &Segment, hit: Option<Hit>, slot: &'v BsdfSlot) -> (Spectrum, Option<Vertex<'v>>) {
+    fn arrive<'v, R: Gathered>(
+        &'v self,
+        path: &Segment,
+        hit: Option<Hit>,
+        slot: &'v BsdfSlot,
+    ) -> (R, Option<Vertex<'v>>) {
         let (scene, strategy) = (self.world.scene, &self.strategy);
         let from = path.scattered.map_or(Receiver::any_side(path.ray.origin), |s| s.from);
-        let mut radiance = Spectrum::ZERO;
+        let counted = |light: Incident| {
+            let weight = strategy.emission_weight(path.scattered.as_ref(), &light);
+            R::of_light(path.beta * light.radiance * weight, light.id, scene)
+        };
+        let mut radiance = R::default();
         let Some(met) = hit else {
             // Escaped: infinitely distant lights
             for light in scene.escaped(from, path.ray.direction) {
-                radiance += path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
+                radiance += counted(light);
             }
             return (radiance, None);
         };
         // The surface, and the light it emits by itself
         let vertex = self.world.vertex(&met, &path.ray, slot);
         if let Some(light) = scene.emitted(&met, &from, vertex.point.p, path.ray.direction, path.ray.time) {
-            radiance = path.beta * light.radiance * strategy.emission_weight(path.scattered.as_ref(), &light);
+            radiance = counted(light);
         }
         (radiance, Some(vertex))
     }
 
     /// The light that `vertex`, the second one of `path`, scatters.
     #[inline(always)]
-    fn scattered<S: Sampler>(&self, vertex: &Vertex, path: Segment, sampler: &S, out: &mut impl Sink) -> Spectrum {
+    fn scattered<S: Sampler, R: Gathered>(
+        &self,
+        vertex: &Vertex,
+        path: Segment,
+        sampler: &S,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> R {
         let u = VertexNumbers::draw(sampler, 1);
         let (mut radiance, mut next) = self.step(vertex, &path, 1, &u, out);
         for depth in 2.. {
@@ -270,7 +286,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let u = VertexNumbers::draw(sampler, depth);
             let hit = self.world.intersect(&path.ray, RayKind::Bounce, out);
             let slot = BsdfSlot::new();
-            let (emitted, vertex) = self.arrive(&path, hit, &slot);
+            let (emitted, vertex) = self.arrive::<R>(&path, hit, &slot);
             radiance += emitted;
             let Some(vertex) = vertex else { break };
             let (direct, onwards) = self.step(&vertex, &path, depth, &u, out);
@@ -282,19 +298,19 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The step from the first vertex, where several light samples may be taken: of a pixel's `n` paths, `n` times as many.
     #[inline(always)]
-    fn first_step<S: Sampler>(
+    fn first_step<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         start: &Start<S>,
-        out: &mut impl Sink,
-    ) -> (Spectrum, Option<Segment>) {
+        out: &mut impl Sink<Radiance = R>,
+    ) -> (R, Option<Segment>) {
         if self.max_depth == Some(0) {
-            return (Spectrum::ZERO, None);
+            return (R::default(), None);
         }
         // Light samples count on through the pixel's samples, so that all of them are stratified together. Each shadow ray is traced when
         // the next sample is ready.
-        let mut radiance = Spectrum::ZERO;
-        let mut direct = Direct::NONE;
+        let mut radiance = R::default();
+        let mut direct = Direct::none();
         let mut sampler = start.sampler.clone();
         for i in 0..self.light_samples {
             // A single one is the path's own.
@@ -310,26 +326,27 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let u = ScatterNumbers::of_first(start.sampler, self.roulette());
         let next = self.scatter(vertex, &start.path, 0, self.light_samples, &u);
-        (radiance + direct.arrives(&self.world, out), next)
+        radiance += direct.arrives(&self.world, out);
+        (radiance, next)
     }
 
     /// Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
     /// shadow ray is traced last, so that the next one can follow it without delay.
     #[inline(always)]
-    fn step<S: Sampler>(
+    fn step<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         path: &Segment,
         depth: u32,
         u: &VertexNumbers<S>,
-        out: &mut impl Sink,
-    ) -> (Spectrum, Option<Segment>) {
+        out: &mut impl Sink<Radiance = R>,
+    ) -> (R, Option<Segment>) {
         if self.max_depth.is_some_and(|max| depth >= max) {
-            return (Spectrum::ZERO, None);
+            return (R::default(), None);
         }
         let direct = Direct::sample(&self.world, vertex, &self.strategy, 1, &u.light, out);
         let next = self.scatter(vertex, path, depth, 1, &u.scatter);
-        (path.beta * direct.arrives(&self.world, out), next)
+        (direct.arrives(&self.world, out) * path.beta, next)
     }
 
     /// Goes on from `vertex` in a sampled direction, unless all is absorbed or Russian roulette ends the path.

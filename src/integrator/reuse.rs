@@ -1,6 +1,6 @@
 use super::direct::Vertex;
 use super::strategy::Directions;
-use super::{RayKind, SAMPLES_AT_ONCE, Sink, World};
+use super::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin, segment};
@@ -18,7 +18,7 @@ use crate::math::{Ray, Vec3};
 ///
 /// which is never more than `f |cos θ| / pdf · L` of the pixel's own path. What is emitted at `y`, and what is scattered there by
 /// other than matte surfaces, stays with the path that found it.
-pub(super) struct End {
+pub(super) struct End<R> {
     /// The point, clear of its surface.
     p: Vec3,
     /// When the path is there; all paths of a group have the same time.
@@ -28,7 +28,7 @@ pub(super) struct End {
     /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
     curved: Option<SurfacePoint>,
     /// Estimate of the radiance that is scattered to that side.
-    radiance: Spectrum,
+    radiance: R,
 }
 
 /// A first vertex that could have found the end.
@@ -43,14 +43,14 @@ struct Candidate {
     origin: Vec3,
 }
 
-impl End {
+impl<R: Gathered> End<R> {
     /// Whether `vertex` scatters to all directions alike.
     pub fn can_be(vertex: &Vertex) -> bool {
         vertex.bsdf.is_lambert() && !vertex.is_bent
     }
 
     /// At `vertex`, whose scattered light is `radiance`.
-    pub fn new(vertex: &Vertex, radiance: Spectrum) -> Self {
+    pub fn new(vertex: &Vertex, radiance: R) -> Self {
         let point = vertex.point;
         let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
@@ -69,9 +69,9 @@ impl End {
         directions: Directions,
         firsts: &[Option<Vertex>; SAMPLES_AT_ONCE],
         owner: usize,
-        out: &mut [impl Sink],
+        out: &mut [impl Sink<Radiance = R>],
     ) {
-        if self.radiance.is_black() {
+        if self.radiance.sum().is_black() {
             return;
         }
 
@@ -120,9 +120,9 @@ impl End {
             return;
         }
         let light = self.radiance * (1.0 / pdf);
-        out[owner].radiance(own.f * light * own_seen);
+        out[owner].radiance(light * own.f * own_seen);
         for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
-            out[other.index].radiance(other.f * light * seen);
+            out[other.index].radiance(light * other.f * seen);
         }
     }
 

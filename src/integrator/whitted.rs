@@ -1,5 +1,5 @@
 use super::direct::{Direct, LightNumbers};
-use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
+use super::{DirectLight, Gathered, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
@@ -57,7 +57,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let Some(hit) = world.intersect(ray, kind, out) else {
             for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                out.radiance(branch.beta * light.radiance);
+                let radiance = branch.beta * light.radiance;
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
             }
             return;
         };
@@ -75,7 +76,8 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ray.direction,
             ray.time,
         ) {
-            out.radiance(branch.beta * light.radiance);
+            let radiance = branch.beta * light.radiance;
+            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {
             return;
@@ -86,7 +88,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let u = LightNumbers::draw(sampler, branch.node);
         let direct = Direct::sample(world, &vertex, &strategy, 1, &u, out).arrives(world, out);
-        out.radiance(branch.beta * direct);
+        out.radiance(direct * branch.beta);
 
         // Mirror and refracted directions, all of them
         let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);

@@ -226,6 +226,7 @@ impl Opened {
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
+        film = film.with_light_groups(self.layout.light_groups());
         if self.layout.has_features() {
             film = film.with_features();
         }

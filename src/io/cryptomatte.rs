@@ -53,7 +53,7 @@ pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
 fn layer(film: &Film, layer: &Layer, names: &[String], of: fn(&FeatureSums) -> &Coverage) -> Vec<Channel> {
     let hashes: Vec<f32> = names.iter().map(|name| id_of(name)).collect();
     let mut channels = layer.1.map(|name| Channel {
-        name,
+        name: name.into(),
         values: Vec::with_capacity(film.crop().area() as usize),
     });
     for pixel in film.crop().pixels() {

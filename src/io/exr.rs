@@ -64,6 +64,9 @@ pub struct FeatureNames {
     pub objects: Vec<String>,
     /// Materials of the scene, from the first.
     pub materials: Vec<String>,
+    /// Groups of lights, where these are told apart.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<String>,
 }
 
 impl FeatureNames {
@@ -308,7 +311,7 @@ pub(super) fn write(
 ) -> io::Result<()> {
     let width = image.crop.size().x as usize;
     let channels = image.channels.iter();
-    let channels = channels.map(|c| RowChannel::of_values(c.name, &c.values, width, format.kind(c.name)));
+    let channels = channels.map(|c| RowChannel::of_values(&c.name, &c.values, width, format.kind(&c.name)));
     let mut attributes = state.map_or(Vec::new(), |state| state.attributes(metadata));
     let features = metadata.features.as_ref();
     attributes.extend(features.map_or(Vec::new(), cryptomatte::attributes));

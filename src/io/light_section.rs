@@ -1,4 +1,5 @@
 use super::environment::read_environment;
+use super::light_group_section::light_group;
 use super::{FileError, SceneFile};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
 use crate::scene::{BuildError, SceneBuilder};
@@ -14,6 +15,8 @@ pub struct LightSection {
     /// `point`, `directional`, `spot`, `constant` or `environment`.
     #[serde(rename = "type")]
     pub kind: Spanned<String>,
+    /// Name of the group that the light is in, if it is in one.
+    pub group: Option<Spanned<String>>,
     /// Of a point or spot light.
     pub position: Option<Spanned<[f32; 3]>>,
     /// Of a point or spot light, W/sr.
@@ -54,6 +57,9 @@ const DEFAULT_FALLOFF: f32 = 0.8;
 impl LightSection {
     /// Adds the light to `builder`; what cannot be is an error at its place in `file`.
     pub(super) fn add_to(&self, builder: &mut SceneBuilder, file: &SceneFile) -> Result<(), FileError> {
+        let name = self.group.as_ref();
+        let group = name.map(|name| light_group(builder, file, name)).transpose()?;
+        builder.begin_light_group(group);
         let added = match self.kind.get_ref().as_str() {
             "point" => {
                 self.allow(file, &["position", "intensity"])?;
@@ -126,7 +132,7 @@ impl LightSection {
         }
     }
 
-    /// Every key but `type`, with its place if it is there.
+    /// Every key but `type` and `group`, which all lights may have, with its place if it is there.
     fn keys(&self) -> [(&'static str, Option<Range<usize>>); 11] {
         fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
             value.as_ref().map(Spanned::span)

@@ -1,4 +1,5 @@
 use super::find_file::{case_differs, find_file};
+use super::light_group_section::idle_members;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest, MapSlot, MtlDialect, default_material};
 use super::obj::{Group, ObjFile, load_obj};
@@ -8,6 +9,7 @@ use super::texture::{TextureKind, TextureRequest, load_textures};
 use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
+use crate::light::LightGroupId;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
@@ -131,6 +133,10 @@ struct Loader<'a> {
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
     materials: Vec<MaterialSource>,
+    /// Whether any material of this name emits, of those that are used.
+    emits: HashMap<String, bool>,
+    /// The group of lights that materials of this name are in.
+    light_groups: HashMap<String, LightGroupId>,
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
@@ -171,6 +177,8 @@ impl<'a> Loader<'a> {
             findings: Findings::default(),
             used: HashMap::new(),
             materials: Vec::new(),
+            emits: HashMap::new(),
+            light_groups: HashMap::new(),
             textures: Vec::new(),
             asked: Vec::new(),
             texture_files: Vec::new(),
@@ -209,6 +217,11 @@ impl<'a> Loader<'a> {
     }
 
     fn load_parts(&mut self) -> Vec<ObjSource> {
+        for section in &self.file.light_group {
+            if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
+                self.wrong("wrong-light-group", error);
+            }
+        }
         // A file that several objects name is read once.
         let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
@@ -254,7 +267,7 @@ impl<'a> Loader<'a> {
             }
         }
         if !self.is_over() {
-            self.warn_of_unused_materials();
+            self.warn_of_idle_materials();
             self.load_textures();
         }
         sources
@@ -399,6 +412,7 @@ impl Loader<'_> {
                 }
             },
         };
+        *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {
                 Some((key, _)) => file.error(key.span(), error.to_string()).help("correct the value"),
@@ -409,6 +423,9 @@ impl Loader<'_> {
         });
         // A default material is never refused.
         let id = added.unwrap_or(MaterialId(0));
+        if let Some(&group) = self.light_groups.get(name) {
+            self.builder.group_material(id, group);
+        }
         self.used.insert((source.clone(), name.to_string()), id);
         self.materials.push(MaterialSource {
             name: name.to_string(),
@@ -490,20 +507,30 @@ impl Loader<'_> {
         self.builder.texture_filter(self.file.options.texture_filter);
     }
 
-    fn warn_of_unused_materials(&mut self) {
+    /// Says which names of materials in the scene file are of no use.
+    fn warn_of_idle_materials(&mut self) {
+        let file = self.file;
         let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
-        let unused: Vec<&Spanned<String>> = self.file.material.keys().filter(is_unused).collect();
-        for key in unused.iter().take(MAX_NAMED) {
-            let warning = self
-                .file
-                .error(key.span(), format!("no face uses the material `{}`", key.get_ref()))
-                .help("its name must be that of a `usemtl` line");
-            self.warn("unused-material", warning);
-        }
-        if unused.len() > MAX_NAMED {
-            let more = unused.len() - MAX_NAMED;
-            let warning = self.file.whole(format!("no face uses {more} other materials"));
-            self.warn("unused-material", warning);
+        let unused = file.material.keys().filter(is_unused).map(|key| {
+            let warning = file.error(key.span(), format!("no face uses the material `{}`", key.get_ref()));
+            warning.help("its name must be that of a `usemtl` line")
+        });
+        let idle = [
+            ("unused-material", "no face uses", unused.collect()),
+            (
+                "idle-light-group",
+                "no light comes from",
+                idle_members(file, &self.emits),
+            ),
+        ];
+        for (code, words, warnings) in idle {
+            let more = warnings.len().saturating_sub(MAX_NAMED);
+            for warning in warnings.into_iter().take(MAX_NAMED) {
+                self.warn(code, warning);
+            }
+            if more > 0 {
+                self.warn(code, file.whole(format!("{words} {more} other materials")));
+            }
         }
     }
 

@@ -8,6 +8,7 @@ mod error;
 mod exr;
 mod find_file;
 mod finding;
+mod light_group_section;
 mod light_section;
 mod load;
 mod map_section;
@@ -33,6 +34,7 @@ pub use error::{FileError, Position};
 pub use exr::{Compression, ExrFormat, FeatureNames, Metadata};
 use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
+pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene,

@@ -1,4 +1,4 @@
-use super::{FileError, LightSection, LoadOptions, MaterialSection, Position};
+use super::{FileError, LightGroupSection, LightSection, LoadOptions, MaterialSection, Position};
 use serde::Deserialize;
 use serde::de::{self, Deserializer, Visitor};
 use std::collections::BTreeMap;
@@ -31,6 +31,9 @@ pub struct SceneFile {
     /// Lights besides emitting triangles.
     #[serde(default)]
     pub light: Vec<LightSection>,
+    /// Groups of emitting materials.
+    #[serde(default)]
+    pub light_group: Vec<LightGroupSection>,
     /// How OBJ and MTL files are read.
     #[serde(skip)]
     pub options: LoadOptions,
@@ -333,6 +336,11 @@ impl SceneFile {
             object: vec![object],
             ..Default::default()
         }
+    }
+
+    /// Whether any light, or the emission of any material, is said to be in a group.
+    pub fn has_light_groups(&self) -> bool {
+        !self.light_group.is_empty() || self.light.iter().any(|light| light.group.is_some())
     }
 
     /// An error at bytes `span` of the file.

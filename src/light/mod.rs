@@ -6,6 +6,7 @@
 mod constant;
 mod directional;
 mod environment;
+mod groups;
 mod places;
 mod point;
 mod selection;
@@ -17,6 +18,7 @@ mod triangle;
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
 pub use environment::{EnvironmentLight, LatLongImage};
+pub use groups::{LightGroupId, LightGroups};
 pub use point::PointLight;
 pub use selection::{LightSelection, SelectionMode};
 pub use spot::SpotLight;

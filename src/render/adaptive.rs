@@ -130,11 +130,12 @@ mod tests {
             sampler.start(key);
             out.weight(1.0);
             let u = sampler.get_1d(Dimension::PIXEL);
-            out.radiance(Spectrum::splat(if u < 0.5 {
+            let value = if u < 0.5 {
                 1.0 - deviation(key.x) as f32
             } else {
                 1.0 + deviation(key.x) as f32
-            }));
+            };
+            out.radiance(Spectrum::splat(value).into());
         }
     }
 

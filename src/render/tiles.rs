@@ -2,8 +2,8 @@ use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, FeatureBlock, Film, FirstSurface, Tile};
-use crate::integrator::{Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
+use crate::film::{Block, FeatureBlock, Film, FirstSurface, LightBlock, Tile};
+use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -78,11 +78,24 @@ pub fn render<I: Integrator, S: Sampler>(
 
 /// Adds the samples that `tile` lacks before the one with index `end`.
 pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, tile: &mut Tile, end: u32) -> Statistics {
+    // A film that does not tell lights apart pays nothing for it.
+    match tile.light_groups() {
+        0 => advance_gathering::<Spectrum, _, _>(integrator, sampler, tile, end),
+        _ => advance_gathering::<ByGroup, _, _>(integrator, sampler, tile, end),
+    }
+}
+
+fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
+    integrator: &I,
+    sampler: &S,
+    tile: &mut Tile,
+    end: u32,
+) -> Statistics {
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
-    let again = (start < next).then(|| render_tile(integrator, sampler, tile, start..next, Turn::TakeBack));
-    let taken = passes(start..end).map(|pass| render_tile(integrator, sampler, tile, pass, Turn::Add));
+    let again = (start < next).then(|| render_tile::<R, _, _>(integrator, sampler, tile, start..next, Turn::TakeBack));
+    let taken = passes(start..end).map(|pass| render_tile::<R, _, _>(integrator, sampler, tile, pass, Turn::Add));
     let statistics = taken.reduce(Statistics::merge).unwrap_or_default();
     match again {
         Some(again) => statistics.after(&again),
@@ -98,7 +111,7 @@ enum Turn {
 }
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again.
-fn render_tile<I: Integrator, S: Sampler>(
+fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     tile: &mut Tile,
@@ -107,7 +120,7 @@ fn render_tile<I: Integrator, S: Sampler>(
 ) -> Statistics {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
-    let mut taken: [PixelSample; SAMPLES_AT_ONCE] = Default::default();
+    let mut taken: [PixelSample<R>; SAMPLES_AT_ONCE] = Default::default();
     let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
 
     // Either many samples of a pixel at once, or one sample of each of many pixels. The latter give something to each other,
@@ -123,6 +136,10 @@ fn render_tile<I: Integrator, S: Sampler>(
         true => vec![FeatureBlock::default(); SAMPLES_AT_ONCE],
         false => Vec::new(),
     };
+    let mut light_blocks = match tile.light_groups() {
+        0 => Vec::new(),
+        groups => vec![LightBlock::new(groups); SAMPLES_AT_ONCE],
+    };
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     for group in pixels.chunks(pixels_at_once) {
@@ -131,6 +148,7 @@ fn render_tile<I: Integrator, S: Sampler>(
         }
         blocks[..group.len()].fill_with(Block::default);
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
+        light_blocks.iter_mut().for_each(LightBlock::clear);
         for start in samples.clone().step_by(samples_at_once) {
             let end = samples.end.min(start.saturating_add(samples_at_once as u32));
             let mut count = 0;
@@ -145,21 +163,25 @@ fn render_tile<I: Integrator, S: Sampler>(
             integrator.samples(keys, &mut sampler, taken);
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
-                if !sample.radiance.is_valid() {
+                if !sample.radiance.sum().is_valid() {
                     if !is_cropped(key.pixel()) {
                         statistics.drop_sample(DroppedSample {
                             key,
-                            radiance: sample.radiance.to_array(),
+                            radiance: sample.radiance.sum().to_array(),
                         });
                     }
-                    sample.radiance = Spectrum::ZERO;
+                    sample.radiance = R::default();
                 }
+                let place = i * group.len() / count;
                 let features = sample.surface.and_then(|surface| surface.features);
-                if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(i * group.len() / count)) {
+                if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(place)) {
                     block.add(features);
                 }
-                let block = &mut blocks[i * group.len() / count];
-                block.add(sample.radiance * sample.weight, sample.surface.as_ref());
+                let radiance = sample.radiance * sample.weight;
+                if let Some(block) = light_blocks.get_mut(place) {
+                    block.add(radiance.by_group());
+                }
+                blocks[place].add(radiance.sum(), sample.surface.as_ref());
             }
         }
         for (&pixel, block) in group.iter().zip(&feature_blocks) {
@@ -167,6 +189,13 @@ fn render_tile<I: Integrator, S: Sampler>(
                 (Some(sums), Turn::Add) => sums.add(block),
                 (Some(sums), Turn::TakeBack) => sums.take_back(block),
                 (None, _) => {}
+            }
+        }
+        for (&pixel, block) in group.iter().zip(&light_blocks) {
+            let sums = tile.light_sums_mut(pixel);
+            match turn {
+                Turn::Add => block.add_to(sums),
+                Turn::TakeBack => block.take_back_from(sums),
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
@@ -184,19 +213,21 @@ fn render_tile<I: Integrator, S: Sampler>(
 
 /// What one sample gave.
 #[derive(Default)]
-struct PixelSample {
+struct PixelSample<R> {
     weight: f32,
-    radiance: Spectrum,
+    radiance: R,
     surface: Option<FirstSurface>,
     rays: RayCounts,
 }
 
-impl Sink for PixelSample {
+impl<R: Gathered> Sink for PixelSample<R> {
+    type Radiance = R;
+
     fn weight(&mut self, weight: f32) {
         self.weight = weight;
     }
 
-    fn radiance(&mut self, radiance: Spectrum) {
+    fn radiance(&mut self, radiance: R) {
         self.radiance += radiance;
     }
 

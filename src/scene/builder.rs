@@ -1,13 +1,13 @@
 use super::freeze::{bounds_of, place_textures};
 use super::validate::{
-    BuildError, check_environment, check_light, check_material, check_mesh, check_placement, check_position,
-    check_spot, remove_degenerate, unit,
+    BuildError, check_environment, check_group_name, check_light, check_material, check_mesh, check_placement,
+    check_position, check_spot, remove_degenerate, unit,
 };
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement};
 use crate::light::{
-    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, PointLight, SelectionMode, SpotLight,
-    TriangleSampling,
+    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
+    SelectionMode, SpotLight, TriangleSampling,
 };
 use crate::material::{Material, MaterialId};
 use crate::math::{Quat, Vec3};
@@ -46,7 +46,13 @@ pub struct SceneBuilder {
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,
-    pub(super) lights: Vec<Light>,
+    /// Each with its group, if it is in one.
+    pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
+    /// Names of groups; lights that are added are part of `light_group`.
+    pub(super) light_groups: Vec<String>,
+    light_group: Option<LightGroupId>,
+    /// The group of what surfaces of a material emit.
+    pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
     pub(super) selection: SelectionMode,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) report: SceneReport,
@@ -151,18 +157,47 @@ impl SceneBuilder {
         self.triangle_sampling = sampling;
     }
 
+    /// The group of lights of this name, which is made where there is none yet.
+    pub fn light_group(&mut self, name: &str) -> Result<LightGroupId, BuildError> {
+        check_group_name(name)?;
+        let found = self.light_groups.iter().position(|known| known == name);
+        let index = found.unwrap_or(self.light_groups.len());
+        // One is left for lights that are in none.
+        if index >= LightGroups::MOST - 1 {
+            return Err(BuildError::TooManyLightGroups);
+        }
+        if found.is_none() {
+            self.light_groups.push(name.into());
+        }
+        Ok(LightGroupId(index as u8))
+    }
+
+    /// Puts lights that are added from now on, until the next call, into a group or none.
+    pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
+        self.light_group = group;
+    }
+
+    /// Puts what surfaces of `material` emit into a group.
+    pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
+        self.material_groups.insert(material, group);
+    }
+
+    fn add_light(&mut self, light: Light) {
+        self.lights.push((light, self.light_group));
+    }
+
     /// Adds a point light of `intensity` W/sr.
     pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
         check_position("point", position)?;
         check_light("point", "intensity", intensity)?;
-        self.lights.push(Light::Point(PointLight { position, intensity }));
+        self.add_light(Light::Point(PointLight { position, intensity }));
         Ok(())
     }
 
     /// Adds an environment of the same `radiance` in every direction.
     pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
         check_light("constant", "radiance", radiance)?;
-        self.lights.push(Light::Constant(ConstantLight { radiance }));
+        self.add_light(Light::Constant(ConstantLight { radiance }));
         Ok(())
     }
 
@@ -170,8 +205,7 @@ impl SceneBuilder {
     pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
         let direction = unit("directional", direction)?;
         check_light("directional", "irradiance", irradiance)?;
-        self.lights
-            .push(Light::Directional(DirectionalLight { direction, irradiance }));
+        self.add_light(Light::Directional(DirectionalLight { direction, irradiance }));
         Ok(())
     }
 
@@ -189,7 +223,7 @@ impl SceneBuilder {
         let direction = unit("spot", direction)?;
         check_light("spot", "intensity", intensity)?;
         check_spot(angle, falloff)?;
-        self.lights.push(Light::Spot(SpotLight {
+        self.add_light(Light::Spot(SpotLight {
             position,
             direction,
             intensity,
@@ -208,7 +242,7 @@ impl SceneBuilder {
     pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
         check_environment(&image, scale, rotation)?;
         let light = EnvironmentLight::new(image, scale, rotation);
-        self.lights.push(Light::Environment(Box::new(light)));
+        self.add_light(Light::Environment(Box::new(light)));
         Ok(())
     }
 
@@ -349,5 +383,35 @@ mod tests {
             b.begin_object(name);
         }
         assert_eq!(b.objects, ["a", "a.3", "a.2", "b", "a.4", "a.3.2"]);
+    }
+
+    #[test]
+    fn lights_are_in_the_groups_of_their_materials() {
+        let mut b = SceneBuilder::new();
+        let [dark, lamp, screen] = [0.0, 3.0, 1.0].map(|e| b.add_material(material(0.5, e)).unwrap());
+        let sky = b.light_group("sky").unwrap();
+        let lamps = b.light_group("lamps").unwrap();
+        assert_eq!(b.light_group("sky"), Ok(sky));
+        b.group_material(lamp, lamps);
+        b.group_material(dark, sky);
+        let two = || mesh(vec![[0, 1, 2], [2, 1, 3]]);
+        for material in [screen, dark, lamp] {
+            b.add_mesh(two(), material).unwrap();
+        }
+        // Copies too
+        let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
+        let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
+        b.add_instance(prototype, still).unwrap();
+        b.begin_light_group(Some(sky));
+        b.add_constant_light(Spectrum::ONE).unwrap();
+        b.begin_light_group(None);
+        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
+        let (scene, _) = b.build().unwrap();
+        let groups = scene.light_groups();
+        assert_eq!(groups.names(), ["sky", "lamps", "default"]);
+        let of_lights: Vec<usize> = (0..scene.lights().len() as u32)
+            .map(|id| groups.of(LightId(id)))
+            .collect();
+        assert_eq!(of_lights, [2, 2, 1, 1, 1, 1, 2, 2, 0, 2]);
     }
 }

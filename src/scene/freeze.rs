@@ -3,10 +3,14 @@ use super::validate::BuildError;
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
-use crate::light::{ConstantLight, Light, LightId, LightSelection, MovingTriangle, TriangleLight, TriangleSampling};
+use crate::light::{
+    ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
+    TriangleSampling,
+};
 use crate::material::{Map, Material, MaterialId};
 use crate::math::{Affine3A, Bounds3, Vec3};
 use crate::texture::TextureId;
+use std::collections::HashMap;
 
 /// Name of the object that everything is part of where nothing else is said.
 const ONLY_OBJECT: &str = "scene";
@@ -50,6 +54,7 @@ impl SceneBuilder {
             lights: Vec::new(),
             infinite_lights: Vec::new(),
             light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
+            light_groups: LightGroups::new(self.light_groups),
         };
 
         // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
@@ -82,13 +87,17 @@ impl SceneBuilder {
         }
         let moves = |i: &Instance| i.placement.is_moving();
         scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
-        scene.add_triangle_lights(self.triangle_sampling);
-        scene.lights.append(&mut self.lights);
+        scene.add_triangle_lights(self.triangle_sampling, &self.material_groups);
+        for (light, group) in self.lights {
+            scene.lights.push(light);
+            scene.light_groups.push(group, 1);
+        }
         if scene.lights.iter().all(|light| light.power(1.0) == 0.0) {
             self.report.default_light = true;
             scene.lights.push(Light::Constant(ConstantLight {
                 radiance: Spectrum::ONE,
             }));
+            scene.light_groups.push(None, 1);
         }
 
         let ids = (0..scene.lights.len() as u32).map(LightId);
@@ -142,22 +151,29 @@ impl Scene {
     }
 
     /// Makes a light of each emitting triangle, in the order of their ids.
-    fn add_triangle_lights(&mut self, sampling: TriangleSampling) {
+    fn add_triangle_lights(&mut self, sampling: TriangleSampling, groups: &HashMap<MaterialId, LightGroupId>) {
         for geom in self.standing() {
-            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling);
+            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, groups);
         }
         for inst in 0..self.instances.len() {
             for geom in self.prototypes[self.instances[inst].prototype as usize].clone() {
-                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling);
+                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling, groups);
             }
         }
     }
 
-    fn add_lights_of(&mut self, geom: GeomId, inst: InstanceId, sampling: TriangleSampling) {
+    fn add_lights_of(
+        &mut self,
+        geom: GeomId,
+        inst: InstanceId,
+        sampling: TriangleSampling,
+        groups: &HashMap<MaterialId, LightGroupId>,
+    ) {
         let shape = self.shape(geom);
         if shape.first_light.is_none() {
             return;
         }
+        let group = groups.get(&shape.material).copied();
         let material = &self.materials[shape.material.0 as usize];
         let radiance = material.emission_factor();
         let mesh = &self.meshes[geom.0 as usize];
@@ -183,6 +199,7 @@ impl Scene {
             None => light(prim),
         };
         let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect();
+        self.light_groups.push(group, lights.len());
         self.lights.extend(lights);
     }
 }

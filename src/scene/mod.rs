@@ -11,7 +11,7 @@ pub use validate::BuildError;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{Light, LightId, LightSelection, Receiver, TexturedTriangle};
+use crate::light::{Light, LightGroups, LightId, LightSelection, Receiver, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
@@ -67,6 +67,7 @@ pub struct Scene {
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
+    light_groups: LightGroups,
     bounds: Bounds3,
 }
 
@@ -99,6 +100,11 @@ impl Scene {
     /// How next-event estimation chooses a light.
     pub fn light_selection(&self) -> &LightSelection {
         &self.light_selection
+    }
+
+    /// Which lights are told apart.
+    pub fn light_groups(&self) -> &LightGroups {
+        &self.light_groups
     }
 
     /// Box around all vertices.
@@ -175,7 +181,8 @@ impl Scene {
             .sum();
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
         let instances = size_of_val(self.instances.as_slice());
-        (meshes + facets + instances + maps + textures + size_of_val(self.lights.as_slice())) as u64
+        let lights = size_of_val(self.lights.as_slice()) + self.light_groups.bytes();
+        (meshes + facets + instances + maps + textures + lights) as u64
     }
 
     /// The shape that mesh `geom` is part of.
@@ -353,6 +360,7 @@ impl Scene {
             return self.emitted_otherwise(id, hit, receiver, q, wi, time);
         };
         Some(Incident {
+            id,
             radiance: light.emitted(-wi),
             pdf: self.light_selection.pmf(&self.lights, receiver, id) * light.pdf(receiver.p, q, wi),
         })
@@ -375,6 +383,7 @@ impl Scene {
             _ => return None,
         };
         Some(Incident {
+            id,
             radiance: triangle.emitted(-wi) * factor,
             pdf: self.light_selection.pmf(&self.lights, receiver, id) * triangle.pdf(receiver.p, q, wi),
         })
@@ -389,7 +398,7 @@ impl Scene {
                 _ => return None,
             };
             let pdf = self.light_selection.pmf(&self.lights, &receiver, id) * pdf;
-            Some(Incident { radiance, pdf })
+            Some(Incident { id, radiance, pdf })
         })
     }
 }
@@ -397,6 +406,8 @@ impl Scene {
 /// Light met by following a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
+    /// The light that was met.
+    pub id: LightId,
     /// Radiance that arrives.
     pub radiance: Spectrum,
     /// Density, per solid angle, with which light sampling would have drawn this direction.

@@ -1,10 +1,13 @@
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement, triangle_area};
-use crate::light::LatLongImage;
+use crate::light::{LatLongImage, LightGroups};
 use crate::material::{Gloss, Material};
 use crate::math::{Bounds3, Quat, Vec3};
 use thiserror::Error;
+
+/// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
+const MAX_GROUP_NAME: usize = 23;
 
 /// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
 const MAX_COORDINATE: f32 = 1e18;
@@ -78,6 +81,17 @@ pub enum BuildError {
         /// What it should be.
         rule: &'static str,
     },
+    /// A group of lights has a name that it cannot have.
+    #[error("light group `{name}`: {rule}")]
+    BadLightGroup {
+        /// The name.
+        name: String,
+        /// What it should be.
+        rule: &'static str,
+    },
+    /// More groups of lights than are told apart.
+    #[error("more than {} light groups", LightGroups::MOST - 1)]
+    TooManyLightGroups,
     /// More meshes, triangles or lights than 32-bit ids can name.
     #[error("more than 2^32 - 2 {0} in one scene")]
     TooMany(&'static str),
@@ -166,6 +180,26 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
         *normal = normal.normalize_or_zero();
     }
     Ok(())
+}
+
+/// Checks the name of a group of lights, of which channels are named.
+pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let rule = if name.is_empty() {
+        "the name is empty"
+    } else if name == LightGroups::DEFAULT {
+        "this is the name of the group of all lights that are in no other"
+    } else if !name.chars().all(is_allowed) {
+        "a name may have letters A to Z and a to z, digits and underscores only"
+    } else if name.len() > MAX_GROUP_NAME {
+        "the name is longer than 23 letters"
+    } else {
+        return Ok(());
+    };
+    Err(BuildError::BadLightGroup {
+        name: name.escape_debug().to_string(),
+        rule,
+    })
 }
 
 /// Checks the way on which `instance` places what lies within `bounds`.

@@ -244,6 +244,11 @@ impl Estimator {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
+    /// Whether it gathers the light of lights, which can then be told apart.
+    pub(crate) fn gathers_light(&self) -> bool {
+        !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
+    }
+
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);

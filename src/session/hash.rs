@@ -39,6 +39,10 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &str) -> String {
             light => hash.update(format!("{light:?}\n")),
         }
     }
+    // Nothing is added where lights are not told apart, so that these scenes keep their names.
+    if !scene.light_groups().is_empty() {
+        hash.update(format!("{:?}\n", scene.light_groups()));
+    }
     for (geom, mesh) in scene.geom_ids().zip(scene.meshes()) {
         hash.update(scene.shape(geom).material.0.to_le_bytes());
         hash.update((mesh.positions.len() as u64).to_le_bytes());

@@ -1,6 +1,6 @@
 use super::{Error, RenderState};
 use crate::film::{Film, Rect};
-use crate::io::{Description, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
+use crate::io::{Description, FeatureNames, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -97,7 +97,7 @@ impl Parts {
             false => 0..whole.total,
         };
         let has_gaps = whole.check(parts, wanted, allow_gaps)?;
-        let state = whole.join(parts)?;
+        let state = whole.join(parts, parts[0].description.metadata.features.as_ref())?;
         let metadata = Metadata {
             first_sample: whole.samples.start,
             end_sample: whole.samples.end,
@@ -234,10 +234,10 @@ impl Whole {
     }
 
     /// All sums.
-    fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
+    fn join(&self, parts: &[Part], features: Option<&FeatureNames>) -> Result<RenderState, Error> {
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
-        let has_features = parts.iter().any(|part| part.description.metadata.features.is_some());
-        let mut merged = RenderState::new(if has_features { film.with_features() } else { film });
+        // All parts sum the same: that is a part of their settings.
+        let mut merged = RenderState::new(film, features);
         for part in parts {
             let read = RenderState::of_checkpoint(&part.path, read_checkpoint(&part.path)?)?;
             merged.film.merge(&read.film);

@@ -30,7 +30,7 @@ pub(crate) use settings::{DENOISERS, all_threads};
 
 use crate::camera::{Camera, CameraParameters};
 use crate::denoise::Denoiser;
-use crate::film::{Filter, Rect};
+use crate::film::{Aov, Film, Filter, Rect};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
 use crate::lint::Forecast;
@@ -149,7 +149,7 @@ impl Session {
             accel,
             camera: &self.camera,
             filter: &self.filter,
-            features: !self.settings.aovs.is_empty(),
+            features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
         }
     }
 }
@@ -172,7 +172,11 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast 
 fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<(Scene, u64), Error> {
     let crop = settings.crop();
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
-    let peak = |scene: &Scene| forecast(file, scene, crop).peak(settings.backend.name()) + denoising;
+    let groups = match settings.aovs.contains(&Aov::Lights) {
+        true => Film::light_group_bytes(crop, scene.light_groups().names().len()),
+        false => 0,
+    };
+    let peak = |scene: &Scene| forecast(file, scene, crop).peak(settings.backend.name()) + denoising + groups;
     let scene = if settings.compact { scene.into_compact() } else { scene };
     let (usual, limit) = (peak(&scene), file.options.max_memory);
     let Some(limit) = limit.filter(|limit| usual > *limit) else {

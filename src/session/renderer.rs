@@ -60,10 +60,7 @@ impl<'a> Renderer<'a> {
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
-        RenderState::new(match settings.aovs.is_empty() {
-            true => film,
-            false => film.with_features(),
-        })
+        RenderState::new(film, self.feature_names().as_ref())
     }
 
     /// What was known when the checkpoint at `path` was written, to go on from.
@@ -153,6 +150,10 @@ impl<'a> Renderer<'a> {
             aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
             objects: scene.objects().to_vec(),
             materials: scene.materials().iter().map(|m| m.name.clone()).collect(),
+            lights: match aovs.contains(&Aov::Lights) {
+                true => scene.light_groups().names().to_vec(),
+                false => Vec::new(),
+            },
         })
     }
 

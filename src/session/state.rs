@@ -17,8 +17,14 @@ pub struct RenderState {
 }
 
 impl RenderState {
-    /// Nothing but what is on `film`.
-    pub(super) fn new(film: Film) -> Self {
+    /// Nothing yet, on an empty film, which is to sum all that `features` are of.
+    pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
+        if let Some(names) = features {
+            film = film.with_light_groups(names.lights.len());
+            if names.aovs().iter().any(|aov| aov.is_of_surface()) {
+                film = film.with_features();
+            }
+        }
         Self {
             film,
             statistics: Statistics::default(),
@@ -44,6 +50,7 @@ impl RenderState {
         if let Some(names) = features {
             let aovs = names.aovs();
             image.channels.extend(self.film.develop_features(&aovs));
+            image.channels.extend(self.film.develop_light_groups(&names.lights));
             if aovs.contains(&Aov::Cryptomatte) {
                 image.channels.extend(cryptomattes(&self.film, names));
             }

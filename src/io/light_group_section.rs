@@ -1,0 +1,76 @@
+use super::{FileError, SceneFile};
+use crate::light::{LightGroupId, LightGroups};
+use crate::scene::{BuildError, SceneBuilder};
+use serde::Deserialize;
+use std::collections::HashMap;
+use toml::Spanned;
+
+/// `[[light_group]]`: materials whose emission is told apart from other light.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightGroupSection {
+    /// Name of the group, which lights may name too.
+    pub name: Spanned<String>,
+    /// Names of materials, of MTL files or of the scene file.
+    pub materials: Spanned<Vec<Spanned<String>>>,
+}
+
+impl LightGroupSection {
+    /// Notes the group of each material in `groups`; what cannot be is an error at its place in `file`.
+    pub(super) fn add_to(
+        &self,
+        builder: &mut SceneBuilder,
+        file: &SceneFile,
+        groups: &mut HashMap<String, LightGroupId>,
+    ) -> Result<(), FileError> {
+        let group = light_group(builder, file, &self.name)?;
+        if self.materials.get_ref().is_empty() {
+            let error = file.error(self.materials.span(), "a light group without materials");
+            return Err(error.help("name materials that emit; lights join a group by `group` of their [[light]]"));
+        }
+        for material in self.materials.get_ref() {
+            if groups.insert(material.get_ref().clone(), group).is_some() {
+                let message = format!("material `{}` is in a light group already", material.get_ref());
+                return Err(file.error(material.span(), message).help("name each material once"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The group of lights that is called `name`; an error at its place in `file` where nothing can be called so.
+pub(super) fn light_group(
+    builder: &mut SceneBuilder,
+    file: &SceneFile,
+    name: &Spanned<String>,
+) -> Result<LightGroupId, FileError> {
+    builder.light_group(name.get_ref()).map_err(|error| {
+        let help = match error {
+            BuildError::TooManyLightGroups => format!(
+                "let lights share groups: there are {} at most, with `{}` for those that are in none",
+                LightGroups::MOST,
+                LightGroups::DEFAULT
+            ),
+            _ => "choose a name like `key_light`: it becomes a part of channel names".into(),
+        };
+        file.error(name.span(), error.to_string()).help(help)
+    })
+}
+
+/// Warnings of materials in groups that give no light to them: surfaces of each name that is used emit something, or nothing.
+pub(super) fn idle_members(file: &SceneFile, emits: &HashMap<String, bool>) -> Vec<FileError> {
+    let names = file.light_group.iter().flat_map(|section| section.materials.get_ref());
+    let idle = names.filter_map(|name| {
+        let why = match emits.get(name.get_ref()) {
+            Some(true) => return None,
+            Some(false) => "emits nothing",
+            None => "is used by no face",
+        };
+        let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+        Some(
+            file.error(name.span(), message)
+                .help("correct the name, or take it out"),
+        )
+    });
+    idle.collect()
+}

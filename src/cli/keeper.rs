@@ -5,6 +5,7 @@ use super::error::CliError;
 use super::job::Job;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FileError, Format, Metadata, Output, State, cryptomattes, read_checkpoint};
+use crate::light::LightGroups;
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
@@ -121,7 +122,7 @@ impl Progressed {
     /// Nothing yet, in an empty film, which is to sum all that `metadata` asks for.
     pub fn of_film(mut film: Film, metadata: &Metadata) -> Self {
         if let Some(names) = &metadata.features {
-            film = film.with_light_groups(names.lights.len());
+            film = film.with_light_groups(names.lights.len().min(LightGroups::MOST));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {
                 film = film.with_features();
             }

@@ -179,7 +179,7 @@ fn groups_add_up_and_the_picture_keeps_its_bits() {
             with_each(world, &mut |what, film| {
                 let together = film(3, 24, NAMES.len());
                 let picture = means(&together, None);
-                assert_eq!(picture, means(&film(3, 24, 0), None), "{what}");
+                assert!(picture == means(&film(3, 24, 0), None), "{what}");
                 let groups = [0, 1, 2, 3].map(|group| means(&together, Some(group)));
                 for c in 0..3 {
                     for (pixel, &whole) in picture[c].iter().enumerate() {
@@ -215,12 +215,8 @@ fn a_group_is_the_picture_without_the_others() {
                 // Which of emission and reflection a coin chooses depends on what emits.
                 if what != "naive" {
                     let together = film(5, 16, NAMES.len());
-                    assert_eq!(
-                        means(&together, Some(group)),
-                        pictures[what],
-                        "{what}, {}",
-                        NAMES[group]
-                    );
+                    let is_same = means(&together, Some(group)) == pictures[what];
+                    assert!(is_same, "{what}, {}", NAMES[group]);
                 }
             });
         });
@@ -424,7 +420,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
         &["render", "s.toml", "-q", "--spp", "160", "-o", "plain.exr"],
     );
     for (name, channel) in bits(&path("plain.exr")) {
-        assert_eq!(channel, one[&name], "{name}");
+        assert!(channel == one[&name], "{name}");
     }
 
     // Parts, crops, threads, and going on from within a block
@@ -452,7 +448,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
     assert_ne!(bits(&path("resumed.exr")), one);
     render(&["--checkpoint", "d.exr", "--resume", "-o", "resumed.exr"]);
     for file in ["three.exr", "merged.exr", "resumed.exr"] {
-        assert_eq!(bits(&path(file)), one, "{file}");
+        assert!(bits(&path(file)) == one, "{file}");
     }
 
     // Other groups are another render, of which nothing can be gone on with.

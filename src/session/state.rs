@@ -1,5 +1,6 @@
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
+use crate::light::LightGroups;
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
@@ -20,7 +21,7 @@ impl RenderState {
     /// Nothing yet, on an empty film, which is to sum all that `features` are of.
     pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
         if let Some(names) = features {
-            film = film.with_light_groups(names.lights.len());
+            film = film.with_light_groups(names.lights.len().min(LightGroups::MOST));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {
                 film = film.with_features();
             }

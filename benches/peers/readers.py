@@ -2,7 +2,8 @@
 
     embrasure render SCENE --aov all -o picture.exr && python benches/peers/readers.py picture.exr
 
-Needs the packages of requirements.txt and OpenImageIO. Each program is a process of its own:
+Needs the packages of requirements.txt, and then `pip install --no-deps OpenImageIO==3.2.2.0`, which asks for another numpy and works with that of
+bpy all the same. Each program is a process of its own:
 
 - OpenImageIO reads all channels; they must be those that OpenEXR reads, bit for bit;
 - Blender's Cryptomatte node looks up names in the manifests; its mattes must be the sums of the shares of these names.

@@ -29,12 +29,10 @@ struct Estimator {
 fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32, light_samples: u32) -> Estimator {
     let render = move |world: World<Backend>, spp| {
         let integrator = PathIntegrator {
-            world,
             strategy,
-            max_depth: Some(MAX_DEPTH),
             roulette: Roulette { depth: roulette_depth },
             light_samples,
-            reuse: false,
+            ..path_tracer(world, Some(MAX_DEPTH))
         };
         film_of(&integrator, RESOLUTION, spp, 1)
     };
@@ -137,14 +135,7 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip
 }
 
 fn all_agree_in(what: &str, world: World<Backend>, spp: u32, skip: &[&str]) {
-    let best = PathIntegrator {
-        world,
-        strategy: Strategy::default(),
-        max_depth: Some(MAX_DEPTH),
-        roulette: Roulette::default(),
-        light_samples: 1,
-        reuse: false,
-    };
+    let best = path_tracer(world, Some(MAX_DEPTH));
     let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
     for estimator in estimators(spp) {
         if skip.iter().any(|end| estimator.name.ends_with(end)) {
@@ -195,15 +186,11 @@ fn mis_is_as_good_as_the_better_strategy() {
     let render = |direct, spp, seed| {
         with_world(&scene, camera, resolution, |world| {
             let integrator = PathIntegrator {
-                world,
                 strategy: Strategy {
                     direct,
                     ..Strategy::default()
                 },
-                max_depth: Some(4),
-                roulette: Roulette::default(),
-                light_samples: 1,
-                reuse: false,
+                ..path_tracer(world, Some(4))
             };
             RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
         })
@@ -229,15 +216,11 @@ fn dependent_samples_have_the_same_means() {
     ] {
         with_world(&scene, camera, RESOLUTION, |world| {
             let path = |directions| PathIntegrator {
-                world,
                 strategy: Strategy {
                     directions,
                     ..Strategy::default()
                 },
-                max_depth: Some(MAX_DEPTH),
-                roulette: Roulette::default(),
-                light_samples: 1,
-                reuse: false,
+                ..path_tracer(world, Some(MAX_DEPTH))
             };
             let pixels = |film: Film| -> Vec<Accumulator> { film.pixels().map(|(_, sums)| *sums).collect() };
             let reference = pixels(film_of(&path(Directions::Bsdf), RESOLUTION, 2 * SEEDS as u32 * SPP, 0));

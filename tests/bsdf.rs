@@ -995,7 +995,7 @@ fn smooth_lobes_are_chosen_first() {
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn light_through_rough_glass_is_found_both_ways() {
-    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Roulette, Strategy};
+    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Strategy};
     use support::{add, material, polygon, room, sphere};
     let mut b = embrasure::scene::SceneBuilder::new();
     add(&mut b, room(), material(0.4, 0.0));
@@ -1020,18 +1020,15 @@ fn light_through_rough_glass_is_found_both_ways() {
     let mean = |directions, direct, reuse| {
         support::with_world(&scene, camera, size, |world| {
             let integrator = PathIntegrator {
-                world,
                 strategy: Strategy {
                     directions,
                     direct,
                     ..Strategy::default()
                 },
-                max_depth: Some(6),
-                roulette: Roulette::default(),
-                light_samples: 1,
                 reuse,
             };
             let film = support::film_of(&integrator, size, 1024, 3);
+                ..support::path_tracer(world, Some(6))
             (support::film_mean(&film, 0), support::film_error(&film, 0))
         })
     };

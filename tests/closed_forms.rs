@@ -5,7 +5,7 @@ mod support;
 use embrasure::camera::Camera;
 use embrasure::color::Spectrum;
 use embrasure::film::{Filter, FilterKind};
-use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
+use embrasure::integrator::{PathIntegrator, Roulette, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
@@ -48,24 +48,17 @@ fn roulette_keeps_the_mean_of_long_paths() {
 #[test]
 fn roulette_from_the_first_scattering_keeps_the_mean() {
     let scene = glowing_room(0.5, 1.0);
-    let camera = Camera::new(pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0), UVec2::splat(96)).unwrap();
-    let accel = backend(&scene);
-    let integrator = PathIntegrator {
-        world: World {
-            scene: &scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &Filter::BOX,
-            features: false,
-        },
-        strategy: Strategy::default(),
-        max_depth: None,
-        roulette: Roulette { depth: 0 },
-        light_samples: 1,
-        reuse: false,
-    };
+    let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
+    let resolution = UVec2::splat(96);
+    let film = with_world(&scene, camera, resolution, |world| {
+        let integrator = PathIntegrator {
+            roulette: Roulette { depth: 0 },
+            ..path_tracer(world, None)
+        };
+        film_of(&integrator, resolution, 256, 0)
+    });
     // e / (1 - ρ)
-    assert_unbiased("roulette from 0", &film_of(&integrator, UVec2::splat(96), 256, 0), 2.0);
+    assert_unbiased("roulette from 0", &film, 2.0);
 }
 
 /// A glass box in uniform light: what it reflects, refracts and totally reflects adds up to what is behind it.
@@ -321,20 +314,16 @@ fn filters_blur_an_edge_by_their_integral() {
     ];
     for (kind, radius, f) in shapes {
         let filter = Filter::new(kind, radius as f32);
-        let integrator = PathIntegrator {
-            world: World {
+        let integrator = path_tracer(
+            World {
                 scene: &scene,
                 accel: &accel,
                 camera: &camera,
                 filter: &filter,
                 features: false,
             },
-            strategy: Strategy::default(),
-            max_depth: Some(0),
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
-        };
+            Some(0),
+        );
         let film = film_of(&integrator, resolution, 4096, 0);
         let integral = |to: f64| {
             let steps = 20_000;

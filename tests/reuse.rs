@@ -17,12 +17,9 @@ const SEEDS: u64 = 32;
 
 fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Backend<'a>> {
     PathIntegrator {
-        world,
-        strategy: Strategy::default(),
-        max_depth: Some(6),
-        roulette: Roulette::default(),
         light_samples: 2,
         reuse,
+        ..path_tracer(world, Some(6))
     }
 }
 

@@ -66,19 +66,23 @@ pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Bac
     })
 }
 
+/// The path tracer without shared paths and with one light sample; where a test wants another, it says what is different.
+pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator<A> {
+    PathIntegrator {
+        world,
+        strategy: Strategy::default(),
+        max_depth,
+        roulette: Roulette::default(),
+        light_samples: 1,
+        reuse: false,
+    }
+}
+
 /// Renders `scene` by the default path tracer, with seed 0.
 pub fn render_film(scene: &Scene, camera: CameraParameters, size: [u32; 2], spp: u32, max_depth: Option<u32>) -> Film {
     let resolution = UVec2::from(size);
     with_world(scene, camera, resolution, |world| {
-        let integrator = PathIntegrator {
-            world,
-            strategy: Strategy::default(),
-            max_depth,
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
-        };
-        film_of(&integrator, resolution, spp, 0)
+        film_of(&path_tracer(world, max_depth), resolution, spp, 0)
     })
 }
 

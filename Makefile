@@ -7,15 +7,19 @@ CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
 # The feature sets that `make test` runs. For one more: a name here, and its flags below.
+#
+# Every test runs with the default set. The others run again what traces rays by their own backend or names it: lobes, textures, files and
+# sampling are the same code in every set, and `make lint` compiles all tests without Embree too. Brute force is too slow for most scenes.
 FEATURE_SETS  := default none
 FLAGS_default := --workspace --exclude embrasure-oidn
-FLAGS_none    := -p embrasure --no-default-features
+FLAGS_none    := -p embrasure --no-default-features --lib --test closed_forms --test command_line
 
 # Those with the obvhs backend, which needs Rust 1.88; with an older one they are skipped with a word, which is a failure
 # where EMBRASURE_REQUIRE_OBVHS is set, as in CI.
 OBVHS_SETS  := both obvhs
 FLAGS_both  := -p embrasure --features obvhs --lib --test backends --test command_line --test memory
-FLAGS_obvhs := -p embrasure --no-default-features --features obvhs
+FLAGS_obvhs := -p embrasure --no-default-features --features obvhs --lib \
+  $(addprefix --test ,backends check closed_forms command_line lights memory motion surfaces)
 HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi

@@ -29,12 +29,10 @@ struct Estimator {
 fn path(name: &str, spp: u32, strategy: Strategy, roulette_depth: u32, light_samples: u32) -> Estimator {
     let render = move |world: World<Backend>, spp| {
         let integrator = PathIntegrator {
-            world,
             strategy,
-            max_depth: Some(MAX_DEPTH),
             roulette: Roulette { depth: roulette_depth },
             light_samples,
-            reuse: false,
+            ..path_tracer(world, Some(MAX_DEPTH))
         };
         film_of(&integrator, RESOLUTION, spp, 1)
     };
@@ -105,12 +103,16 @@ fn estimators(spp: u32) -> Vec<Estimator> {
 }
 
 /// Fails unless at least 99.75 % of the channels of both pictures, and their means, differ by no more than noise allows.
+///
+/// Differences of means are known to 0.04 % at best, 2 % in the middle of all comparisons and 4 % at worst, as is printed: a factor is found
+/// that is wrong by four times that. Smaller ones are for `tests/bsdf.rs`, `lights.rs` and `closed_forms.rs`.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
     // left of skewed distributions takes a little more.
     const THRESHOLD: f64 = 4.5;
     let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
     let (a, b) = (pixels(a), pixels(b));
+    let total: f64 = b.iter().map(|s| s.mean(1)).sum();
     let mut beyond = 0;
     for c in 0..3 {
         let (mut sum, mut variance) = (0.0, 0.0);
@@ -122,6 +124,13 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
             variance += v;
         }
         let z = sum / variance.sqrt().max(1e-9);
+        if c == 1 {
+            println!(
+                "{what}: {:+.5} ± {:.5} of the mean",
+                sum / total,
+                variance.sqrt() / total
+            );
+        }
         assert!(
             z.abs() < 4.0,
             "{what}: the means of channel {c} differ by {z:.2} standard errors"
@@ -137,14 +146,7 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, spp: u32, skip
 }
 
 fn all_agree_in(what: &str, world: World<Backend>, spp: u32, skip: &[&str]) {
-    let best = PathIntegrator {
-        world,
-        strategy: Strategy::default(),
-        max_depth: Some(MAX_DEPTH),
-        roulette: Roulette::default(),
-        light_samples: 1,
-        reuse: false,
-    };
+    let best = path_tracer(world, Some(MAX_DEPTH));
     let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
     for estimator in estimators(spp) {
         if skip.iter().any(|end| estimator.name.ends_with(end)) {
@@ -158,7 +160,7 @@ fn all_agree_in(what: &str, world: World<Backend>, spp: u32, skip: &[&str]) {
 #[test]
 fn estimators_agree_on_our_scenes() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
-    all_agree("cornell-box", &own("cornell-box.toml"), cornell, 1024, &[]);
+    all_agree("cornell-box", &own("cornell-box.toml"), cornell, 512, &[]);
     // Where a lamp meets other surfaces, the inverse square of the distance has no variance, and no z-test.
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     all_agree("closed-box", &own("closed-box.toml"), inside, 512, &["light"]);
@@ -190,25 +192,21 @@ fn estimators_agree_on_every_lobe() {
 #[test]
 fn mis_is_as_good_as_the_better_strategy() {
     let scene = own("veach-plates.toml");
-    let resolution = UVec2::new(160, 120);
+    let resolution = UVec2::new(80, 60);
     let camera = pinhole(Vec3::new(0.0, 2.2, 9.5), Vec3::new(0.0, 1.5, 0.0), 38.0);
     let render = |direct, spp, seed| {
         with_world(&scene, camera, resolution, |world| {
             let integrator = PathIntegrator {
-                world,
                 strategy: Strategy {
                     direct,
                     ..Strategy::default()
                 },
-                max_depth: Some(4),
-                roulette: Roulette::default(),
-                light_samples: 1,
-                reuse: false,
+                ..path_tracer(world, Some(4))
             };
             RgbImage::from(&film_of(&integrator, resolution, spp, seed).develop())
         })
     };
-    let reference = render(DirectLight::Mis, 2048, 1);
+    let reference = render(DirectLight::Mis, 1024, 1);
     let error = |direct| Errors::new(&render(direct, 64, 0), &reference).unwrap().rel_mse;
     let [none, light, mis] = [DirectLight::None, DirectLight::Light, DirectLight::Mis].map(error);
     println!("relMSE: none {none}, light {light}, mis {mis}");
@@ -229,15 +227,11 @@ fn dependent_samples_have_the_same_means() {
     ] {
         with_world(&scene, camera, RESOLUTION, |world| {
             let path = |directions| PathIntegrator {
-                world,
                 strategy: Strategy {
                     directions,
                     ..Strategy::default()
                 },
-                max_depth: Some(MAX_DEPTH),
-                roulette: Roulette::default(),
-                light_samples: 1,
-                reuse: false,
+                ..path_tracer(world, Some(MAX_DEPTH))
             };
             let pixels = |film: Film| -> Vec<Accumulator> { film.pixels().map(|(_, sums)| *sums).collect() };
             let reference = pixels(film_of(&path(Directions::Bsdf), RESOLUTION, 2 * SEEDS as u32 * SPP, 0));
@@ -287,9 +281,9 @@ fn estimators_agree_on_mcguires_boxes() {
     for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
-        // Uniform directions meet these small lamps so seldom that no sample variance tells the naive estimator's error: with 32,768
-        // samples one pixel of 64 is beyond the threshold for most seeds, to either side.
-        // Directions by the cosine are near to that limit without light sampling: one seed in eight leaves pixels beyond it.
-        all_agree(name, &scene, camera, 1024, &["naive", "perturbed qmc, none"]);
+        // Other directions than the BSDF's meet these small lamps so seldom, unless lights are sampled, that no sample variance tells the error:
+        // with 32,768 samples pixels are beyond the threshold for many seeds, to either side.
+        let skip = ["naive", "uniform, none", "cosine, none", "perturbed qmc, none"];
+        all_agree(name, &scene, camera, 1024, &skip);
     }
 }

@@ -762,20 +762,16 @@ mod together {
     }
 
     fn picture<A: Accel>(scene: &Scene, accel: &A, camera: &Camera) -> Vec<[f64; 3]> {
-        let integrator = PathIntegrator {
-            world: World {
+        let integrator = path_tracer(
+            World {
                 scene,
                 accel,
                 camera,
                 filter: &Filter::BOX,
                 features: false,
             },
-            strategy: Strategy::default(),
-            max_depth: Some(16),
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
-        };
+            Some(16),
+        );
         let film: Film = film_of(&integrator, UVec2::new(128, 128), 4, 0);
         let tiles = film.pixels();
         tiles.map(|(_, sums)| [0, 1, 2].map(|c| sums.mean(c))).collect()

@@ -12,7 +12,8 @@ use embrasure::math::{Vec2, Vec3};
 use embrasure::sampler::{Bounce, Dimension, Independent, PerturbedQmc, SampleKey, Sampler, SamplerKind};
 use embrasure::sampling::warp::{cosine_hemisphere_of_sphere, cosine_hemisphere_pdf};
 
-const SAMPLES: u32 = 1_000_000;
+/// Of each lobe and incidence: [`wrong_densities_are_found`] says what they tell apart. A density of a wrong scale is found by its integral, to 0.4 %.
+const SAMPLES: u32 = 300_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
 const GOLD: Fresnel = Fresnel::Conductor {
@@ -237,9 +238,10 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
             // Refraction ends where facets would be upright; few are in mixtures here.
             let edges = name.starts_with("rough glass");
             let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64, edges);
+            // The share is known to 0.0009 at worst.
             let error = (outcome.integral - outcome.share).abs();
             assert!(
-                error < 3e-3,
+                error < 4e-3,
                 "{name} {degrees}°: ∫pdf {} but {} of the samples",
                 outcome.integral,
                 outcome.share
@@ -285,9 +287,9 @@ fn wrong_densities_are_found() {
     };
     let cosine = |u| lambert.sample(wo, u);
     assert!(p(&cosine, &|wi| lambert.pdf(wo, wi)) > 1e-3);
-    assert!(p(&cosine, &|wi| 1.05 * lambert.pdf(wo, wi)) < 1e-6);
+    assert!(p(&cosine, &|wi| 1.07 * lambert.pdf(wo, wi)) < 1e-6);
     assert!(p(&cosine, &|wi| if wi.z > 0.0 { 0.5 / std::f32::consts::PI } else { 0.0 }) < 1e-6);
-    assert!(p(&|u| phong(100.0).sample(wo, u), &|wi| phong(102.0).pdf(wo, wi)) < 1e-6);
+    assert!(p(&|u| phong(100.0).sample(wo, u), &|wi| phong(103.0).pdf(wo, wi)) < 1e-6);
     let lossy = |u: Vec2| cosine(u).filter(|s| s.wi.x < 0.99);
     assert!(p(&|u| lossy(u).filter(|_| u.x > 0.01), &|wi| lambert.pdf(wo, wi)) < 1e-6);
 }
@@ -349,7 +351,7 @@ fn phong_reflects_what_quadrature_says() {
             reflectance: Spectrum::ONE,
             exponent: 10.0,
         };
-        let n = SAMPLES;
+        let n = 1_000_000;
         let weights = (0..n).filter_map(|i| lobe.sample(incident(degrees as f32), numbers(3, i).1));
         let albedo = weights.map(|s| s.weight.max_component() as f64).sum::<f64>() / n as f64;
         assert!((albedo / expected - 1.0).abs() < 5e-3, "{degrees}°: {albedo}");
@@ -995,7 +997,7 @@ fn smooth_lobes_are_chosen_first() {
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn light_through_rough_glass_is_found_both_ways() {
-    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Roulette, Strategy};
+    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Strategy};
     use support::{add, material, polygon, room, sphere};
     let mut b = embrasure::scene::SceneBuilder::new();
     add(&mut b, room(), material(0.4, 0.0));
@@ -1020,16 +1022,13 @@ fn light_through_rough_glass_is_found_both_ways() {
     let mean = |directions, direct, reuse| {
         support::with_world(&scene, camera, size, |world| {
             let integrator = PathIntegrator {
-                world,
                 strategy: Strategy {
                     directions,
                     direct,
                     ..Strategy::default()
                 },
-                max_depth: Some(6),
-                roulette: Roulette::default(),
-                light_samples: 1,
                 reuse,
+                ..support::path_tracer(world, Some(6))
             };
             let film = support::film_of(&integrator, size, 1024, 3);
             (support::film_mean(&film, 0), support::film_error(&film, 0))

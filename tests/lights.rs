@@ -379,12 +379,9 @@ fn pictures_by_place_are_those_by_power() {
         let means = scenes.each_ref().map(|scene| {
             with_world(scene, camera, resolution, |world| -> Vec<f64> {
                 let path = PathIntegrator {
-                    world,
-                    strategy: Strategy::default(),
-                    max_depth: Some(5),
-                    roulette: Roulette::default(),
                     light_samples: 2,
                     reuse: what == "shared",
+                    ..path_tracer(world, Some(5))
                 };
                 let branching = DistributedIntegrator {
                     world,
@@ -455,12 +452,8 @@ fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, 
             ..Strategy::default()
         };
         let integrator = PathIntegrator {
-            world,
             strategy,
-            max_depth: Some(max_depth),
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
+            ..path_tracer(world, Some(max_depth))
         };
         let film = film_of(&integrator, size, spp, 7);
         (film_mean(&film, 0), film_error(&film, 0))

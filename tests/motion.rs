@@ -7,7 +7,7 @@ use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::color::Spectrum;
 use embrasure::film::Film;
 use embrasure::geometry::{Mesh, Placement};
-use embrasure::integrator::{DirectLight, NaiveIntegrator, PathIntegrator, Roulette, Strategy, World};
+use embrasure::integrator::{DirectLight, NaiveIntegrator, PathIntegrator, Roulette, World};
 use embrasure::math::{Affine3A, UVec2, Vec3, affine_from_trs};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::fs;
@@ -22,12 +22,9 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
 /// The path tracer as users have it, or without sharing.
 fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Backend<'a>> {
     PathIntegrator {
-        world,
-        strategy: Strategy::default(),
-        max_depth: Some(4),
-        roulette: Roulette::default(),
         light_samples: if reuse { 2 } else { 1 },
         reuse,
+        ..path_tracer(world, Some(4))
     }
 }
 

@@ -85,15 +85,12 @@ fn estimators_agree_on_holes() {
     };
     with_world(&scene, camera, resolution, |world| {
         let path = |direct, reuse| PathIntegrator {
-            world,
             strategy: Strategy {
                 direct,
                 ..Strategy::default()
             },
-            max_depth: Some(4),
-            roulette: Roulette::default(),
-            light_samples: 1,
             reuse,
+            ..path_tracer(world, Some(4))
         };
         let naive = NaiveIntegrator {
             world,
@@ -140,15 +137,11 @@ fn textured(mtl: &str, smooth_normals: &str) -> Film {
     with_world(&scene, from_front(), UVec2::splat(8), |world| {
         // In uniform light every followed ray brings the same.
         let path = PathIntegrator {
-            world,
             strategy: Strategy {
                 direct: DirectLight::None,
                 ..Strategy::default()
             },
-            max_depth: Some(1),
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
+            ..path_tracer(world, Some(1))
         };
         film_of(&path, UVec2::splat(8), 16, 0)
     })
@@ -313,15 +306,12 @@ fn curved_normals_do_not_leak() {
             (Directions::Bsdf, true),
         ] {
             let path = PathIntegrator {
-                world,
                 strategy: Strategy {
                     directions,
                     ..Strategy::default()
                 },
-                max_depth: Some(8),
-                roulette: Roulette::default(),
-                light_samples: 1,
                 reuse,
+                ..path_tracer(world, Some(8))
             };
             let film = film_of(&path, resolution, 64, 0);
             let brightest = film.pixels().map(|(_, a)| a.mean(0)).fold(0.0, f64::max);

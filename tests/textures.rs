@@ -5,7 +5,6 @@ mod support;
 use ::exr::prelude::{self as exr, WritableImage, f16};
 use embrasure::color::Spectrum;
 use embrasure::geometry::Mesh;
-use embrasure::integrator::{PathIntegrator, Roulette, Strategy};
 use embrasure::io::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 use embrasure::material::{Map, Maps, Material};
 use embrasure::math::{UVec2, Vec2};
@@ -17,7 +16,7 @@ use image::{ImageEncoder, codecs};
 use png::{BitDepth, ColorType};
 use std::io::Cursor;
 use std::path::PathBuf;
-use support::{add, film_by, from_front, material, panel, shared, with_world};
+use support::{add, film_by, from_front, material, panel, path_tracer, shared, with_world};
 use tempfile::TempDir;
 
 // A picture of three columns and two rows, no two texels alike, in no symmetry.
@@ -722,14 +721,7 @@ fn noisy_panel(codes: &[u8], filter: TextureFilter) -> Scene {
 fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
     let resolution = UVec2::splat(PIXELS as u32);
     with_world(scene, from_front(), resolution, |world| {
-        let integrator = PathIntegrator {
-            world,
-            strategy: Strategy::default(),
-            max_depth: Some(1),
-            roulette: Roulette::default(),
-            light_samples: 1,
-            reuse: false,
-        };
+        let integrator = path_tracer(world, Some(1));
         let film = film_by(&Sobol::new(7), &integrator, resolution, spp);
         let mut albedos = vec![0.0; PIXELS * PIXELS];
         for (pixel, sums) in film.pixels() {

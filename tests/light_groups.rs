@@ -10,7 +10,7 @@ use embrasure::io::{SceneFile, inspect_scene, load_scene};
 use embrasure::light::{LightId, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Observer, render};
+use embrasure::render::render;
 use embrasure::sampler::{SampleKey, Sampler, Sobol};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::collections::BTreeMap;
@@ -103,19 +103,9 @@ fn view() -> embrasure::camera::CameraParameters {
     pinhole(Vec3::new(0.5, 0.2, 3.2), Vec3::new(-0.1, -0.1, 0.0), 45.0)
 }
 
-struct Patient;
-
-impl Observer for Patient {
-    fn progress(&self, _: u64) {}
-
-    fn should_stop(&self) -> bool {
-        false
-    }
-}
-
 fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Film {
     let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_light_groups(groups);
-    render(integrator, &Sobol::new(seed), &mut film, spp, &Patient);
+    render(integrator, &Sobol::new(seed), &mut film, spp, &());
     film
 }
 

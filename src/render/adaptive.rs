@@ -139,19 +139,9 @@ mod tests {
         }
     }
 
-    struct Patient;
-
-    impl Observer for Patient {
-        fn progress(&self, _: u64) {}
-
-        fn should_stop(&self) -> bool {
-            false
-        }
-    }
-
     fn rendered(level: f64, most: u32, seed: u64) -> Film {
         let mut film = Film::new(SIZE, Rect::full(SIZE));
-        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, most, &Patient);
+        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, most, &());
         assert_eq!(outcome, Outcome::Complete);
         let taken: u64 = film
             .tiles()
@@ -219,7 +209,7 @@ mod tests {
             max: UVec2::ONE,
         };
         let mut film = Film::new(SIZE, crop);
-        render_to_noise(&Noisy, &Independent::new(0), &mut film, 0.5, 1 << 20, &Patient);
+        render_to_noise(&Noisy, &Independent::new(0), &mut film, 0.5, 1 << 20, &());
         assert!(film.tiles()[0].samples() >= 64 * 256);
     }
 

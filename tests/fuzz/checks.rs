@@ -11,7 +11,7 @@ use embrasure::io::{
     load_texture, read_checkpoint, read_rendering,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Observer, render};
+use embrasure::render::render;
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Channel, Texture, Wrap};
@@ -296,17 +296,6 @@ fn check_texels(texture: &Texture, file_bytes: usize) {
     }
 }
 
-/// Never stops.
-struct Patient;
-
-impl Observer for Patient {
-    fn progress(&self, _: u64) {}
-
-    fn should_stop(&self) -> bool {
-        false
-    }
-}
-
 /// A few paths: what comes of the largest numbers may be dropped, but never a pixel that is none.
 fn check_render(scene: &Scene, section: Option<&CameraSection>) {
     if scene.placed_triangle_count() > MAX_RENDERED {
@@ -338,7 +327,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         reuse: true,
     };
     let mut film = Film::new(resolution, Rect::full(resolution));
-    render(&integrator, &Independent::new(0), &mut film, 1, &Patient);
+    render(&integrator, &Independent::new(0), &mut film, 1, &());
     for (pixel, sums) in film.pixels() {
         let mean = [0, 1, 2].map(|c| sums.mean(c));
         assert!(mean.iter().all(|m| m.is_finite()), "pixel {pixel} is {mean:?}");

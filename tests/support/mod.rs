@@ -12,7 +12,7 @@ use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, Worl
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Observer, Outcome, render};
+use embrasure::render::{Outcome, render};
 use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::{Path, PathBuf};
@@ -31,17 +31,6 @@ pub fn backend(scene: &Scene) -> Backend<'_> {
     return Backend::new(scene, 2).expect("Embree");
     #[cfg(not(feature = "embree"))]
     return Backend::new(scene);
-}
-
-/// Never stops.
-struct Patient;
-
-impl Observer for Patient {
-    fn progress(&self, _: u64) {}
-
-    fn should_stop(&self) -> bool {
-        false
-    }
 }
 
 /// Shows `scene` to `look`, as `camera` sees it.
@@ -108,7 +97,7 @@ pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: 
 /// Renders by any sampler and integrator.
 pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let (outcome, statistics) = render(integrator, sampler, &mut film, spp, &Patient);
+    let (outcome, statistics) = render(integrator, sampler, &mut film, spp, &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

@@ -644,7 +644,7 @@ mod together {
     use embrasure::accel::{Auditor, bvh::BvhAccel, embree::EmbreeAccel};
     use embrasure::camera::{Camera, CameraParameters};
     use embrasure::film::{Film, Filter};
-    use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
+    use embrasure::integrator::World;
     use embrasure::io::{SceneFile, load_scene};
     use embrasure::math::UVec2;
     use std::path::Path;

@@ -37,9 +37,9 @@ macro_rules! fixed_point {
                 Self(self.0.saturating_sub(other.0))
             }
 
-            /// The word at place `i`, the lowest at 0.
-            pub fn word(self, i: usize) -> u32 {
-                (self.0 >> (32 * i)) as u32
+            /// Its words, the lowest first.
+            pub fn to_words(self) -> [u32; $words] {
+                std::array::from_fn(|i| (self.0 >> (32 * i)) as u32)
             }
 
             /// The one of these words.
@@ -89,10 +89,10 @@ mod tests {
     fn words_hold_it() {
         for value in [0.0, 1.0, -1.0, 0.1, -1e-18, 1e18, -3e12] {
             let narrow = Narrow::new(value);
-            assert_eq!(Narrow::from_words([0, 1].map(|i| narrow.word(i))), narrow);
+            assert_eq!(Narrow::from_words(narrow.to_words()), narrow);
             let fixed = Fixed::new(value);
-            assert_eq!(Fixed::from_words([0, 1, 2, 3].map(|i| fixed.word(i))), fixed);
+            assert_eq!(Fixed::from_words(fixed.to_words()), fixed);
         }
-        assert_eq!([0, 1, 2, 3].map(|i| Fixed::new(1.5).word(i)), [0, 1 << 31, 1, 0]);
+        assert_eq!(Fixed::new(1.5).to_words(), [0, 1 << 31, 1, 0]);
     }
 }

@@ -33,32 +33,23 @@ impl Accumulator {
             .collect()
     }
 
-    /// The word at place `i` of [`Accumulator::word_names`]; 0 beyond.
-    pub fn word(&self, i: usize) -> u32 {
-        if i < FIXED_END {
-            let (which, word) = (i / Fixed::WORDS, i % Fixed::WORDS);
-            match which {
-                0..3 => self.sum[which].word(word),
-                3..6 => self.sum_of_squares[which - 3].word(word),
-                _ => self.depth.word(word),
-            }
-        } else if i < NARROW_END {
-            let (which, word) = ((i - FIXED_END) / Narrow::WORDS, (i - FIXED_END) % Narrow::WORDS);
-            match which {
-                0..3 => self.albedo[which].word(word),
-                _ => self.normal[which - 3].word(word),
-            }
-        } else if i < FLOATS_END {
-            let (which, word) = ((i - NARROW_END) / 2, (i - NARROW_END) % 2);
-            (self.block_spread[which].to_bits() >> (32 * word)) as u32
-        } else {
-            [self.surfaces, self.samples].get(i - FLOATS_END).copied().unwrap_or(0)
-        }
-    }
-
-    /// All of them.
+    /// All words, in the order of [`Accumulator::word_names`].
     pub fn to_words(&self) -> [u32; Self::WORDS] {
-        std::array::from_fn(|i| self.word(i))
+        let mut words = [0; Self::WORDS];
+        let fixed = self.sum.iter().chain(&self.sum_of_squares).chain([&self.depth]);
+        for (words, sum) in words.chunks_exact_mut(Fixed::WORDS).zip(fixed) {
+            words.copy_from_slice(&sum.to_words());
+        }
+        let narrow = self.albedo.iter().chain(&self.normal);
+        for (words, sum) in words[FIXED_END..].chunks_exact_mut(Narrow::WORDS).zip(narrow) {
+            words.copy_from_slice(&sum.to_words());
+        }
+        for (words, spread) in words[NARROW_END..].chunks_exact_mut(2).zip(self.block_spread) {
+            let bits = spread.to_bits();
+            words.copy_from_slice(&[bits as u32, (bits >> 32) as u32]);
+        }
+        words[FLOATS_END..].copy_from_slice(&[self.surfaces, self.samples]);
+        words
     }
 
     /// What [`Accumulator::to_words`] gave.
@@ -154,32 +145,22 @@ impl StateLayout {
         names
     }
 
-    /// The word at place `i` of [`StateLayout::names`], of `pixel` in `tile`; 0 where there is none.
-    pub fn word(&self, tile: &Tile, pixel: UVec2, i: usize) -> u32 {
-        let Some(i) = i.checked_sub(Accumulator::WORDS) else {
-            return tile.sums(pixel).map_or(0, |sums| sums.word(i));
+    /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has; 0 where there are none.
+    pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
+        let sums = tile.sums(pixel).map(Accumulator::to_words);
+        words.extend(sums.unwrap_or([0; Accumulator::WORDS]));
+        words.push(tile.target());
+        let light = tile.light_sums(pixel).iter().flat_map(|LightSum(sum)| sum);
+        words.extend(light.flat_map(|sum| sum.to_words()));
+        let (Some(features), Some(levels)) = (tile.features(pixel), self.levels) else {
+            return;
         };
-        let Some(i) = i.checked_sub(1) else {
-            return tile.target();
-        };
-        let Some(i) = i.checked_sub(self.groups * LIGHT_WORDS) else {
-            let light = tile.light_sums(pixel).get(i / LIGHT_WORDS);
-            return light.map_or(0, |LightSum(sum)| {
-                sum[i % LIGHT_WORDS / Fixed::WORDS].word(i % Fixed::WORDS)
-            });
-        };
-        let (Some(features), Some([objects, _])) = (tile.features(pixel), self.levels) else {
-            return 0;
-        };
-        let Some(i) = i.checked_sub(FEATURES.len() * Fixed::WORDS) else {
-            return features.sums[i / Fixed::WORDS].word(i % Fixed::WORDS);
-        };
-        let (coverage, i) = match i.checked_sub(2 * objects) {
-            None => (&features.objects, i),
-            Some(i) => (&features.materials, i),
-        };
-        let entry = coverage.iter().nth(i / 2);
-        entry.map_or(0, |(id, count)| if i % 2 == 0 { id } else { count })
+        words.extend(features.sums.iter().flat_map(|sum| sum.to_words()));
+        for (coverage, levels) in [&features.objects, &features.materials].into_iter().zip(levels) {
+            let end = words.len() + 2 * levels;
+            words.extend(coverage.iter().take(levels).flat_map(|(id, count)| [id, count]));
+            words.resize(end, 0);
+        }
     }
 
     /// Sets all that `words` say of `pixel` in `tile`, which has nothing yet.
@@ -280,8 +261,9 @@ mod tests {
 
         let mut read = empty();
         for pixel in Rect::full(size).pixels() {
-            let word = |i| layout.word(&film.tiles()[0], pixel, i);
-            let words: Vec<u32> = (0..names.len()).map(word).collect();
+            let mut words = Vec::new();
+            layout.append(&film.tiles()[0], pixel, &mut words);
+            assert_eq!(words.len(), names.len());
             layout.put(&mut read.tiles_mut()[0], pixel, &words);
             let [a, b] = [&film, &read].map(|film| film.tile_at(pixel).unwrap());
             assert_eq!(a.light_sums(pixel), b.light_sums(pixel));

@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Before the names of the channels that hold the words of a film ([`StateLayout::names`]).
 const PREFIX: &str = "state.";
@@ -66,17 +67,15 @@ impl State<'_> {
 
     /// A channel for each word of a pixel.
     pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
-        let (film, layout) = (self.film, StateLayout::of_film(self.film));
-        let names = layout.names().into_iter().enumerate();
-        let words = names.map(|(i, name)| RowChannel {
-            name: format!("{PREFIX}{name}"),
-            kind: exr::SampleType::U32,
-            fill: Box::new(move |row, bytes| {
-                for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
-                    let word = film.tile_at(pixel).map_or(0, |tile| layout.word(tile, pixel, i));
-                    bytes.copy_from_slice(&word.to_ne_bytes());
-                }
-            }),
+        let rows = Arc::new(Rows::new(self.film));
+        let names = rows.layout.names().into_iter().enumerate();
+        let words = names.map(|(i, name)| {
+            let rows = rows.clone();
+            RowChannel {
+                name: format!("{PREFIX}{name}"),
+                kind: exr::SampleType::U32,
+                fill: Box::new(move |row, bytes| rows.fill(row, i, bytes)),
+            }
         });
         words.collect()
     }
@@ -92,16 +91,11 @@ impl State<'_> {
     fn digest(&self, metadata: &Metadata) -> String {
         let crop = self.film.crop();
         let layout = StateLayout::of_film(self.film);
-        let count = layout.names().len();
         let rows: Vec<_> = (0..crop.size().y as usize)
             .into_par_iter()
             .map(|row| {
-                let mut bytes = Vec::new();
-                for pixel in pixels_of_row(crop, row) {
-                    if let Some(tile) = self.film.tile_at(pixel) {
-                        bytes.extend((0..count).flat_map(|i| layout.word(tile, pixel, i).to_le_bytes()));
-                    }
-                }
+                let words = words_of_row(self.film, &layout, row);
+                let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
                 Sha256::digest(&bytes)
             })
             .collect();
@@ -118,6 +112,51 @@ impl State<'_> {
         ));
         rows.iter().for_each(|row| hash.update(row));
         format!("{:x}", hash.finalize())
+    }
+}
+
+/// The words of each pixel of a row, counted from the top of the crop.
+fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
+    let mut words = Vec::new();
+    for pixel in pixels_of_row(film.crop(), row) {
+        if let Some(tile) = film.tile_at(pixel) {
+            layout.append(tile, pixel, &mut words);
+        }
+    }
+    words
+}
+
+/// The words of a film, row by row: each row is asked for by one channel after the other, and made once.
+struct Rows<'a> {
+    film: &'a Film,
+    layout: StateLayout,
+    /// Words of a pixel.
+    count: usize,
+    /// The row that was asked for last, with its words.
+    last: Mutex<(Option<usize>, Vec<u32>)>,
+}
+
+impl<'a> Rows<'a> {
+    fn new(film: &'a Film) -> Self {
+        let layout = StateLayout::of_film(film);
+        Self {
+            film,
+            count: layout.names().len(),
+            layout,
+            last: Mutex::default(),
+        }
+    }
+
+    /// Puts the word at place `i` of each pixel of a row.
+    fn fill(&self, row: usize, i: usize, bytes: &mut [u8]) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.0 != Some(row) {
+            *last = (Some(row), words_of_row(self.film, &self.layout, row));
+        }
+        let words = last.1.iter().skip(i).step_by(self.count);
+        for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
+            bytes.copy_from_slice(&word.to_ne_bytes());
+        }
     }
 }
 

@@ -40,6 +40,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     };
 
+    let level: f64 = level.parse()?;
+
     // Flags of the command line are fields of the settings.
     let file = SceneFile::load(Path::new(scene))?;
     let settings = Settings {
@@ -60,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let renderer = session.renderer()?;
     let mut state = renderer.start();
     let watcher = Watcher {
-        level: level.parse()?,
+        level,
         is_clean: AtomicBool::new(false),
     };
     let outcome = renderer.render(&mut state, &watcher);

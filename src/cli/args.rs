@@ -565,7 +565,7 @@ pub(super) struct ToneArgs {
 /// How EXR files hold pictures.
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct ExrArgs {
-    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle, none, or pxr24 (floats rounded to 24 bits) [default: zip]
+    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
     #[arg(long, value_name = "NAME")]
     pub compression: Option<String>,
 

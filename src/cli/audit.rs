@@ -10,9 +10,10 @@ use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Fin
 use crate::film::Film;
 use crate::geometry::InstanceId;
 use crate::io::{FileError, Output};
+use crate::io::{find, join_names};
 use crate::math::Ray;
 use crate::render::{Outcome, Statistics};
-use crate::session::{Backend, Session, find, join_names};
+use crate::session::{Backend, Session};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -141,6 +142,8 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
         backend: args.backend.clone(),
         threads: args.threads,
         quiet: args.quiet,
+        // Nobody looks at the picture's noise but by figures.
+        denoise: Some("off".into()),
         ..RenderArgs::default()
     }
 }

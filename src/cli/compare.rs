@@ -5,7 +5,7 @@ use super::error::CliError;
 use crate::color::{Spectrum, false_color};
 use crate::film::{Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
-use crate::session::{find, join_names};
+use crate::io::{find, join_names};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::ExitCode;

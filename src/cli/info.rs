@@ -13,7 +13,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
-    let crop = Settings::of(&file)?.crop();
+    let crop = Settings::of(&file).unwrap_or_default().crop();
     let (memory, backend) = (forecast(&file, &scene, crop), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();

@@ -5,19 +5,15 @@ use crate::color::tone::Curve;
 use crate::color::tone::Tone;
 use crate::film::{FilterKind, Rect};
 use crate::integrator::Roulette;
-use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile};
+use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile, find, join_names};
 use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{
     Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, MOST_FOR_NOISE, REUSES, SELECTIONS,
-    Settings, TRIANGLE_SAMPLINGS, VIEWS, find, join_names, named,
+    Settings, TRIANGLE_SAMPLINGS, VIEWS,
 };
 use crate::texture::TextureFilter;
 use std::path::{Path, PathBuf};
-use toml::Spanned;
-
-/// Names of the ways in which textures are looked up.
-const TEXTURE_FILTERS: &[(&str, TextureFilter)] = &[("mip", TextureFilter::Mip), ("bilinear", TextureFilter::Bilinear)];
 
 /// What a render command means: flags over the scene file over the defaults, checked as far as is possible without loading the geometry.
 #[derive(Debug)]
@@ -213,15 +209,9 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     }
 }
 
-/// How the files of a scene are read.
+/// How the files of a scene are read: as it says itself, and flags over it.
 pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOptions, CliError> {
-    let settings = &scene.render;
-    let mut options = LoadOptions {
-        mtl_dialect: named(scene, "mtl-dialect", &settings.mtl_dialect, MtlDialect::NAMES)?.unwrap_or_default(),
-        smooth: smooth(scene, args.smooth, &settings.smooth)?,
-        texture_filter: named(scene, "texture-filter", &settings.texture_filter, TEXTURE_FILTERS)?.unwrap_or_default(),
-        max_memory: args.max_memory,
-    };
+    let mut options = scene.options;
     set_named(
         &mut options.mtl_dialect,
         "mtl-dialect",
@@ -232,21 +222,14 @@ pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOpt
         &mut options.texture_filter,
         "texture-filter",
         &args.texture_filter,
-        TEXTURE_FILTERS,
+        TextureFilter::NAMES,
     )?;
-    Ok(options)
-}
-
-/// The angle below which edges are smoothed: the flag's, else the scene file's.
-fn smooth(scene: &SceneFile, flag: Option<f32>, file: &Option<Spanned<f32>>) -> Result<Option<f32>, CliError> {
-    let is_good = |degrees: f32| degrees > 0.0 && degrees.is_finite();
-    let help = "use a number above 0";
-    match (flag, file) {
-        (Some(degrees), _) if !is_good(degrees) => Err(CliError::Usage(format!("--smooth {degrees}\n  help: {help}"))),
-        (None, Some(degrees)) if !is_good(*degrees.get_ref()) => {
-            let message = format!("smooth = {}", degrees.get_ref());
-            Err(scene.error(degrees.span(), message).help(help).into())
-        }
-        (flag, file) => Ok(flag.or(file.as_ref().map(|degrees| *degrees.get_ref()))),
+    if let Some(degrees) = args.smooth.filter(|&degrees| !LoadOptions::is_angle(degrees)) {
+        return Err(CliError::Usage(format!(
+            "--smooth {degrees}\n  help: use a number above 0"
+        )));
     }
+    options.smooth = args.smooth.or(options.smooth);
+    options.max_memory = args.max_memory;
+    Ok(options)
 }

@@ -40,7 +40,7 @@ impl Keeper {
         let Some(found) = self.found.take() else {
             return Ok(None);
         };
-        Ok(Some(renderer.resume(self.output.path(), found)?))
+        Ok(Some(renderer.resume(found)?))
     }
 
     /// Writes all that is known.

@@ -103,6 +103,8 @@ fn render_args(args: &LabArgs) -> RenderArgs {
             max_depth: args.max_depth,
             ..EstimatorArgs::default()
         },
+        // Nobody looks at the picture's noise but by figures.
+        denoise: Some("off".into()),
         ..RenderArgs::default()
     }
 }

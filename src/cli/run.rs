@@ -12,7 +12,7 @@ use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::denoise::DenoiseError;
-use crate::film::{Film, Image};
+use crate::film::Film;
 use crate::io::{ExrFormat, FileError, Format, Output, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{RenderState, Renderer, Session};
@@ -30,6 +30,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         stats: args.stats.as_deref().map(Output::prepare).transpose()?,
         write_every: args.write_every,
     };
+    let other = args
+        .audit_rays
+        .map(|_| other_backend(job.settings.backend, None))
+        .transpose()?;
     let keeper = Keeper::new(args)?;
     let preview = Preview::new(args)?;
     let loading = Loading::new(job.quiet);
@@ -58,17 +62,20 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     };
 
     // Another backend may be asked too, for a share of the rays.
-    let Some(share) = args.audit_rays else {
+    let (Some(share), Some(other)) = (args.audit_rays, other) else {
         return run(&renderer, &|| None);
     };
-    let other = other_backend(job.settings.backend, None)?.build(session.scene(), session.pool())?;
+    let other = other.build(session.scene(), session.pool())?;
     let accels = [renderer.accel().as_dyn(), other.as_dyn()];
     let auditor = Auditor::new(session.scene(), accels, share);
-    run(&Renderer::audited(&session, &auditor, renderer.build_seconds), &|| {
-        let name = job.scene_path.display().to_string();
-        let backends = accels.map(|accel| accel.info());
-        Some(Report::new(name, &session, backends, &auditor.findings()))
-    })
+    run(
+        &Renderer::audited(&session, &auditor, renderer.build_seconds()),
+        &|| {
+            let name = job.scene_path.display().to_string();
+            let backends = accels.map(|accel| accel.info());
+            Some(Report::new(name, &session, backends, &auditor.findings()))
+        },
+    )
 }
 
 /// What a render writes.
@@ -133,11 +140,13 @@ impl Run<'_> {
         let mut failures: Vec<String> = kept.and_then(Result::err).iter().map(FileError::to_string).collect();
         let mut image = self.renderer.develop(&state);
         // Where denoising fails, the raw picture is written all the same.
-        let denoised = self.denoise(&mut image).unwrap_or_else(|error| {
-            failures.push(error.to_string());
-            None
+        let start = Instant::now();
+        let denoised = self.renderer.denoise(&mut image, &mut metadata);
+        failures.extend(denoised.err().iter().map(DenoiseError::to_string));
+        let denoised = metadata.denoiser.clone().map(|by| Denoised {
+            by,
+            seconds: start.elapsed().as_secs_f64(),
         });
-        metadata.denoiser = denoised.as_ref().map(|d| d.by.clone());
         let unwritten = self.renderer.write(&state, &image, &self.files.images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         if let Some(lost) = preview.finish(&image) {
@@ -212,14 +221,6 @@ impl Run<'_> {
         failures
     }
 
-    /// Takes the noise out of `image`, if that was asked for.
-    fn denoise(&self, image: &mut Image) -> Result<Option<Denoised>, DenoiseError> {
-        let start = Instant::now();
-        let by = self.renderer.denoise(image)?;
-        let seconds = start.elapsed().as_secs_f64();
-        Ok(by.map(|by| Denoised { by, seconds }))
-    }
-
     /// What `--stats` says, but for what only some renders have.
     fn stats<'a>(&'a self, state: &RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
         let (session, settings) = (self.renderer.session(), &self.job.settings);
@@ -238,7 +239,7 @@ impl Run<'_> {
             triangles: scene.triangle_count(),
             lights: scene.lights().len(),
             load_s: self.load_s,
-            build_s: self.renderer.build_seconds,
+            build_s: self.renderer.build_seconds(),
             render_s: state.seconds,
             total_s: self.start.elapsed().as_secs_f64(),
             rays: Rays {

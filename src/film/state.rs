@@ -145,8 +145,9 @@ impl StateLayout {
         names
     }
 
-    /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has; 0 where there are none.
+    /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has. The tile's film is the one that this is of.
     pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
+        debug_assert!(tile.light_groups() == self.groups && tile.has_features() == self.has_features());
         let sums = tile.sums(pixel).map(Accumulator::to_words);
         words.extend(sums.unwrap_or([0; Accumulator::WORDS]));
         words.push(tile.target());

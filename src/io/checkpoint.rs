@@ -2,6 +2,7 @@ use super::exr::{Header, RowChannel, write_rows};
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
 use crate::film::{Accumulator, Film, Rect, StateLayout};
+use crate::light::LightGroups;
 use crate::math::UVec2;
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Before the names of the channels that hold the words of a film ([`StateLayout::names`]).
@@ -34,6 +35,8 @@ pub struct State<'a> {
 /// What was read of a file with a [`State`].
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
+    /// The file.
+    pub path: PathBuf,
     /// The sums.
     pub film: Film,
     /// How they came to be.
@@ -243,6 +246,9 @@ impl Opened {
         let words: Vec<Option<String>> = header.channels.list.iter().map(word).collect();
         let names: Vec<String> = words.iter().flatten().cloned().collect();
         let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
+        if layout.light_groups() > LightGroups::MOST {
+            return Err(damaged(path, &"it has more groups of lights than there can be"));
+        }
         let names = layout.names();
         let place = |word: Option<String>| names.iter().position(|name| Some(name) == word.as_ref());
         let places = words.into_iter().map(place).collect();
@@ -296,6 +302,7 @@ impl Opened {
             return Err(damaged(path, &"its contents are not those that were written"));
         }
         Ok(Checkpoint {
+            path: path.to_path_buf(),
             film,
             metadata: self.metadata,
             statistics: self.statistics,

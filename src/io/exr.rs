@@ -8,6 +8,7 @@ use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode};
 use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::io::{self, Seek, Write};
 
 // Names of attributes
@@ -56,7 +57,7 @@ pub struct Metadata {
 }
 
 /// Channels that were asked for, and the names of what they number.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
     /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
     pub aovs: Vec<String>,
@@ -67,6 +68,20 @@ pub struct FeatureNames {
     /// Groups of lights, where these are told apart.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lights: Vec<String>,
+}
+
+/// Without groups where there are none: checkpoints are signed by this text, and some are older than groups.
+impl fmt::Debug for FeatureNames {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = f.debug_struct("FeatureNames");
+        text.field("aovs", &self.aovs)
+            .field("objects", &self.objects)
+            .field("materials", &self.materials);
+        if !self.lights.is_empty() {
+            text.field("lights", &self.lights);
+        }
+        text.finish()
+    }
 }
 
 impl FeatureNames {
@@ -201,7 +216,7 @@ impl ExrFormat {
             None if ["R", "G", "B"].contains(&channel) => "picture",
             None => channel,
         };
-        match self.half.contains(&layer) {
+        match Self::HALF_LAYERS.contains(&layer) && self.half.contains(&layer) {
             true => exr::SampleType::F16,
             false => exr::SampleType::F32,
         }
@@ -222,19 +237,17 @@ pub enum Compression {
     Rle,
     /// Not at all: the quickest.
     None,
-    /// Deflate of float32 that are rounded to 24 bits; half floats and whole numbers lose nothing.
-    Pxr24,
 }
 
 impl Compression {
-    /// Each by the name that users type. What the exr crate cannot write (DWAA, DWAB) is not there.
+    /// Each by the name that users type. What the exr crate cannot write (DWAA, DWAB) is not there, nor what changes values (PXR24, B44): mattes
+    /// are numbers of which each bit counts.
     pub const NAMES: &[(&str, Self)] = &[
         ("zip", Self::Zip),
         ("zips", Self::Zips),
         ("piz", Self::Piz),
         ("rle", Self::Rle),
         ("none", Self::None),
-        ("pxr24", Self::Pxr24),
     ];
 
     fn code(self) -> exr::Compression {
@@ -244,7 +257,6 @@ impl Compression {
             Self::Piz => exr::Compression::PIZ,
             Self::Rle => exr::Compression::RLE,
             Self::None => exr::Compression::Uncompressed,
-            Self::Pxr24 => exr::Compression::PXR24,
         }
     }
 }

@@ -88,10 +88,11 @@ pub fn is_decoding() -> bool {
 /// What a decoder of another crate makes of the file. Some panic over damaged ones (zune-jpeg 0.5.15 does, over wrong sampling factors), which is
 /// one more way to say so.
 fn guarded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
-    IS_DECODING.set(true);
+    // Whoever waits in a decoder may read another picture meanwhile.
+    let before = IS_DECODING.replace(true);
     // What a panic leaves half-done is dropped with the decoder.
     let decoded = catch_unwind(AssertUnwindSafe(decode));
-    IS_DECODING.set(false);
+    IS_DECODING.set(before);
     match decoded {
         Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
         Err(_) => Err(damaged(path, &"it makes no sense to the decoder")),

@@ -313,6 +313,11 @@ impl SceneFile {
                 return Err((error, None));
             }
         }
+        file.options = LoadOptions::of(&file).map_err(|error| {
+            let line = error.position.map_or(1, |p| p.line);
+            let start = file.text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+            (error, Some(start))
+        })?;
         if file.object.is_empty() {
             let error = FileError::new(path, "no [[object]] in this scene");
             return Err((error.help("add [[object]] with obj = \"FILE.obj\""), None));

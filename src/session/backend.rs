@@ -1,19 +1,18 @@
-use super::Error;
+use super::{Error, InvalidSetting};
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
 use crate::accel::{Accel, Auditor, brute};
+use crate::io::name_of;
 use crate::scene::Scene;
 
-/// A ray-tracing backend that is built in.
+/// A ray-tracing backend. Which of them are built in, features decide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
-    /// Intel Embree.
-    #[cfg(feature = "embree")]
+    /// Intel Embree; feature `embree`.
     Embree,
-    /// A hierarchy by obvhs, in pure Rust.
-    #[cfg(feature = "obvhs")]
+    /// A hierarchy by obvhs, in pure Rust; feature `obvhs`.
     Obvhs,
     /// Every triangle against every ray.
     Brute,
@@ -29,18 +28,19 @@ impl Backend {
         Self::Brute,
     ];
 
-    /// Their names, as users type them.
-    pub const NAMES: &[(&str, Self)] = &[
-        #[cfg(feature = "embree")]
-        (embree::NAME, Self::Embree),
-        #[cfg(feature = "obvhs")]
-        (bvh::NAME, Self::Obvhs),
-        (brute::NAME, Self::Brute),
-    ];
+    /// All that there may be, by the names that users type.
+    pub const NAMES: &[(&str, Self)] = &[("embree", Self::Embree), ("obvhs", Self::Obvhs), ("brute", Self::Brute)];
+
+    /// That it is not built in.
+    pub(super) fn absence(self) -> InvalidSetting {
+        let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
+        let help = format!("there is {}; others need a build with their features", names.join(", "));
+        InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
+    }
 
     /// The name users type.
     pub fn name(self) -> &'static str {
-        super::names::name_of(Self::NAMES, self)
+        name_of(Self::NAMES, self)
     }
 
     /// Builds the acceleration structure of `scene` with as many threads as `pool` has: the one place that chooses the backend.
@@ -54,6 +54,8 @@ impl Backend {
             #[cfg(feature = "obvhs")]
             Self::Obvhs => Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene)))),
             Self::Brute => Ok(AnyAccel::Brute(pool.install(|| brute::BruteForce::new(scene)))),
+            #[cfg(not(all(feature = "embree", feature = "obvhs")))]
+            absent => Err(absent.absence().into()),
         }
     }
 }

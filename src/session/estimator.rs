@@ -1,4 +1,3 @@
-use super::names::{name_of, named};
 use super::settings::ABOVE_0;
 use super::{Error, InvalidSetting};
 use crate::accel::Accel;
@@ -7,7 +6,7 @@ use crate::integrator::{
     AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
     Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
 };
-use crate::io::{FileError, MaxDepth, SceneFile};
+use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
 use crate::render::{self, Observer, Outcome, Statistics, companions};

@@ -1,4 +1,4 @@
-use crate::light::Light;
+use crate::light::{Light, LightId};
 use crate::scene::Scene;
 use crate::texture::TextureFilter;
 use sha2::{Digest, Sha256};
@@ -41,7 +41,10 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &str) -> String {
     }
     // Nothing is added where lights are not told apart, so that these scenes keep their names.
     if !scene.light_groups().is_empty() {
-        hash.update(format!("{:?}\n", scene.light_groups()));
+        let groups = scene.light_groups();
+        hash.update(format!("{:?}\n", groups.names()));
+        let of_lights = (0..scene.lights().len() as u32).map(|id| groups.of(LightId(id)) as u8);
+        hash.update(of_lights.collect::<Vec<u8>>());
     }
     for (geom, mesh) in scene.geom_ids().zip(scene.meshes()) {
         hash.update(scene.shape(geom).material.0.to_le_bytes());

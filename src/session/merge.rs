@@ -119,6 +119,7 @@ impl Parts {
 
 impl Joined {
     /// Writes the picture to all `outputs`, and says what went wrong with them; EXR files hold the sums as well where it is a part.
+    #[must_use = "what could not be written is not there"]
     pub fn write(&self, outputs: &[(Format, Output)]) -> Vec<FileError> {
         let with_error = self.metadata.settings.contains(" noise=");
         let image = self.state.develop(with_error, self.metadata.features.as_ref());
@@ -239,7 +240,7 @@ impl Whole {
         // All parts sum the same: that is a part of their settings.
         let mut merged = RenderState::new(film, features);
         for part in parts {
-            let read = RenderState::of_checkpoint(&part.path, read_checkpoint(&part.path)?)?;
+            let read = RenderState::of_checkpoint(read_checkpoint(&part.path)?)?;
             merged.film.merge(&read.film);
             merged.statistics = std::mem::take(&mut merged.statistics).merge(read.statistics);
             merged.seconds += read.seconds;

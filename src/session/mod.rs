@@ -9,7 +9,6 @@ mod error;
 mod estimator;
 mod hash;
 mod merge;
-mod names;
 mod renderer;
 mod settings;
 mod state;
@@ -25,11 +24,9 @@ pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
 pub(crate) use estimator::{DIRECT, DIRECTIONS, HEURISTICS, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS};
-pub(crate) use names::{find, join_names, name_of, named};
 pub(crate) use settings::{DENOISERS, all_threads};
 
 use crate::camera::{Camera, CameraParameters};
-use crate::denoise::Denoiser;
 use crate::film::{Aov, Film, Filter, Rect};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
@@ -46,8 +43,6 @@ pub struct Session {
     warnings: Vec<String>,
     /// Bytes that the render takes at most, about.
     memory: u64,
-    /// Name and version of what takes out noise.
-    denoiser: Option<String>,
     pool: rayon::ThreadPool,
 }
 
@@ -59,10 +54,10 @@ impl Session {
     /// Settings that cannot be, wrong files, a scene that takes more memory than it may.
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
-        let denoiser = settings.denoiser.map(Denoiser::version).transpose()?;
         let pool = thread_pool(settings.threads)?;
         let builder = settings.estimator.scene_builder();
         let Loaded { scene, mut warnings } = pool.install(|| load_scene_watched(file, builder, observer))?;
+        check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(settings.estimator.check_lights(&scene)?);
@@ -74,7 +69,6 @@ impl Session {
             camera,
             warnings,
             memory,
-            denoiser,
             pool,
         })
     }
@@ -86,13 +80,15 @@ impl Session {
     /// Settings that cannot be, a camera that sees nothing, lights that the estimator cannot find.
     pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
+        check_groups(&settings, &scene)?;
+        let scene = if settings.compact { scene.into_compact() } else { scene };
+        let forecast = Forecast::new(&scene, settings.crop(), 0);
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &format!("{camera:?}")),
             filter: settings.filter(),
             camera: Camera::new(camera, settings.resolution)?,
             warnings: settings.estimator.check_lights(&scene)?.into_iter().collect(),
-            memory: Forecast::new(&scene, settings.crop(), 0).peak(settings.backend.name()),
-            denoiser: settings.denoiser.map(Denoiser::version).transpose()?,
+            memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
             settings,
             scene,
@@ -170,13 +166,7 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast 
 /// The scene, compact if that is asked for or if only then its render keeps to the file's `max_memory`, and about how many bytes that
 /// takes at most. An error, before they are taken, where that is too much.
 fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<(Scene, u64), Error> {
-    let crop = settings.crop();
-    let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
-    let groups = match settings.aovs.contains(&Aov::Lights) {
-        true => Film::light_group_bytes(crop, scene.light_groups().names().len()),
-        false => 0,
-    };
-    let peak = |scene: &Scene| forecast(file, scene, crop).peak(settings.backend.name()) + denoising + groups;
+    let peak = |scene: &Scene| peak(settings, scene, &forecast(file, scene, settings.crop()));
     let scene = if settings.compact { scene.into_compact() } else { scene };
     let (usual, limit) = (peak(&scene), file.options.max_memory);
     let Some(limit) = limit.filter(|limit| usual > *limit) else {
@@ -194,4 +184,24 @@ fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<
         return Err(error.help(help).into());
     }
     Ok((scene, compact))
+}
+
+/// What `forecast` says of the render, and what the settings want besides.
+fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
+    let crop = settings.crop();
+    let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
+    let groups = match settings.aovs.contains(&Aov::Lights) {
+        true => Film::light_group_bytes(crop, scene.light_groups().names().len()),
+        false => 0,
+    };
+    forecast.peak(settings.backend.name()) + denoising + groups
+}
+
+/// An error where the lights of a scene that has no groups are to be told apart.
+fn check_groups(settings: &Settings, scene: &Scene) -> Result<(), Error> {
+    if settings.aovs.contains(&Aov::Lights) && scene.light_groups().is_empty() {
+        let help = "give a [[light]] a `group`, or add a [[light_group]]";
+        return Err(InvalidSetting::new("aov", "lights: this scene has no light groups", help).into());
+    }
+    Ok(())
 }

@@ -1,19 +1,17 @@
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, RenderState, Session, name_of};
+use super::{AccelTask, AnyAccel, Error, RenderState, Session};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output};
 use crate::render::{Observer, Outcome, Statistics};
-use std::path::Path;
 use std::time::Instant;
 
 /// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
 pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
-    /// How long building took, seconds.
-    pub build_seconds: f64,
+    build_seconds: f64,
 }
 
 impl<'a> Renderer<'a> {
@@ -51,6 +49,11 @@ impl<'a> Renderer<'a> {
         self.accel.as_dyn().info()
     }
 
+    /// How long building the acceleration structure took.
+    pub fn build_seconds(&self) -> f64 {
+        self.build_seconds
+    }
+
     /// Bytes of the acceleration structure.
     pub fn accel_bytes(&self) -> u64 {
         self.accel.as_dyn().bytes()
@@ -63,14 +66,14 @@ impl<'a> Renderer<'a> {
         RenderState::new(film, self.feature_names().as_ref())
     }
 
-    /// What was known when the checkpoint at `path` was written, to go on from.
+    /// What was known when the checkpoint was written, to go on from.
     ///
     /// # Errors
     ///
     /// A checkpoint of another render, or one that has more samples than are wanted.
-    pub fn resume(&self, path: &Path, checkpoint: Checkpoint) -> Result<RenderState, Error> {
+    pub fn resume(&self, checkpoint: Checkpoint) -> Result<RenderState, Error> {
         let settings = self.session.settings();
-        let refused = |message: String, help: &str| Err(FileError::new(path, message).help(help).into());
+        let refused = |message: String, help: &str| Err(FileError::new(&checkpoint.path, message).help(help).into());
         let film = &checkpoint.film;
         let (there, here) = (film.crop(), settings.crop());
         let difference = if film.resolution() != settings.resolution {
@@ -98,7 +101,7 @@ impl<'a> Renderer<'a> {
                 "ask for as many or for more: samples are not taken out",
             );
         }
-        Ok(RenderState::of_checkpoint(path, checkpoint)?)
+        Ok(RenderState::of_checkpoint(checkpoint)?)
     }
 
     /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; it
@@ -147,7 +150,13 @@ impl<'a> Renderer<'a> {
     fn feature_names(&self) -> Option<FeatureNames> {
         let (aovs, scene) = (&self.session.settings().aovs, self.session.scene());
         (!aovs.is_empty()).then(|| FeatureNames {
-            aovs: aovs.iter().map(|&aov| name_of(Aov::NAMES, aov).into()).collect(),
+            aovs: self
+                .session
+                .settings()
+                .aov_names()
+                .into_iter()
+                .map(String::from)
+                .collect(),
             objects: scene.objects().to_vec(),
             materials: scene.materials().iter().map(|m| m.name.clone()).collect(),
             lights: match aovs.contains(&Aov::Lights) {
@@ -163,21 +172,23 @@ impl<'a> Renderer<'a> {
         state.develop(with_error, self.feature_names().as_ref())
     }
 
-    /// Takes the noise out of `image` where that was asked for, and says by what; the raw picture stays beside it.
+    /// Takes the noise out of `image` where that was asked for, and has `metadata` say by what; the raw picture stays beside it.
     ///
     /// # Errors
     ///
     /// The filter's own; the image is then as it was.
-    pub fn denoise(&self, image: &mut Image) -> Result<Option<String>, DenoiseError> {
-        let session = self.session;
-        if let Some(denoiser) = session.settings().denoiser {
-            session.install(|| denoiser.apply(image))?;
+    pub fn denoise(&self, image: &mut Image, metadata: &mut Metadata) -> Result<(), DenoiseError> {
+        if let Some(denoiser) = self.session.settings().denoiser {
+            let by = denoiser.version()?;
+            self.session.install(|| denoiser.apply(image))?;
+            metadata.denoiser = Some(by);
         }
-        Ok(session.denoiser.clone())
+        Ok(())
     }
 
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
     /// well, so that [`Parts`](super::Parts) can be joined.
+    #[must_use = "what could not be written is not there"]
     pub fn write(
         &self,
         state: &RenderState,

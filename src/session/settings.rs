@@ -1,11 +1,10 @@
 use super::camera::blame;
-use super::names::{name_of, named};
 use super::{Backend, CameraSettings, Error, Estimator, InvalidSetting};
 use crate::camera::Camera;
 use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
-use crate::io::{FileError, SceneFile};
+use crate::io::{FileError, SceneFile, name_of, named};
 use crate::math::UVec2;
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
@@ -140,9 +139,12 @@ impl Settings {
     fn blame(&self, file: &SceneFile, wrong: InvalidSetting) -> FileError {
         let (image, render) = (&file.image, &file.render);
         let is_wrong = |side: &&Spanned<u32>| !is_side(*side.get_ref());
-        let sides = || [&image.width, &image.height].into_iter().flatten().find(is_wrong);
+        let sides = [("width", &image.width), ("height", &image.height)];
+        let side = sides
+            .iter()
+            .find(|(_, side)| side.as_ref().is_some_and(|side| is_wrong(&side)));
         let span = match wrong.setting {
-            "size" => sides().map(Spanned::span),
+            "size" => side.and_then(|(_, side)| side.as_ref()).map(Spanned::span),
             "filter-radius" => image.filter_radius.as_ref().map(Spanned::span),
             "exposure" => image.exposure.as_ref().map(Spanned::span),
             "spp" => render.samples.as_ref().map(Spanned::span),
@@ -151,11 +153,12 @@ impl Settings {
             "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
             _ => None,
         };
-        let key = match wrong.setting {
-            "spp" => "samples".into(),
-            key => key.replace('-', "_"),
+        let message = match (wrong.setting, side) {
+            ("size", Some((key, Some(pixels)))) => format!("{key} = {}", pixels.get_ref()),
+            ("spp", _) => format!("samples = {}", wrong.value),
+            (key, _) => format!("{} = {}", key.replace('-', "_"), wrong.value),
         };
-        let error = file.error(span.unwrap_or(0..0), format!("{key} = {}", wrong.value));
+        let error = file.error(span.unwrap_or(0..0), message);
         error.help(wrong.help)
     }
 
@@ -197,7 +200,15 @@ impl Settings {
         if let Some(wrong) = self.wrong_value() {
             return Err(wrong.into());
         }
+        if !Backend::ALL.contains(&self.backend) {
+            return Err(self.backend.absence().into());
+        }
+        self.denoiser.map(Denoiser::version).transpose()?;
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
+        if self.aovs.contains(&Aov::Lights) && !self.estimator.gathers_light() {
+            let value = format!("lights: --integrator {} gathers no light", self.estimator.name());
+            return refused("aov", value, "use path, naive, whitted, distributed or direct".into());
+        }
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);
             let value = format!(
@@ -264,7 +275,8 @@ impl Settings {
     pub(crate) fn camera_of(&self, file: &SceneFile, scene: &Scene) -> Result<(String, Camera), Error> {
         let camera = self.camera.camera(scene.bounds(), self.resolution);
         camera.map_err(|error| {
-            let is_of_file = self.camera == CameraSettings::of(file);
+            // By their text, in which NaN is NaN
+            let is_of_file = format!("{:?}", self.camera) == format!("{:?}", CameraSettings::of(file));
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
         })
@@ -281,8 +293,7 @@ impl Settings {
             filter.radius()
         );
         if !self.aovs.is_empty() {
-            let names: Vec<&str> = self.aovs.iter().map(|&aov| name_of(Aov::NAMES, aov)).collect();
-            settings += &format!(" aov={}", names.join(","));
+            settings += &format!(" aov={}", self.aov_names().join(","));
         }
         let total = self.total_samples();
         match self.noise {
@@ -291,6 +302,12 @@ impl Settings {
             None if self.sampler.knows_count() || self.estimator.knows_count() => settings + &format!(" count={total}"),
             None => settings,
         }
+    }
+
+    /// Names of the further channels, in whatever order they were asked for.
+    pub(super) fn aov_names(&self) -> Vec<&'static str> {
+        let is_wanted = |(_, aov): &&(&'static str, Aov)| self.aovs.contains(aov);
+        Aov::NAMES.iter().filter(is_wanted).map(|(name, _)| *name).collect()
     }
 
     /// The random numbers of the render.

@@ -4,7 +4,6 @@ use crate::light::LightGroups;
 use crate::render::{DroppedSample, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// All that a render knows: sums and counts so far, over all runs of the program.
 #[derive(Clone, Debug)]
@@ -33,10 +32,10 @@ impl RenderState {
         }
     }
 
-    /// What was read of `path`.
-    pub(super) fn of_checkpoint(path: &Path, checkpoint: Checkpoint) -> Result<Self, FileError> {
+    /// What was read.
+    pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
         let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
-            FileError::new(path, format!("its statistics make no sense: {error}")).help("render it anew")
+            FileError::new(&checkpoint.path, format!("its statistics make no sense: {error}")).help("render it anew")
         })?;
         Ok(Self {
             film: checkpoint.film,

@@ -22,6 +22,11 @@ pub enum TextureFilter {
     Bilinear,
 }
 
+impl TextureFilter {
+    /// Each by the name that users type.
+    pub const NAMES: &[(&str, Self)] = &[("mip", Self::Mip), ("bilinear", Self::Bilinear)];
+}
+
 /// Index of a texture among those of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);

@@ -1,6 +1,6 @@
 //! Things that users name, and their names.
 
-use crate::io::{FileError, SceneFile};
+use super::{FileError, SceneFile};
 use toml::Spanned;
 
 /// What `name` names among those `known`.

@@ -154,7 +154,10 @@ impl Settings {
             _ => None,
         };
         let message = match (wrong.setting, side) {
-            ("size", Some((key, Some(pixels)))) => format!("{key} = {}", pixels.get_ref()),
+            ("size", Some((key, Some(pixels)))) => match pixels.get_ref() {
+                0 => format!("{key} = 0: the image has no pixels"),
+                pixels => format!("{key} = {pixels}"),
+            },
             ("spp", _) => format!("samples = {}", wrong.value),
             (key, _) => format!("{} = {}", key.replace('-', "_"), wrong.value),
         };

@@ -6,8 +6,8 @@ use std::path::Path;
 // A header is believed only so far, since memory is taken for the pixels before they are seen.
 /// Pixels that an image may have.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Pixels that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
-const MAX_PIXELS_PER_BYTE: u64 = 1032;
+/// Bytes of samples, and so pixels too, that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
+const MAX_BYTES_PER_BYTE: u64 = 1032;
 
 /// Reads `R G B` of the first layer of an EXR file.
 pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
@@ -35,8 +35,19 @@ pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
 /// An error where a layer, or a block of it, is larger than the EXR file at `path` can have: the exr crate (1.74) takes as much memory
 /// as a block's length says, before it reads the block, if its pixels could be as many.
 pub(super) fn check_exr(path: &Path, meta: &exr::MetaData) -> Result<(), FileError> {
+    let file_bytes = path.metadata().map_err(|e| FileError::new(path, e.to_string()))?.len();
     for header in &meta.headers {
-        check_size(path, header.layer_size.width(), header.layer_size.height())?;
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        check_size(path, width, height)?;
+        // All channels together, of which there may be thousands
+        let bytes = (width as u64 * height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+        if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
+            let count = header.channels.list.len();
+            let message = format!(
+                "the header says {width}x{height} pixels of {count} channels, which {file_bytes} bytes cannot hold"
+            );
+            return Err(FileError::new(path, message).help("the file may be damaged"));
+        }
         let block = header.max_block_pixel_size();
         check_size(path, block.width(), block.height())?;
     }
@@ -46,7 +57,7 @@ pub(super) fn check_exr(path: &Path, meta: &exr::MetaData) -> Result<(), FileErr
 /// An error where the header of `path` names more pixels than an image, or a file of that length, can have.
 pub(super) fn check_size(path: &Path, width: usize, height: usize) -> Result<(), FileError> {
     let bytes = path.metadata().map_err(|e| FileError::new(path, e.to_string()))?.len();
-    let most = MAX_PIXELS.min(bytes.saturating_mul(MAX_PIXELS_PER_BYTE));
+    let most = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
     if (width as u64)
         .checked_mul(height as u64)
         .is_some_and(|pixels| pixels <= most)

@@ -1,8 +1,7 @@
 use super::aovs::aovs;
 use super::args::{EstimatorArgs, ExrArgs, LoadArgs, RenderArgs, ToneArgs};
 use super::error::CliError;
-use crate::color::tone::Curve;
-use crate::color::tone::Tone;
+use crate::color::tone::{Curve, Tone};
 use crate::film::{FilterKind, Rect};
 use crate::integrator::Roulette;
 use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile, find, join_names};
@@ -74,10 +73,9 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
     settings.noise = args.noise;
     set(&mut settings.spp, args.spp.or(args.noise.map(|_| MOST_FOR_NOISE)));
     settings.part = args.samples.map(|[first, end]| first..end);
-    if let (Some([first, end]), Some(spp)) = (
-        args.samples,
-        args.spp.filter(|&spp| args.samples.is_some_and(|s| s[1] > spp)),
-    ) {
+    let too_few = |[_, end]: &[u32; 2]| args.spp.is_some_and(|spp| *end > spp);
+    if let Some([first, end]) = args.samples.filter(too_few) {
+        let spp = settings.spp;
         return Err(CliError::Usage(format!(
             "--samples {first}..{end}\n  help: the whole picture has {spp} samples a pixel: end at {spp}, or raise --spp"
         )));

@@ -1,19 +1,19 @@
 use super::find_file::{case_differs, find_file};
 use super::light_group_section::idle_members;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, MapRequest, MapSlot, MtlDialect, default_material};
+use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures};
-use super::{FileError, Finding, Findings, LoadObserver, Position, Severity, named};
+use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::light::LightGroupId;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
-use crate::texture::{Channel, TextureFilter, TextureId};
+use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -23,43 +23,6 @@ use toml::Spanned;
 pub const DEFAULT_MATERIAL: &str = "default";
 /// Unused materials that are named in warnings, each with its line; more of them are only counted.
 const MAX_NAMED: usize = 100;
-
-/// How files are read where their formats leave something open.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LoadOptions {
-    /// What `Tr` means.
-    pub mtl_dialect: MtlDialect,
-    /// Edges between facets that meet at less than so many degrees are smooth; `None` goes by the file's normals.
-    pub smooth: Option<f32>,
-    /// How textures are looked up.
-    pub texture_filter: TextureFilter,
-    /// Bytes that reading may take at most; `None` for all there are.
-    pub max_memory: Option<u64>,
-}
-
-impl LoadOptions {
-    /// What `[render]` says of them.
-    pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
-        let render = &file.render;
-        let smooth = render.smooth.as_ref();
-        if let Some(degrees) = smooth.filter(|degrees| !Self::is_angle(*degrees.get_ref())) {
-            let error = file.error(degrees.span(), format!("smooth = {}", degrees.get_ref()));
-            return Err(error.help("use a number above 0"));
-        }
-        Ok(Self {
-            mtl_dialect: named(file, "mtl-dialect", &render.mtl_dialect, MtlDialect::NAMES)?.unwrap_or_default(),
-            smooth: smooth.map(|degrees| *degrees.get_ref()),
-            texture_filter: named(file, "texture-filter", &render.texture_filter, TextureFilter::NAMES)?
-                .unwrap_or_default(),
-            max_memory: None,
-        })
-    }
-
-    /// Whether edges can be smoothed by so many degrees.
-    pub(crate) fn is_angle(degrees: f32) -> bool {
-        degrees > 0.0 && degrees.is_finite()
-    }
-}
 
 /// A scene read from files.
 #[derive(Debug)]

@@ -11,6 +11,7 @@ mod finding;
 mod light_group_section;
 mod light_section;
 mod load;
+mod load_options;
 mod map_section;
 mod material_section;
 mod memory;
@@ -38,9 +39,9 @@ pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
-    DEFAULT_MATERIAL, Inspection, LoadOptions, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene,
-    load_scene_watched,
+    DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };
+pub use load_options::LoadOptions;
 pub use map_section::MapSection;
 pub use material_section::MaterialSection;
 pub use memory::{LoadObserver, in_words};

@@ -1,4 +1,8 @@
-//! From a point on the film and a point on the lens to a ray.
+//! From a point on the film and a point on the lens to a ray, and back.
+
+mod importance;
+
+pub use importance::Importance;
 
 use crate::math::{Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
@@ -215,10 +219,15 @@ impl Camera {
             return Ray::new(self.position, through_center.normalize()).when(time);
         }
         // The point in focus is common to all lens points.
-        let lens = self.lens_radius * uniform_disk(u_lens);
-        let lens = lens.x * self.right + lens.y * self.up;
+        let lens = self.on_lens(u_lens);
         let to_focus = self.focus_distance * through_center - lens;
         Ray::new(self.position + lens, to_focus.normalize()).when(time)
+    }
+
+    /// The point of the lens drawn with `u`, relative to its centre.
+    fn on_lens(&self, u: Vec2) -> Vec3 {
+        let lens = self.lens_radius * uniform_disk(u);
+        lens.x * self.right + lens.y * self.up
     }
 
     /// Width of a pixel at the distance of `p`, scene units, at `time`.

@@ -117,6 +117,17 @@ impl Filter {
         self.radius
     }
 
+    /// The filter's value at an offset from the pixel's centre, pixels: per pixel area, so that it integrates to 1. 0 beyond the radius.
+    ///
+    /// Of the box's rim the lower end belongs to it and the upper does not, so that each point of the film is in one pixel.
+    pub fn eval(&self, offset: Vec2) -> f32 {
+        let along = |x: f32| match -self.radius <= x && x < self.radius {
+            true => self.kind.eval((x / self.radius) as f64) / (self.integral * self.radius as f64),
+            false => 0.0,
+        };
+        (along(offset.x) * along(offset.y)) as f32
+    }
+
     /// Draws a place relative to the pixel's corner, and what is seen there counts by the weight: 1 in the mean.
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));

@@ -1,6 +1,6 @@
-use super::LightSample;
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::Vec2;
+use crate::math::{Ball, Vec2};
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use std::f64::consts::PI;
 
@@ -26,6 +26,12 @@ impl ConstantLight {
     /// Density per solid angle of every direction.
     pub fn pdf(&self) -> f32 {
         UNIFORM_SPHERE_PDF
+    }
+
+    /// Draws light of a uniform direction that comes into `world`.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
+        let w = -uniform_sphere(u_direction);
+        Emission::from_infinity(w, self.radiance, self.pdf(), u_position, world)
     }
 
     /// What crosses a sphere of the scene's radius: `4π · π r² L`.

@@ -1,6 +1,6 @@
-use super::LightSample;
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::Vec3;
+use crate::math::{Ball, Vec2, Vec3};
 use std::f64::consts::PI;
 
 /// Parallel light from infinitely far away.
@@ -21,6 +21,14 @@ impl DirectionalLight {
             pdf: 1.0,
             is_delta: true,
             target: None,
+        }
+    }
+
+    /// Draws light that comes into `world`.
+    pub(super) fn sample_emission(&self, u_position: Vec2, world: &Ball) -> Emission {
+        Emission {
+            is_delta_direction: true,
+            ..Emission::from_infinity(self.direction, self.irradiance, 1.0, u_position, world)
         }
     }
 

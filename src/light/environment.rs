@@ -1,6 +1,6 @@
-use super::LightSample;
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Quat, Vec2, Vec3, float::ALMOST_ONE};
+use crate::math::{Ball, Quat, Vec2, Vec3, float::ALMOST_ONE};
 use crate::sampling::distribution::Distribution2D;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -89,6 +89,12 @@ impl EnvironmentLight {
             is_delta: false,
             target: None,
         })
+    }
+
+    /// Draws light that comes into `world`, its direction by luminance.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Option<Emission> {
+        let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction)?;
+        Some(Emission::from_infinity(-wi, radiance, pdf, u_position, world))
     }
 
     /// Density per solid angle of the direction `wi`.

@@ -1,10 +1,12 @@
-//! Light sources: emitted radiance, sampling towards a point, densities, and the choice among them.
+//! Light sources: emitted radiance, sampling towards a point and of light that sets out, densities, and the choice among them.
 //!
-//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] gives that.
+//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] and [`EmissionSelection`] give that.
 //! Visibility is not known here.
 
 mod constant;
 mod directional;
+mod emission;
+mod emission_selection;
 mod environment;
 mod groups;
 mod places;
@@ -17,6 +19,8 @@ mod triangle;
 
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
+pub use emission::Emission;
+pub use emission_selection::EmissionSelection;
 pub use environment::{EnvironmentLight, LatLongImage};
 pub use groups::{LightGroupId, LightGroups};
 pub use point::PointLight;

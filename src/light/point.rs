@@ -1,6 +1,7 @@
-use super::LightSample;
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::Vec3;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use std::f64::consts::PI;
 
 /// A point that emits the same intensity in every direction.
@@ -23,6 +24,16 @@ impl PointLight {
             is_delta: true,
             target: Some(self.position),
         })
+    }
+
+    /// Draws light of a uniform direction.
+    pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
+        Emission::of_point(self.position, uniform_sphere(u), self.intensity, self.emission_pdf())
+    }
+
+    /// Density per solid angle of every direction.
+    pub(super) fn emission_pdf(&self) -> f32 {
+        UNIFORM_SPHERE_PDF
     }
 
     /// `4π I`.

@@ -1,7 +1,8 @@
-use super::LightSample;
 use super::tree::{Place, Source};
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::Vec3;
+use crate::math::{Frame, Vec2, Vec3};
+use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
 use std::f64::consts::PI;
 
 /// A point that emits into a cone.
@@ -31,6 +32,21 @@ impl SpotLight {
             is_delta: true,
             target: Some(self.position),
         })
+    }
+
+    /// Draws light of a direction uniform in the outer cone.
+    pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
+        let w = Frame::from_z(self.direction).to_world(uniform_cone(u, self.cos_outer));
+        let intensity = self.intensity * self.falloff(w.dot(self.direction));
+        Emission::of_point(self.position, w, intensity, self.emission_pdf(w))
+    }
+
+    /// Density per solid angle of the unit direction `w`.
+    pub(super) fn emission_pdf(&self, w: Vec3) -> f32 {
+        match w.dot(self.direction) >= self.cos_outer {
+            true => uniform_cone_pdf(self.cos_outer),
+            false => 0.0,
+        }
     }
 
     /// Share of the intensity at an angle to the axis: a smooth step in its cosine.

@@ -1,7 +1,8 @@
 use super::tree::{Place, Source};
-use super::{Light, LightSample, MovingTriangle, TriangleLight};
+use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
+use crate::sampling::warp::uniform_triangle;
 use crate::texture::{Mapping, Texture, TextureId};
 
 /// Parts along a side of a triangle, at most, that its mean is taken of.
@@ -82,6 +83,24 @@ impl TexturedTriangle {
         let (b1, b2) = triangle.of_mesh(point);
         let radiance = sample.radiance * self.color(b1, b2, textures);
         (!radiance.is_black()).then_some(LightSample { radiance, ..sample })
+    }
+
+    /// Draws light that sets out at `time`, from points uniform over the area, black ones too.
+    pub(super) fn sample_emission(
+        &self,
+        time: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
+        textures: &[Texture],
+    ) -> Emission {
+        let triangle = self.at(time);
+        let point = uniform_triangle(u_position);
+        let (b1, b2) = triangle.of_mesh(point);
+        let emission = triangle.emission_at(point, u_direction);
+        Emission {
+            radiance: emission.radiance * self.color(b1, b2, textures),
+            ..emission
+        }
     }
 
     /// `π A L`, of the mean radiance.

@@ -1,10 +1,10 @@
-use super::LightSample;
 use super::tree::{Place, Source};
+use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};
-use crate::math::{DVec3, Vec2, Vec3};
+use crate::math::{DVec3, Frame, Vec2, Vec3};
 use crate::sampling::spherical_triangle::SphericalTriangle;
-use crate::sampling::warp::uniform_triangle;
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_triangle};
 use std::f64::consts::PI;
 
 /// How points on an emitting triangle are drawn.
@@ -87,6 +87,36 @@ impl TriangleLight {
             return None;
         }
         self.sample_at(p, self.barycentrics(p, u))
+    }
+
+    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
+        self.emission_at(uniform_triangle(u_position), u_direction)
+    }
+
+    /// The same from the point with barycentric coordinates `b1` and `b2`.
+    pub(super) fn emission_at(&self, (b1, b2): (f32, f32), u_direction: Vec2) -> Emission {
+        let [p0, p1, p2] = self.corners;
+        let p = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
+        let w = Frame::from_z(self.normal).to_world(cosine_hemisphere(u_direction));
+        let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
+        Emission {
+            p,
+            origin: p + self.normal * self.clearance,
+            ng: self.normal,
+            w,
+            radiance: self.radiance,
+            pdf_position,
+            pdf_direction,
+            is_infinite: false,
+            is_delta_position: false,
+            is_delta_direction: false,
+        }
+    }
+
+    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there: `1 / A` and `cos θ / π`.
+    pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
+        [1.0 / self.area, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
     /// Barycentric coordinates of a random point as [`TriangleLight::sample`] draws it.

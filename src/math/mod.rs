@@ -1,5 +1,6 @@
 //! Vectors, frames, rays, bounds and the floating-point error bounds that ray tracing rests on.
 
+mod ball;
 mod bounds;
 pub mod float;
 mod frame;
@@ -7,6 +8,7 @@ pub mod hash;
 mod ray;
 mod transform;
 
+pub use ball::Ball;
 pub use bounds::Bounds3;
 pub use frame::Frame;
 /// Three coordinates in one SIMD register, padded to 16 bytes. Against the packed type a render of the suite's cornell takes

@@ -95,6 +95,20 @@ pub fn square_of_sphere(w: Vec3) -> Vec2 {
 /// Density of [`uniform_sphere`] per solid angle, `1 / 4π`.
 pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
+/// Uniform direction of the cone about +z whose half-angle has the cosine `cos`. Density [`uniform_cone_pdf`].
+pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
+    // 1 − z, which keeps its digits in narrow cones, and the sine by it
+    let depth = u.x * (1.0 - cos);
+    let r = (depth * (2.0 - depth)).max(0.0).sqrt();
+    let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+    Vec3::new(r * cos_phi, r * sin_phi, 1.0 - depth)
+}
+
+/// Density of [`uniform_cone`] per solid angle within the cone, `1 / 2π (1 − cos)`.
+pub fn uniform_cone_pdf(cos: f32) -> f32 {
+    0.5 * FRAC_1_PI / (1.0 - cos)
+}
+
 /// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.
 ///
 /// The square is folded with little distortion (Heitz 2019, "A Low-Distortion Map Between Triangle and Square").

@@ -11,6 +11,7 @@ use crate::material::{Map, Material, MaterialId};
 use crate::math::{Affine3A, Bounds3, Vec3};
 use crate::texture::TextureId;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Name of the object that everything is part of where nothing else is said.
 const ONLY_OBJECT: &str = "scene";
@@ -54,6 +55,7 @@ impl SceneBuilder {
             lights: Vec::new(),
             infinite_lights: Vec::new(),
             light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
+            emission_selection: OnceLock::new(),
             light_groups: LightGroups::new(self.light_groups),
         };
 
@@ -117,8 +119,11 @@ impl SceneBuilder {
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
         for (prototype, placement) in &self.instances {
             let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
-            bounds.extend(placed.min);
-            bounds.extend(placed.max);
+            // Of an instance of nothing there is no box.
+            if !placed.is_empty() {
+                bounds.extend(placed.min);
+                bounds.extend(placed.max);
+            }
         }
         bounds
     }

@@ -11,11 +11,12 @@ pub use validate::BuildError;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{Light, LightGroups, LightId, LightSelection, Receiver, TexturedTriangle};
+use crate::light::{EmissionSelection, Light, LightGroups, LightId, LightSelection, Receiver, TexturedTriangle};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
-use crate::math::{Bounds3, Frame, Vec2, Vec3};
+use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 /// What a mesh is, besides its triangles.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +68,8 @@ pub struct Scene {
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
+    /// Made when it is first asked for.
+    emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
 }
@@ -102,14 +105,25 @@ impl Scene {
         &self.light_selection
     }
 
+    /// How the light is chosen that a path starts from. It is made when this is first called.
+    pub fn emission_selection(&self) -> &EmissionSelection {
+        self.emission_selection
+            .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
+    }
+
     /// Which lights are told apart.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
     }
 
-    /// Box around all vertices.
+    /// Box around all vertices, at all times.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
+    }
+
+    /// Ball around all vertices, at all times; of radius 1 where they have no extent.
+    pub fn ball(&self) -> Ball {
+        Ball::around(self.bounds)
     }
 
     /// The same in less memory: what can be made of the rest at each hit is, and acceleration structures are to do so too.
@@ -181,7 +195,8 @@ impl Scene {
             .sum();
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
         let instances = size_of_val(self.instances.as_slice());
-        let lights = size_of_val(self.lights.as_slice()) + self.light_groups.bytes();
+        let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
+        let lights = size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection;
         (meshes + facets + instances + maps + textures + lights) as u64
     }
 

@@ -18,6 +18,7 @@ pub struct Camera {
     /// From pixel coordinates to the plane at distance 1: `(x, y) → x · scale − offset`, y downwards.
     scale: f32,
     offset: Vec2,
+    resolution: UVec2,
     lens_radius: f32,
     focus_distance: f32,
     /// Where it goes from time 0 to time 1.
@@ -136,6 +137,7 @@ impl Camera {
             forward,
             scale,
             offset: 0.5 * scale * Vec2::new(width, height),
+            resolution,
             lens_radius: c.lens_radius,
             focus_distance: c.focus_distance,
             path: None,
@@ -176,6 +178,11 @@ impl Camera {
             camera.path = Some([first, last]);
         }
         Ok(camera)
+    }
+
+    /// Columns and rows of its image.
+    pub fn resolution(&self) -> UVec2 {
+        self.resolution
     }
 
     /// Whether it moves while the shutter is open.

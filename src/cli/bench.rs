@@ -8,7 +8,7 @@ use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
-use crate::integrator::{RayKind, Sink};
+use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::{Ray, UVec2};
 use crate::render::Observer;
 use crate::sampler::SampleKey;
@@ -355,5 +355,8 @@ impl Sink for Nothing {
     fn weight(&mut self, _: f32) {}
     fn radiance(&mut self, _: crate::color::Spectrum) {}
     fn first_surface(&mut self, _: FirstSurface) {}
+}
+
+impl RaySink for Nothing {
     fn ray(&mut self, _: RayKind) {}
 }

@@ -2,7 +2,7 @@ use super::error::CliError;
 use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
-use crate::integrator::{RayKind, Sink};
+use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
@@ -150,7 +150,9 @@ impl<A: Accel> Sink for Listener<'_, '_, A> {
             story.lines.push(line);
         }
     }
+}
 
+impl<A: Accel> RaySink for Listener<'_, '_, A> {
     fn ray(&mut self, kind: RayKind) {
         self.story.borrow_mut().kinds.push((kind, self.told));
     }

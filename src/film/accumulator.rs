@@ -88,6 +88,18 @@ impl Accumulator {
         };
     }
 
+    /// Adds one sample as a term of its own, which is in no block. The spread of blocks is not known then: samples stand by themselves.
+    pub fn add_alone(&mut self, radiance: [f64; 3], surface: Option<&FirstSurface>) {
+        let mut block = Block::default();
+        block.add(Spectrum::ZERO, surface);
+        block.sum = radiance;
+        block.sum_of_squares = radiance.map(|value| value * value);
+        *self = Self {
+            block_spread: [f64::NAN; 3],
+            ..self.plus(&Self::of(&block))
+        };
+    }
+
     /// Takes the samples out again that came last, part of a block.
     pub fn take_back(&mut self, block: &Block) {
         let taken = Self::of(block);
@@ -187,6 +199,9 @@ impl Accumulator {
     ///
     /// [`Errors::rel_mse`]: super::Errors::rel_mse
     pub fn squared_error(&self) -> f64 {
+        if self.block_spread[0].is_nan() {
+            return self.independent_squared_error();
+        }
         let blocks = self.samples / BLOCK;
         if blocks < 2 {
             return f64::INFINITY;

@@ -5,6 +5,7 @@ mod features;
 mod filter;
 mod fixed;
 mod flip;
+mod frame;
 mod image;
 mod light_sums;
 mod metrics;
@@ -17,6 +18,7 @@ pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use flip::{Exposures, Flip};
+pub use frame::Frame;
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};
 pub use light_sums::{LightBlock, LightSum};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
@@ -25,6 +27,7 @@ pub use tile::{Rect, Tile};
 pub use verdict::{Extreme, Noise, Scale, Verdict, pixel_scores};
 
 use crate::math::UVec2;
+use rayon::prelude::*;
 
 /// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
 const TILE_SIZE: u32 = 16;
@@ -74,6 +77,20 @@ impl Film {
         let min = pixel / TILE_SIZE * TILE_SIZE;
         let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(resolution);
         Rect { min, max }
+    }
+
+    /// All such blocks that are in `crop`, or in part, row by row; of the latter the part.
+    pub fn cells(resolution: UVec2, crop: Rect) -> Vec<Rect> {
+        let corner = crop.min / TILE_SIZE * TILE_SIZE;
+        let rows = (corner.y..crop.max.y).step_by(TILE_SIZE as usize);
+        let corners = rows.flat_map(|y| {
+            (corner.x..crop.max.x)
+                .step_by(TILE_SIZE as usize)
+                .map(move |x| UVec2::new(x, y))
+        });
+        corners
+            .map(|corner| Self::cell(resolution, corner).intersection(crop))
+            .collect()
     }
 
     /// The same, which also sums the [`Features`] of what is met.
@@ -165,6 +182,27 @@ impl Film {
                 *own = own.plus(*light);
             }
         }
+    }
+
+    /// Adds a sample to every pixel, as a term of its own.
+    pub fn add_frame(&mut self, frame: &Frame) {
+        self.tiles.par_iter_mut().for_each(|tile| {
+            for pixel in tile.bounds().pixels() {
+                let sample = frame.pixel(pixel);
+                let features = sample.surface.and_then(|surface| surface.features);
+                if let (Some(sums), Some(features)) = (tile.features_mut(pixel), features) {
+                    let mut block = FeatureBlock::default();
+                    block.add(&features);
+                    sums.add(&block);
+                }
+                for (sum, part) in tile.light_sums_mut(pixel).iter_mut().zip(frame.part_sums(pixel)) {
+                    *sum = sum.plus(LightSum(part.map(Fixed::new)));
+                }
+                if let Some(sums) = tile.sums_mut(pixel) {
+                    sums.add_alone(sample.radiance, sample.surface.as_ref());
+                }
+            }
+        });
     }
 
     /// Samples that have been taken, over all pixels.

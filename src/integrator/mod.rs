@@ -1,22 +1,28 @@
 //! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
 
 mod ambient_occlusion;
+mod bdpt;
+mod connection;
 mod debug;
 mod direct;
 mod distributed;
 mod gathered;
+mod light_tracing;
 mod naive;
 mod path;
 mod reuse;
 mod roulette;
 mod strategy;
+mod subpath;
 mod whitted;
 mod world;
 
 pub use ambient_occlusion::AmbientOcclusion;
+pub use bdpt::BidirectionalIntegrator;
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
 pub use gathered::{ByGroup, Gathered};
+pub use light_tracing::LightIntegrator;
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
 pub use roulette::Roulette;
@@ -25,6 +31,7 @@ pub use whitted::WhittedIntegrator;
 pub use world::World;
 
 use crate::film::FirstSurface;
+use crate::math::Vec2;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Computes one sample of one pixel: a key in, contributions out.
@@ -53,14 +60,14 @@ pub const SAMPLES_AT_ONCE: usize = 16;
 pub enum RayKind {
     /// From the camera.
     Camera,
-    /// Onwards from a surface.
+    /// Onwards from a surface, or out from a light.
     Bounce,
     /// Towards a light.
     Shadow,
 }
 
 /// Takes what an integrator finds in one sample.
-pub trait Sink {
+pub trait Sink: RaySink {
     /// Whether groups of lights are told apart.
     type Radiance: Gathered;
 
@@ -72,7 +79,60 @@ pub trait Sink {
 
     /// Notes what the camera sees first.
     fn first_surface(&mut self, surface: FirstSurface);
+}
 
+/// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
+///
+/// A frame is made of work that may be done in any order: first what all of the rest looks at, then the samples of pixels, and chains of
+/// paths that belong to no pixel. Each draws numbers by its place in the frame alone, and a frame depends on its index alone: so frames may
+/// be made in parts, on any machine.
+pub trait FrameIntegrator: Sync {
+    /// What one of [`FrameIntegrator::preparations`] gives.
+    type Part: Send;
+    /// What all of the rest looks at.
+    type Prepared: Sync;
+
+    /// Pieces that the preparation of a frame comes in.
+    fn preparations(&self) -> u32;
+
+    /// Does one of them for the frame `frame`, and tells of each ray.
+    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part;
+
+    /// Joins all of them, in their order.
+    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared;
+
+    /// Whether pixels send light to others, so that those that a crop leaves out count too.
+    fn sends_light(&self) -> bool;
+
+    /// Traces the sample `key` of a pixel.
+    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink);
+
+    /// Chains of a frame.
+    fn chains(&self) -> u32 {
+        0
+    }
+
+    /// Follows the chain `index` of the frame `frame`.
+    fn chain<S: Sampler>(
+        &self,
+        _prepared: &Self::Prepared,
+        _frame: u32,
+        _index: u32,
+        _sampler: &mut S,
+        _out: &mut impl SplatSink,
+    ) {
+    }
+}
+
+/// Counts rays.
+pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
+}
+
+/// Takes light that falls on other pixels too.
+pub trait SplatSink: Sink {
+    /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose
+    /// filter is 1 there.
+    fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
 }

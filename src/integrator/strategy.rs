@@ -146,6 +146,14 @@ impl Strategy {
 }
 
 impl Heuristic {
+    /// What a strategy counts beside one whose density is smaller by the factor `ratio`.
+    pub(super) fn raised(self, ratio: f64) -> f64 {
+        match self {
+            Self::Balance => ratio,
+            Self::Power => ratio * ratio,
+        }
+    }
+
     fn weight(self, pdf: f32, other_pdf: f32) -> f32 {
         match self {
             Self::Balance => balance_heuristic(pdf, other_pdf),

@@ -1,5 +1,5 @@
 use super::direct::Vertex;
-use super::{RayKind, Sink};
+use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Features, Filter, FirstSurface};
@@ -100,7 +100,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The closest hit, counted; holes let rays pass.
     #[inline(always)]
-    pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {
+    pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
         if self.scene.has_holes() {
@@ -112,7 +112,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// What the unit direction of `ray` meets at last, where `hit` is what it meets first. Of a surface that is there to some share a ray meets
     /// as large a share; chance comes from the bits of the hit.
     #[inline(never)]
-    pub(super) fn past_holes(&self, ray: Ray, hit: Option<Hit>, kind: RayKind, out: &mut impl Sink) -> Option<Hit> {
+    pub(super) fn past_holes(&self, ray: Ray, hit: Option<Hit>, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         let mut next = hit;
         while let Some(hit) = next {
             let opacity = self.scene.opacity(&hit);
@@ -128,7 +128,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The share of light that passes along `ray`: 0 or 1, but for surfaces with holes.
     #[inline(always)]
-    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl Sink) -> f32 {
+    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> f32 {
         if self.scene.has_holes() {
             return self.transmittance_of_holes(*ray, out);
         }
@@ -137,7 +137,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     #[inline(never)]
-    fn transmittance_of_holes(&self, mut ray: Ray, out: &mut impl Sink) -> f32 {
+    fn transmittance_of_holes(&self, mut ray: Ray, out: &mut impl RaySink) -> f32 {
         let end = ray.at(ray.t_max);
         let mut transmittance = 1.0;
         loop {
@@ -193,7 +193,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
     /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way).
-    fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
+    pub(super) fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
         // A pixel's square is stretched along one axis, where light grazes the surface: the side of a square of the same area.
         let cos = ray.direction.dot(point.ng).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()

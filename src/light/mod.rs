@@ -119,6 +119,29 @@ impl Light {
         }
     }
 
+    /// Density per solid angle with which [`Light::sample`] draws the unit direction `wi` at `p`, in which the point `q` of the light lies; infinitely
+    /// distant lights do not ask where. 0 for those that no ray can meet.
+    pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> f32 {
+        match self {
+            Self::Triangle(light) => light.pdf(p, q, wi),
+            Self::MovingTriangle(light) => light.at(time).pdf(p, q, wi),
+            Self::Textured(light) => light.at(time).pdf(p, q, wi),
+            Self::Constant(light) => light.pdf(),
+            Self::Environment(light) => light.pdf(wi),
+            Self::Point(_) | Self::Directional(_) | Self::Spot(_) => 0.0,
+        }
+    }
+
+    /// Unit normal of the side that emits at `time`, of a light that has one.
+    pub fn normal(&self, time: f32) -> Option<Vec3> {
+        match self {
+            Self::Triangle(light) => Some(light.normal()),
+            Self::MovingTriangle(light) => Some(light.at(time).normal()),
+            Self::Textured(light) => Some(light.at(time).normal()),
+            _ => None,
+        }
+    }
+
     /// Whether no ray can meet it.
     pub fn is_delta(&self) -> bool {
         matches!(self, Self::Point(_) | Self::Directional(_) | Self::Spot(_))

@@ -65,6 +65,11 @@ impl TriangleLight {
         Self { radiance, ..self }
     }
 
+    /// Unit normal of its front.
+    pub(super) fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
     /// Radiance of its front.
     pub(super) fn radiance(&self) -> Spectrum {
         self.radiance

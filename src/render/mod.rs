@@ -4,12 +4,14 @@
 //! an [`Observer`] is told what has been done and may ask to stop.
 
 mod adaptive;
+mod frames;
 mod groups;
 mod schedule;
 mod statistics;
 mod tiles;
 
 pub use adaptive::render_to_noise;
+pub use frames::render_frames;
 pub use groups::companions;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, RayCounts, Statistics};

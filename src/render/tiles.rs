@@ -3,7 +3,7 @@ use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
 use crate::film::{Block, FeatureBlock, Film, FirstSurface, LightBlock, Tile};
-use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, SAMPLES_AT_ONCE, Sink};
+use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -234,7 +234,9 @@ impl<R: Gathered> Sink for PixelSample<R> {
     fn first_surface(&mut self, surface: FirstSurface) {
         self.surface = Some(surface);
     }
+}
 
+impl<R> RaySink for PixelSample<R> {
     fn ray(&mut self, kind: RayKind) {
         self.rays.count(kind);
     }

@@ -15,6 +15,7 @@ use crate::light::{EmissionSelection, Light, LightGroups, LightId, LightSelectio
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -294,6 +295,15 @@ impl Scene {
         match material.maps.varies_bsdf() {
             true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint))),
             false => &self.bsdfs[self.shape(hit.geom).material.0 as usize],
+        }
+    }
+
+    /// The same for whoever keeps it.
+    pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
+        let material = self.material(hit);
+        match material.maps.varies_bsdf() {
+            true => Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint))),
+            false => Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize]),
         }
     }
 

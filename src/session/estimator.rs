@@ -1,10 +1,11 @@
 use super::settings::ABOVE_0;
 use super::{Error, InvalidSetting};
 use crate::accel::Accel;
-use crate::film::Film;
+use crate::film::{Film, Filter};
 use crate::integrator::{
-    AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
-    Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
+    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
+    Roulette, Sink, Strategy, WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -59,6 +60,10 @@ pub enum IntegratorKind {
     AmbientOcclusion,
     /// [`DebugIntegrator`]
     Debug,
+    /// [`LightIntegrator`]
+    Light,
+    /// [`BidirectionalIntegrator`]
+    Bidirectional,
 }
 
 impl IntegratorKind {
@@ -71,6 +76,8 @@ impl IntegratorKind {
         ("direct", Self::Direct),
         ("ao", Self::AmbientOcclusion),
         ("debug", Self::Debug),
+        ("light", Self::Light),
+        ("bdpt", Self::Bidirectional),
     ];
 }
 
@@ -219,7 +226,11 @@ impl Estimator {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
                 self.strategy.samples_lights()
             }
-            IntegratorKind::Whitted | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => true,
+            IntegratorKind::Light
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::Whitted
+            | IntegratorKind::AmbientOcclusion
+            | IntegratorKind::Debug => true,
         };
         let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
         let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
@@ -283,11 +294,12 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Naive | IntegratorKind::Whitted => {}
+            IntegratorKind::Bidirectional => text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic)),
+            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
-            IntegratorKind::Whitted => true,
+            IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -303,7 +315,9 @@ impl Estimator {
                 let lights = self.light_samples();
                 text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse} light_samples={lights}")
             }
-            IntegratorKind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
+            IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
+                text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
+            }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -327,6 +341,7 @@ impl Estimator {
             film: &'a mut Film,
             end: u32,
             noise: Option<f64>,
+            filter: &'a Filter,
             observer: &'a O,
         }
         impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
@@ -338,11 +353,16 @@ impl Estimator {
                     end,
                     noise,
                     observer,
+                    ..
                 } = self;
                 match noise {
                     None => render::render(integrator, sampler, film, end, observer),
                     Some(level) => render::render_to_noise(integrator, sampler, film, level, end, observer),
                 }
+            }
+            fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
+                let numbers = (self.sampler, self.filter);
+                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
             }
         }
         self.with_integrator(
@@ -352,6 +372,7 @@ impl Estimator {
                 film,
                 end,
                 noise,
+                filter: world.filter,
                 observer,
             },
         )
@@ -379,6 +400,8 @@ impl Estimator {
                 let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
                 integrator.samples(&keys, self.sampler, &mut sinks);
             }
+            // Refused before (`Estimator::has_samples_of_pixels`)
+            fn run_frames(self, _: &impl FrameIntegrator) {}
         }
         self.with_integrator(
             world,
@@ -424,6 +447,17 @@ impl Estimator {
                 distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
             }),
             IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
+            IntegratorKind::Light => task.run_frames(&LightIntegrator {
+                world,
+                max_depth,
+                roulette,
+            }),
+            IntegratorKind::Bidirectional => task.run_frames(&BidirectionalIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+            }),
         }
     }
 }
@@ -432,4 +466,5 @@ impl Estimator {
 trait Task {
     type Output;
     fn run(self, integrator: &impl Integrator) -> Self::Output;
+    fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output;
 }

@@ -1,0 +1,83 @@
+use super::{Film, FirstSurface, Rect};
+use crate::color::Spectrum;
+use crate::math::UVec2;
+
+/// One sample of every pixel of a film, while light still falls on any of them.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    crop: Rect,
+    /// Row by row.
+    pixels: Vec<FramePixel>,
+    /// Parts of the light that are summed by themselves, and the sums of each, pixel by pixel.
+    parts: usize,
+    part_sums: Vec<[f64; 3]>,
+}
+
+/// What one sample of a pixel is so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FramePixel {
+    pub radiance: [f64; 3],
+    pub surface: Option<FirstSurface>,
+}
+
+impl Frame {
+    /// A dark one, for the pixels of `film`.
+    pub fn of(film: &Film) -> Self {
+        let crop = film.crop();
+        Self {
+            crop,
+            pixels: vec![FramePixel::default(); crop.area() as usize],
+            parts: film.light_groups(),
+            part_sums: vec![[0.0; 3]; crop.area() as usize * film.light_groups()],
+        }
+    }
+
+    /// The pixels that it has.
+    pub fn crop(&self) -> Rect {
+        self.crop
+    }
+
+    /// Adds radiance to `pixel`, if it is one of these, and as much of it as each part has. Who adds in a fixed order gets the same bits.
+    pub fn add(&mut self, pixel: UVec2, radiance: Spectrum, parts: &[Spectrum]) {
+        let Some(index) = self.index(pixel) else { return };
+        add(&mut self.pixels[index].radiance, radiance);
+        for (sum, part) in self.part_sums[index * self.parts..]
+            .iter_mut()
+            .zip(parts)
+            .take(self.parts)
+        {
+            add(sum, *part);
+        }
+    }
+
+    /// Notes what the camera sees first in `pixel`.
+    pub fn see(&mut self, pixel: UVec2, surface: FirstSurface) {
+        if let Some(index) = self.index(pixel) {
+            self.pixels[index].surface = Some(surface);
+        }
+    }
+
+    pub(super) fn pixel(&self, pixel: UVec2) -> FramePixel {
+        self.index(pixel)
+            .map_or(FramePixel::default(), |index| self.pixels[index])
+    }
+
+    /// Sums of the parts at `pixel`.
+    pub(super) fn part_sums(&self, pixel: UVec2) -> &[[f64; 3]] {
+        let of = |index| self.part_sums.get(index * self.parts..(index + 1) * self.parts);
+        self.index(pixel).and_then(of).unwrap_or_default()
+    }
+
+    fn index(&self, pixel: UVec2) -> Option<usize> {
+        self.crop.contains(pixel).then(|| {
+            let at = pixel - self.crop.min;
+            (at.y * self.crop.size().x + at.x) as usize
+        })
+    }
+}
+
+fn add(sum: &mut [f64; 3], values: Spectrum) {
+    for (sum, value) in sum.iter_mut().zip(values.to_array()) {
+        *sum += value as f64;
+    }
+}

@@ -1,0 +1,430 @@
+use super::direct::Vertex;
+use super::{RayKind, RaySink, Roulette, World};
+use crate::accel::Accel;
+use crate::bsdf::{Bsdf, TransportMode};
+use crate::color::Spectrum;
+use crate::film::FirstSurface;
+use crate::geometry::{Hit, Side, SurfacePoint, offset_to};
+use crate::light::{Emission, LightId, Receiver};
+use crate::math::{Frame, Ray, Vec2, Vec3};
+use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::{Incident, Scene};
+use std::borrow::Cow;
+
+/// Vertices of a path at most, both ends counted: what is scattered more often than this cannot be seen.
+pub(super) const MOST_VERTICES: usize = 66;
+
+/// A vertex of a subpath, which starts at the camera or at a light.
+///
+/// Densities are per area of a surface, for infinitely distant lights per solid angle; 1 for what a delta distribution has drawn, with which all
+/// strategies that can make the path draw it. They tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
+#[derive(Clone, Debug)]
+pub(super) struct PathVertex<'a> {
+    pub place: Place<'a>,
+    /// World space; without meaning at infinity.
+    pub p: Vec3,
+    /// Unit geometric normal; zero at single points, the direction of travel at infinity.
+    pub ng: Vec3,
+    /// What the vertex counts, over the density of the subpath so far.
+    pub beta: Spectrum,
+    /// Density with which the subpath has made the vertex.
+    pub forward: f32,
+    /// The one with which a path from the other end would have, coming along the same vertices; set when the subpath goes on.
+    pub reverse: f32,
+    /// Whether the subpath goes on by a delta lobe.
+    pub is_delta: bool,
+}
+
+/// Where a vertex is.
+#[derive(Clone, Debug)]
+pub(super) enum Place<'a> {
+    /// On the lens.
+    Lens,
+    /// On a light, where light sets out.
+    Light(LightId, LightEnd),
+    /// On a surface that scatters.
+    Surface(Surface<'a>),
+}
+
+/// What kind of an end a light is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LightEnd {
+    pub is_infinite: bool,
+    /// Whether no ray can meet it.
+    pub is_delta: bool,
+}
+
+/// A point of a surface, whoever looks at it.
+#[derive(Clone, Debug)]
+pub(super) struct Surface<'a> {
+    pub hit: Hit,
+    /// With the shading normal as it is before it is bent to a viewer.
+    pub point: SurfacePoint,
+    frame: Frame,
+    pub bsdf: Cow<'a, Bsdf>,
+    /// Whether normals or material vary here.
+    is_detailed: bool,
+    /// Unit direction to the vertex before, world space.
+    pub back: Vec3,
+}
+
+impl<'a> Surface<'a> {
+    /// The surface at `hit`, met along `ray`.
+    pub fn new<A: Accel>(world: &World<'a, A>, hit: Hit, ray: &Ray) -> Self {
+        let back = -ray.direction;
+        if let Some((point, bsdf)) = world.scene.plain_surface(&hit, ray.time) {
+            return Self {
+                hit,
+                frame: Frame::from_z(point.ns),
+                point,
+                bsdf: Cow::Borrowed(bsdf),
+                is_detailed: false,
+                back,
+            };
+        }
+        let point = world.scene.surface_point(&hit, ray.time);
+        let footprint = world.footprint(&point, ray);
+        let point = world.scene.with_relief(&hit, point, footprint);
+        Self {
+            hit,
+            frame: world.scene.frame(&hit, &point),
+            point,
+            bsdf: world.scene.bsdf_at(&hit, ray.time, footprint),
+            is_detailed: true,
+            back,
+        }
+    }
+
+    /// Point and frame with the shading normal as it is for a viewer in the direction `wo`.
+    fn seen_from(&self, scene: &Scene, wo: Vec3) -> (SurfacePoint, Frame) {
+        if !self.is_detailed || !self.point.bends_for(wo) {
+            return (self.point, self.frame);
+        }
+        let point = self.point.seen_from(wo);
+        (point, scene.frame(&self.hit, &point))
+    }
+
+    /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
+    /// angle of `wi` is multiplied by.
+    pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
+        let (point, frame) = self.seen_from(scene, wo);
+        self.bsdf.eval(frame.to_local(wo), frame.to_local(wi)) * wi.dot(point.ns).abs()
+    }
+
+    /// Density per solid angle with which a path from the camera that comes from the direction `wo` goes on in `wi`.
+    pub fn pdf_from_camera(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> f32 {
+        let (_, frame) = self.seen_from(scene, wo);
+        self.bsdf.pdf(frame.to_local(wo), frame.to_local(wi))
+    }
+
+    /// The same of a path from a light that comes from the direction `wi` and goes on in `wo`: it does not know yet who looks.
+    pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
+        self.bsdf.pdf(self.frame.to_local(wi), self.frame.to_local(wo))
+    }
+
+    /// Where rays in direction `w` start.
+    pub fn origin(&self, w: Vec3) -> Vec3 {
+        offset_to(&self.point, Side::of(w.dot(self.point.ns)))
+    }
+
+    /// The point as one that light falls on, seen from the direction `wo`.
+    pub fn receiver(&self, scene: &Scene, wo: Vec3) -> Receiver {
+        let (point, frame) = self.seen_from(scene, wo);
+        let wo = frame.to_local(wo);
+        Receiver {
+            p: point.p,
+            n: match self.bsdf.glossy_eta(wo) {
+                Some(_) => Vec3::ZERO,
+                None => point.ns * 1f32.copysign(wo.z),
+            },
+        }
+    }
+
+    /// What the auxiliary channels show of it, where the camera sees it first.
+    pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
+        let (point, frame) = self.seen_from(world.scene, self.back);
+        let vertex = Vertex {
+            is_bent: point.ns != self.point.ns,
+            point,
+            wo: frame.to_local(self.back),
+            frame,
+            bsdf: &self.bsdf,
+        };
+        world.first_surface(&self.hit, &vertex)
+    }
+
+    /// The light that the surface itself sends back along the ray that has met it, as `from` sees it.
+    pub fn emitted(&self, scene: &Scene, from: &Receiver) -> Option<Incident> {
+        let point = &self.point;
+        let light = scene.emitted(&self.hit, from, point.p, -self.back, point.time)?;
+        (!light.radiance.is_black()).then_some(light)
+    }
+}
+
+impl<'a> PathVertex<'a> {
+    /// The camera's end of a path.
+    pub fn lens<A>(world: &World<'a, A>, p: Vec3, time: f32) -> Self
+    where
+        A: Accel,
+    {
+        Self {
+            place: Place::Lens,
+            p,
+            ng: world.camera.forward(time),
+            beta: Spectrum::ONE,
+            forward: 1.0 / world.camera.lens_area(),
+            reverse: 0.0,
+            is_delta: false,
+        }
+    }
+
+    /// The light's end of a path, where `emission` sets out; its light was chosen with probability `pmf`.
+    pub fn light(id: LightId, pmf: f32, emission: &Emission) -> Self {
+        let pdf = match emission.is_infinite {
+            true => emission.pdf_direction,
+            false => emission.pdf_position,
+        };
+        Self {
+            place: Place::Light(
+                id,
+                LightEnd {
+                    is_infinite: emission.is_infinite,
+                    is_delta: emission.is_delta_position || emission.is_delta_direction,
+                },
+            ),
+            p: emission.p,
+            ng: emission.ng,
+            beta: emission.radiance * (1.0 / (pmf * pdf)),
+            forward: pmf * pdf,
+            reverse: 0.0,
+            is_delta: false,
+        }
+    }
+
+    /// The end of a path from the camera that has met the infinitely distant light `id` in direction `w`, drawn with density `pdf`.
+    pub fn far_away(id: LightId, w: Vec3, pdf: f32) -> Self {
+        let end = LightEnd {
+            is_infinite: true,
+            is_delta: false,
+        };
+        Self {
+            place: Place::Light(id, end),
+            p: Vec3::ZERO,
+            ng: -w,
+            beta: Spectrum::ZERO,
+            forward: pdf,
+            reverse: 0.0,
+            is_delta: false,
+        }
+    }
+
+    /// Whether it is an infinitely distant light.
+    pub fn is_infinite(&self) -> bool {
+        matches!(&self.place, Place::Light(_, end) if end.is_infinite)
+    }
+
+    /// The light that it is on; any, if it is on none.
+    pub fn light_id(&self) -> LightId {
+        match &self.place {
+            Place::Light(id, _) => *id,
+            _ => LightId(0),
+        }
+    }
+
+    /// The surface that it is on, if it is on one.
+    pub fn surface(&self) -> Option<&Surface<'a>> {
+        match &self.place {
+            Place::Surface(surface) => Some(surface),
+            _ => None,
+        }
+    }
+
+    /// Unit direction from here to `other`.
+    pub fn direction_to(&self, other: &Self) -> Vec3 {
+        match (self.is_infinite(), other.is_infinite()) {
+            (true, _) => self.ng,
+            (_, true) => -other.ng,
+            _ => (other.p - self.p).normalize(),
+        }
+    }
+
+    /// The density at `to` of what leaves here with density `pdf`: per solid angle, or at infinity per area of a disk.
+    pub fn density_at(&self, pdf: f32, to: &Self) -> f32 {
+        if to.is_infinite() {
+            return pdf;
+        }
+        let d = to.p - self.p;
+        let (w, squared) = match self.is_infinite() {
+            true => (self.ng, 1.0),
+            false => (d.normalize_or_zero(), d.length_squared()),
+        };
+        let cos = if to.ng == Vec3::ZERO { 1.0 } else { w.dot(to.ng).abs() };
+        pdf * cos / squared
+    }
+}
+
+/// The way on from a vertex.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    pub ray: Ray,
+    /// Throughput.
+    pub beta: Spectrum,
+    /// Density of the direction, per solid angle; of rays from infinity per area of a disk.
+    pub pdf: f32,
+}
+
+/// How a subpath walks on from its first vertex.
+pub(super) struct Walk<'w, 'a, A> {
+    pub world: &'w World<'a, A>,
+    pub mode: TransportMode,
+    pub roulette: Roulette,
+    /// Vertices at most.
+    pub most: usize,
+}
+
+impl<'a, A: Accel> Walk<'_, 'a, A> {
+    /// Adds to `path`, whose only vertex is left by `first`, all further vertices. Gives the segment that leaves the scene, if one does.
+    pub fn follow(
+        &self,
+        path: &mut Vec<PathVertex<'a>>,
+        first: Segment,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+    ) -> Option<Segment> {
+        let Segment {
+            mut ray,
+            mut beta,
+            mut pdf,
+        } = first;
+        let start = beta.max_component();
+        let mut kind = match self.mode {
+            TransportMode::Radiance => RayKind::Camera,
+            TransportMode::Importance => RayKind::Bounce,
+        };
+        // How much larger radiance is for having been refracted
+        let mut roulette_scale = 1.0;
+        while path.len() < self.most {
+            let Some(hit) = self.world.intersect(&ray, kind, out) else {
+                return Some(Segment { ray, beta, pdf });
+            };
+            kind = RayKind::Bounce;
+            let surface = Surface::new(self.world, hit, &ray);
+            let depth = path.len() as u32 - 1;
+            let mut vertex = PathVertex {
+                p: surface.point.p,
+                ng: surface.point.ng,
+                place: Place::Surface(surface),
+                beta,
+                forward: 0.0,
+                reverse: 0.0,
+                is_delta: false,
+            };
+            let before = path.len() - 1;
+            vertex.forward = match path[before].is_delta {
+                true => 1.0,
+                false => path[before].density_at(pdf, &vertex),
+            };
+            path.push(vertex);
+            if path.len() == self.most {
+                break;
+            }
+
+            // A direction
+            let block = block(self.mode, depth);
+            let u_lobe = sampler.get_1d(Dimension::bounce(block, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(block, Bounce::Direction));
+            let next = {
+                let Some(surface) = path[before + 1].surface() else {
+                    break;
+                };
+                self.scatter(surface, u_lobe, u)
+            };
+            let Some(next) = next else { break };
+            path[before + 1].is_delta = next.is_delta;
+            path[before].reverse = match next.is_delta {
+                true => 1.0,
+                false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
+            };
+            beta = beta * next.weight;
+            roulette_scale *= next.eta * next.eta;
+            let u = sampler.get_2d(Dimension::bounce(block, Bounce::Decisions)).y;
+            let Some(factor) = self.roulette.play(depth, beta * (roulette_scale / start), u) else {
+                break;
+            };
+            beta = beta * factor;
+            pdf = next.pdf;
+            ray = next.ray;
+        }
+        None
+    }
+
+    /// The way on from `surface`.
+    fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Onwards> {
+        let scene = self.world.scene;
+        let back = surface.back;
+        let is_from_camera = self.mode == TransportMode::Radiance;
+        let (_, frame) = match is_from_camera {
+            true => surface.seen_from(scene, back),
+            false => (surface.point, surface.frame),
+        };
+        let sample = surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?;
+        let w = frame.to_world(sample.wi);
+        let weight = match (is_from_camera, sample.is_delta()) {
+            (true, _) => sample.weight,
+            (false, true) => sample.weight * surface.point.adjoint_factor(back, w),
+            // By the normal that the camera will see
+            (false, false) => surface.carried(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
+        };
+        if weight.is_black() {
+            return None;
+        }
+        let (pdf, reverse_pdf) = match (sample.is_delta(), is_from_camera) {
+            (true, _) => (1.0, 1.0),
+            (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
+            (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
+        };
+        Some(Onwards {
+            ray: Ray::new(surface.origin(w), w).when(surface.point.time),
+            weight,
+            is_delta: sample.is_delta(),
+            pdf,
+            reverse_pdf,
+            eta: if is_from_camera { sample.eta } else { 1.0 },
+        })
+    }
+}
+
+impl Surface<'_> {
+    /// What a path that carries light here from the direction `wi` counts in the direction `wo`, over the cosine of `wo` with the geometric normal: the
+    /// BSDF of the surface that the geometric normal belongs to, so that both ways of making a path give one measure (Veach 1997, §5.3).
+    pub fn carried(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
+        let factor = 1.0 / wi.dot(self.point.ng).abs();
+        match factor.is_finite() {
+            true => self.scattered(scene, wo, wi) * factor,
+            false => Spectrum::ZERO,
+        }
+    }
+}
+
+/// The next segment of a subpath.
+struct Onwards {
+    ray: Ray,
+    weight: Spectrum,
+    is_delta: bool,
+    /// Per solid angle; 1 for a delta lobe.
+    pdf: f32,
+    /// Density of the way back, likewise.
+    reverse_pdf: f32,
+    eta: f32,
+}
+
+/// The random numbers of the vertex after `depth` scatterings: paths from the camera and from lights take turns.
+pub(super) fn block(mode: TransportMode, depth: u32) -> u32 {
+    match mode {
+        TransportMode::Radiance => 2 * depth,
+        TransportMode::Importance => 2 * depth + 3,
+    }
+}
+
+/// Those of the light that a path starts from.
+pub(super) const EMISSION_BLOCK: u32 = 1;

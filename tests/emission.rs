@@ -458,7 +458,7 @@ fn the_mean_weight_is_the_power() {
 fn the_floor_gets_what_it_would_sample() {
     const SAMPLES: u32 = 300_000;
     let (middle, half) = (Vec2::new(0.1, -0.05), 0.4);
-    let area = (4.0 * half * half) as f32;
+    let area: f32 = 4.0 * half * half;
     for case in cases() {
         let followed = mean(SAMPLES, |i| {
             let meet = |e: &Emission| {

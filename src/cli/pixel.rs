@@ -14,6 +14,14 @@ use std::process::ExitCode;
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
     let session = renderer.session();
     let key = key(pixel, sample, session.settings().crop())?;
+    let estimator = &session.settings().estimator;
+    if estimator.makes_frames() {
+        return Err(CliError::Usage(format!(
+            "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
+             paths start at the camera alone",
+            estimator.name()
+        )));
+    }
     renderer.accel().with(Trace { session, key });
     Ok(ExitCode::SUCCESS)
 }

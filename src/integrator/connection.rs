@@ -36,6 +36,8 @@ pub(super) struct Subpaths<'a> {
 /// What a strategy finds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contribution {
+    /// Vertices from the light, and from the camera.
+    pub strategy: (usize, usize),
     /// Estimate of the light that comes by paths of this length, in the sample's own pixel or where `film` says.
     pub radiance: Spectrum,
     /// Share of it that the strategy has among all that could have made the path.
@@ -177,6 +179,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             direct: before.density_at(light.pdf, last),
         };
         found(Contribution {
+            strategy: (0, camera.len()),
             radiance: last.beta * light.radiance,
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
@@ -201,6 +204,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
                 direct: light.pdf,
             };
             found(Contribution {
+                strategy: (0, camera.len()),
                 radiance: beta * light.radiance,
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
@@ -237,6 +241,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             let transmittance = self.world.transmittance(&ray, out);
             if transmittance > 0.0 {
                 found(Contribution {
+                    strategy: (1, camera.len()),
                     radiance: last.beta * f * sampled.radiance() * transmittance,
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: None,
@@ -270,6 +275,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             if transmittance > 0.0 {
                 let camera = std::slice::from_ref(&lens);
                 found(Contribution {
+                    strategy: (1, 1),
                     radiance: sampled.radiance() * (importance * transmittance),
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: Some(film),
@@ -305,6 +311,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), 1),
                 radiance: radiance * transmittance,
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
@@ -338,6 +345,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), camera.len()),
                 radiance: radiance * transmittance,
                 weight: self.weight(camera, light, None, time),
                 film: None,

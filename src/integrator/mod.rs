@@ -18,7 +18,7 @@ mod whitted;
 mod world;
 
 pub use ambient_occlusion::AmbientOcclusion;
-pub use bdpt::BidirectionalIntegrator;
+pub use bdpt::{BidirectionalIntegrator, strategies};
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
 pub use gathered::{ByGroup, Gathered};
@@ -30,6 +30,7 @@ pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use whitted::WhittedIntegrator;
 pub use world::World;
 
+use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::math::Vec2;
 use crate::sampler::{SampleKey, Sampler};
@@ -101,6 +102,11 @@ pub trait FrameIntegrator: Sync {
     /// Joins all of them, in their order.
     fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared;
 
+    /// Strategies that it tells apart.
+    fn strategies(&self) -> usize {
+        0
+    }
+
     /// Whether pixels send light to others, so that those that a crop leaves out count too.
     fn sends_light(&self) -> bool;
 
@@ -135,4 +141,8 @@ pub trait SplatSink: Sink {
     /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose
     /// filter is 1 there.
     fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
+
+    /// Notes what one of [`FrameIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
+    /// itself.
+    fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 }

@@ -5,7 +5,7 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    Roulette, Sink, Strategy, WhittedIntegrator, World,
+    Roulette, Sink, Strategy, WhittedIntegrator, World, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -111,6 +111,8 @@ pub(crate) const VIEWS: &[(&str, DebugView)] = &[
     ("ids", DebugView::Ids),
 ];
 
+/// Scatterings at most where the strategies of all lengths are told apart.
+const MOST_STRATEGIES_DEPTH: u32 = 6;
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
@@ -259,6 +261,42 @@ impl Estimator {
         !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
     }
 
+    /// Whether light goes where it will, so that no sample is a pixel's own.
+    pub(crate) fn makes_frames(&self) -> bool {
+        matches!(self.kind, IntegratorKind::Light | IntegratorKind::Bidirectional)
+    }
+
+    /// Names of its strategies by vertices from the light and from the camera, in the order in which frames tell them apart.
+    pub(crate) fn strategies(&self) -> Vec<String> {
+        match (self.kind, self.max_depth()) {
+            (IntegratorKind::Bidirectional, Some(depth)) => {
+                strategies(depth).map(|(s, t)| format!("s{s}_t{t}")).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether strategies can be told apart.
+    pub(crate) fn tells_strategies(&self) -> bool {
+        self.check_strategies().is_ok()
+    }
+
+    /// Refuses to tell strategies apart where there are none, or too many.
+    pub(super) fn check_strategies(&self) -> Result<(), InvalidSetting> {
+        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
+        if self.kind != IntegratorKind::Bidirectional {
+            let value = format!("--integrator {} has none", self.name());
+            return wrong(&value, "use --integrator bdpt");
+        }
+        match self.max_depth() {
+            Some(depth) if depth <= MOST_STRATEGIES_DEPTH => Ok(()),
+            _ => wrong(
+                "every length of paths has as many as vertices, and each takes 120 bytes a pixel",
+                &format!("use a --max-depth of {MOST_STRATEGIES_DEPTH} at most"),
+            ),
+        }
+    }
+
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
@@ -378,7 +416,7 @@ impl Estimator {
         )
     }
 
-    /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
+    /// Traces the sample `key`, and those that a render traces together with it, unless it [makes frames](Self::makes_frames); `sink` makes the sinks, told whether it is for
     /// `key` itself.
     pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
@@ -400,7 +438,7 @@ impl Estimator {
                 let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
                 integrator.samples(&keys, self.sampler, &mut sinks);
             }
-            // Refused before (`Estimator::has_samples_of_pixels`)
+            // Has none ([`Estimator::makes_frames`])
             fn run_frames(self, _: &impl FrameIntegrator) {}
         }
         self.with_integrator(

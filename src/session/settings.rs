@@ -212,6 +212,9 @@ impl Settings {
             let value = format!("lights: --integrator {} gathers no light", self.estimator.name());
             return refused("aov", value, "use path, naive, whitted, distributed or direct".into());
         }
+        if self.aovs.contains(&Aov::Strategies) {
+            self.estimator.check_strategies()?;
+        }
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);
             let value = format!(

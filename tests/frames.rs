@@ -100,7 +100,7 @@ fn noise_levels_end_frames() {
     assert!(
         samples
             .iter()
-            .all(|&n| n == samples[0] && n % 64.0 == 0.0 && n < 4096.0 && n >= 128.0)
+            .all(|&n| n == samples[0] && n % 64.0 == 0.0 && (128.0..4096.0).contains(&n))
     );
     done(folder.path(), &joined(&args, &split("--threads 1 -o other.exr")));
     assert!(fs::exists(folder.path().join("other.exr")).unwrap());

@@ -63,9 +63,9 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
 
     /// Follows both subpaths, the camera's along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
-        let (camera, escape) = self.from_camera(ray, sampler, out);
+        let (camera, escape) = self.camera_path(ray, sampler, out);
         Subpaths {
-            light: self.from_light(ray.time, sampler, out),
+            light: self.light_path(ray.time, sampler, out),
             camera,
             escape,
             time: ray.time,
@@ -73,7 +73,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath that starts along `ray`, and how it leaves the scene, if it does.
-    pub fn from_camera(
+    pub fn camera_path(
         &self,
         ray: Ray,
         sampler: &impl Sampler,
@@ -92,7 +92,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath of a light at `time`; empty where nothing emits.
-    pub fn from_light(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
+    pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let scene = self.world.scene;
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;

@@ -135,4 +135,7 @@ pub trait SplatSink: Sink {
     /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose
     /// filter is 1 there.
     fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
+
+    /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
+    fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
 }

@@ -249,6 +249,9 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
             }
         }
     }
+    fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
+        self.statistics.mutation(kind, proposed, accepted);
+    }
 }
 
 impl RaySink for RayCounts {

@@ -4,8 +4,8 @@ use crate::accel::Accel;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
-    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    Roulette, Sink, Strategy, WhittedIntegrator, World,
+    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
+    NaiveIntegrator, PathIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -41,6 +41,8 @@ pub struct Estimator {
     pub ao_distance: Option<f32>,
     /// What a debug picture shows.
     pub view: DebugView,
+    /// How Markov chains go.
+    pub metropolis: Metropolis,
 }
 
 /// Integrators.
@@ -64,6 +66,8 @@ pub enum IntegratorKind {
     Light,
     /// [`BidirectionalIntegrator`]
     Bidirectional,
+    /// [`PrimarySpaceIntegrator`]
+    PrimarySpace,
 }
 
 impl IntegratorKind {
@@ -78,6 +82,7 @@ impl IntegratorKind {
         ("debug", Self::Debug),
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
+        ("pssmlt", Self::PrimarySpace),
     ];
 }
 
@@ -111,6 +116,11 @@ pub(crate) const VIEWS: &[(&str, DebugView)] = &[
     ("ids", DebugView::Ids),
 ];
 
+pub(crate) const METROPOLIS_DIRECT: &[(&str, MetropolisDirect)] = &[
+    ("ordinary", MetropolisDirect::Ordinary),
+    ("metropolis", MetropolisDirect::Metropolis),
+];
+
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
@@ -135,6 +145,7 @@ impl Default for Estimator {
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
             view: DebugView::default(),
+            metropolis: Metropolis::default(),
         }
     }
 }
@@ -144,6 +155,7 @@ impl Estimator {
     pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
         let (best, render) = (Self::default(), &file.render);
         let number = |key: &Option<Spanned<u32>>| key.as_ref().map(|n| *n.get_ref());
+        let share = |key: &Option<Spanned<f32>>, best| key.as_ref().map_or(best, |share| *share.get_ref());
         Ok(Self {
             kind: named(file, "integrator", &render.integrator, IntegratorKind::NAMES)?.unwrap_or(best.kind),
             strategy: Strategy {
@@ -161,6 +173,14 @@ impl Estimator {
             branching: number(&render.branching).unwrap_or(best.branching),
             ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
+            metropolis: Metropolis {
+                direct: named(file, "metropolis-direct", &render.metropolis_direct, METROPOLIS_DIRECT)?
+                    .unwrap_or_default(),
+                chains: number(&render.chains),
+                bootstrap: number(&render.bootstrap),
+                large_step_probability: share(&render.large_step_probability, best.metropolis.large_step_probability),
+                mutation_size: share(&render.mutation_size, best.metropolis.mutation_size),
+            },
         })
     }
 
@@ -176,6 +196,32 @@ impl Estimator {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
             (_, _, Some(d)) if !is_length(d) => above_0("ao-distance", &d),
+            _ => self.wrong_chains(),
+        }
+    }
+
+    /// The first value of Markov chains that cannot be.
+    fn wrong_chains(&self) -> Option<InvalidSetting> {
+        let Metropolis {
+            chains,
+            bootstrap,
+            large_step_probability: large,
+            mutation_size: size,
+            ..
+        } = self.metropolis;
+        match (chains, bootstrap) {
+            (Some(0), _) => Some(InvalidSetting::new("chains", 0, ABOVE_0)),
+            (_, Some(0)) => Some(InvalidSetting::new("bootstrap", 0, ABOVE_0)),
+            // NaN is in no range.
+            _ if !(0.0..=1.0).contains(&large) => Some(InvalidSetting::new(
+                "large-step-probability",
+                large,
+                "use a share from 0 to 1",
+            )),
+            _ if !(size > 0.0 && size <= 0.5) => {
+                let help = "above 0, and 0.5 at most, which is as far as a number in [0, 1) can go either way";
+                Some(InvalidSetting::new("mutation-size", size, help))
+            }
             _ => None,
         }
     }
@@ -228,6 +274,7 @@ impl Estimator {
             }
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -294,12 +341,17 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional => text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic)),
+            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace => {
+                text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
+            }
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
-            IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
+            IntegratorKind::Whitted
+            | IntegratorKind::Light
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -319,10 +371,28 @@ impl Estimator {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
+            IntegratorKind::PrimarySpace => {
+                let lights = self.light_samples();
+                text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
             IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => text,
         }
+    }
+
+    /// How Markov chains go, likewise.
+    fn chains(&self) -> String {
+        let number = |n: Option<u32>| n.map_or("auto".into(), |n| n.to_string());
+        let metropolis = &self.metropolis;
+        format!(
+            "metropolis_direct={} chains={} bootstrap={} large_step_probability={:?} mutation_size={:?}",
+            name_of(METROPOLIS_DIRECT, metropolis.direct),
+            number(metropolis.chains),
+            number(metropolis.bootstrap),
+            metropolis.large_step_probability,
+            metropolis.mutation_size
+        )
     }
 
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
@@ -457,6 +527,13 @@ impl Estimator {
                 heuristic: strategy.heuristic,
                 max_depth,
                 roulette,
+            }),
+            IntegratorKind::PrimarySpace => task.run_frames(&PrimarySpaceIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                light_samples,
+                metropolis: self.metropolis,
             }),
         }
     }

@@ -548,6 +548,26 @@ pub(super) struct EstimatorArgs {
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub view: Option<String>,
+
+    /// Who finds direct light where Markov chains find the rest: ordinary (path tracing) or metropolis (the chains) [default: ordinary]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub metropolis_direct: Option<String>,
+
+    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 1024 mutations, at least 16]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub chains: Option<u32>,
+
+    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 4096]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub bootstrap: Option<u32>,
+
+    /// Share of mutations that draw all numbers of a path anew, 0 to 1 [default: 0.3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub large_step_probability: Option<f32>,
+
+    /// The longest small mutation, as a share of the range of a random number, up to 0.5 [default: 1/64]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub mutation_size: Option<f32>,
 }
 
 /// How PNG files show a picture.

@@ -14,16 +14,14 @@ use std::process::ExitCode;
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
     let session = renderer.session();
     let key = key(pixel, sample, session.settings().crop())?;
-    let estimator = &session.settings().estimator;
-    if estimator.makes_frames() {
-        return Err(CliError::Usage(format!(
-            "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
-             paths start at the camera alone",
-            estimator.name()
-        )));
+    if renderer.accel().with(Trace { session, key }) {
+        return Ok(ExitCode::SUCCESS);
     }
-    renderer.accel().with(Trace { session, key });
-    Ok(ExitCode::SUCCESS)
+    Err(CliError::Usage(format!(
+        "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
+         paths start at the camera alone",
+        session.settings().estimator.name()
+    )))
 }
 
 struct Trace<'a> {
@@ -32,9 +30,10 @@ struct Trace<'a> {
 }
 
 impl AccelTask for Trace<'_> {
-    type Output = ();
+    /// Whether there is such a sample.
+    type Output = bool;
 
-    fn run<A: Accel>(self, accel: &A) {
+    fn run<A: Accel>(self, accel: &A) -> bool {
         let Self { session, key } = self;
         let settings = session.settings();
         let recorder = Recorder::new(accel);
@@ -49,9 +48,10 @@ impl AccelTask for Trace<'_> {
         let world = session.world(&recorder);
         let listener = |told| Listener { story: &story, told };
         let mut sampler = settings.random_numbers();
-        settings
-            .estimator
-            .sample(world, (settings.resolution, key), &mut sampler, listener);
+        let estimator = &settings.estimator;
+        if !estimator.sample(world, (settings.resolution, key), &mut sampler, listener) {
+            return false;
+        }
         let mut story = story.into_inner();
         story.take_rays();
         println!(
@@ -66,6 +66,7 @@ impl AccelTask for Trace<'_> {
             println!("times the filter's weight, {}", story.weight);
         }
         println!("radiance {:?}", (story.radiance * story.weight).to_array());
+        true
     }
 }
 

@@ -222,9 +222,10 @@ impl Run<'_> {
     }
 
     /// What `--stats` says, but for what only some renders have.
-    fn stats<'a>(&'a self, state: &RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
+    fn stats<'a>(&'a self, state: &'a RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
         let (session, settings) = (self.renderer.session(), &self.job.settings);
         let (scene, statistics) = (session.scene(), &state.statistics);
+        let mutations = statistics.mutations.iter();
         Stats {
             version: env!("CARGO_PKG_VERSION"),
             backend: info.name,
@@ -257,6 +258,7 @@ impl Run<'_> {
             peak_rss_bytes: peak_rss_bytes(),
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
             noise: None,
             denoise: None,
             audit: None,

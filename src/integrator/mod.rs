@@ -10,6 +10,7 @@ mod gathered;
 mod light_tracing;
 mod naive;
 mod path;
+mod pssmlt;
 mod reuse;
 mod roulette;
 mod strategy;
@@ -25,6 +26,7 @@ pub use gathered::{ByGroup, Gathered};
 pub use light_tracing::LightIntegrator;
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
+pub use pssmlt::{Metropolis, MetropolisDirect, PrimarySpaceIntegrator};
 pub use roulette::Roulette;
 pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use whitted::WhittedIntegrator;
@@ -145,4 +147,7 @@ pub trait SplatSink: Sink {
     /// Notes what one of [`FrameIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
     /// itself.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
+
+    /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
+    fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
 }

@@ -76,14 +76,23 @@ impl<'a, A: Accel> World<'a, A> {
         let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
         out.weight(weight);
         let film = key.pixel().as_vec2() + place;
+        self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler)
+    }
+
+    /// A random time, where anything moves.
+    pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        match self.scene.is_moving() || self.camera.is_moving() {
+            true => self.camera.time(sampler.get_1d(Dimension::TIME)),
+            false => 0.0,
+        }
+    }
+
+    /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
         let lens = match self.camera.has_lens() {
             true => sampler.get_2d(Dimension::LENS),
             false => Vec2::ZERO,
         };
-        let time = time.unwrap_or_else(|| match self.scene.is_moving() || self.camera.is_moving() {
-            true => self.camera.time(sampler.get_1d(Dimension::TIME)),
-            false => 0.0,
-        });
         self.camera.ray(film, lens, time)
     }
 

@@ -118,6 +118,16 @@ pub struct RenderSection {
     pub ao_distance: Option<Spanned<f32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
+    /// Who finds direct light where Markov chains find the rest.
+    pub metropolis_direct: Option<Spanned<String>>,
+    /// Markov chains in a frame.
+    pub chains: Option<Spanned<u32>>,
+    /// Paths in a frame that tell where chains start.
+    pub bootstrap: Option<Spanned<u32>>,
+    /// Share of large steps.
+    pub large_step_probability: Option<Spanned<f32>>,
+    /// The longest small step, as a share of a random number's range.
+    pub mutation_size: Option<Spanned<f32>>,
     /// How lights are chosen.
     pub light_selection: Option<Spanned<String>>,
     /// How emitting triangles are sampled.

@@ -263,6 +263,9 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
             None => add(self.key.pixel(), self.weight),
         }
     }
+    fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
+        self.statistics.mutation(kind, proposed, accepted);
+    }
 }
 
 impl<'a> Place<'a> {

@@ -14,5 +14,5 @@ pub use adaptive::render_to_noise;
 pub use frames::render_frames;
 pub use groups::companions;
 pub use schedule::{last_cut, passes};
-pub use statistics::{DroppedSample, RayCounts, Statistics};
+pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

@@ -4,8 +4,9 @@ use crate::accel::Accel;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
-    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    Roulette, Sink, Strategy, WhittedIntegrator, World, strategies,
+    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
+    NaiveIntegrator, PathIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+    strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -41,6 +42,8 @@ pub struct Estimator {
     pub ao_distance: Option<f32>,
     /// What a debug picture shows.
     pub view: DebugView,
+    /// How Markov chains go.
+    pub metropolis: Metropolis,
 }
 
 /// Integrators.
@@ -64,6 +67,8 @@ pub enum IntegratorKind {
     Light,
     /// [`BidirectionalIntegrator`]
     Bidirectional,
+    /// [`PrimarySpaceIntegrator`]
+    PrimarySpace,
 }
 
 impl IntegratorKind {
@@ -78,6 +83,7 @@ impl IntegratorKind {
         ("debug", Self::Debug),
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
+        ("pssmlt", Self::PrimarySpace),
     ];
 }
 
@@ -113,6 +119,12 @@ pub(crate) const VIEWS: &[(&str, DebugView)] = &[
 
 /// Scatterings at most where the strategies of all lengths are told apart.
 const MOST_STRATEGIES_DEPTH: u32 = 6;
+
+pub(crate) const METROPOLIS_DIRECT: &[(&str, MetropolisDirect)] = &[
+    ("ordinary", MetropolisDirect::Ordinary),
+    ("metropolis", MetropolisDirect::Metropolis),
+];
+
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
@@ -137,6 +149,7 @@ impl Default for Estimator {
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
             view: DebugView::default(),
+            metropolis: Metropolis::default(),
         }
     }
 }
@@ -146,6 +159,7 @@ impl Estimator {
     pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
         let (best, render) = (Self::default(), &file.render);
         let number = |key: &Option<Spanned<u32>>| key.as_ref().map(|n| *n.get_ref());
+        let share = |key: &Option<Spanned<f32>>, best| key.as_ref().map_or(best, |share| *share.get_ref());
         Ok(Self {
             kind: named(file, "integrator", &render.integrator, IntegratorKind::NAMES)?.unwrap_or(best.kind),
             strategy: Strategy {
@@ -163,6 +177,14 @@ impl Estimator {
             branching: number(&render.branching).unwrap_or(best.branching),
             ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
+            metropolis: Metropolis {
+                direct: named(file, "metropolis-direct", &render.metropolis_direct, METROPOLIS_DIRECT)?
+                    .unwrap_or_default(),
+                chains: number(&render.chains),
+                bootstrap: number(&render.bootstrap),
+                large_step_probability: share(&render.large_step_probability, best.metropolis.large_step_probability),
+                mutation_size: share(&render.mutation_size, best.metropolis.mutation_size),
+            },
         })
     }
 
@@ -178,6 +200,32 @@ impl Estimator {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
             (_, _, Some(d)) if !is_length(d) => above_0("ao-distance", &d),
+            _ => self.wrong_chains(),
+        }
+    }
+
+    /// The first value of Markov chains that cannot be.
+    fn wrong_chains(&self) -> Option<InvalidSetting> {
+        let Metropolis {
+            chains,
+            bootstrap,
+            large_step_probability: large,
+            mutation_size: size,
+            ..
+        } = self.metropolis;
+        match (chains, bootstrap) {
+            (Some(0), _) => Some(InvalidSetting::new("chains", 0, ABOVE_0)),
+            (_, Some(0)) => Some(InvalidSetting::new("bootstrap", 0, ABOVE_0)),
+            // NaN is in no range.
+            _ if !(0.0..=1.0).contains(&large) => Some(InvalidSetting::new(
+                "large-step-probability",
+                large,
+                "use a share from 0 to 1",
+            )),
+            _ if !(size > 0.0 && size <= 0.5) => {
+                let help = "above 0, and 0.5 at most, which is as far as a number in [0, 1) can go either way";
+                Some(InvalidSetting::new("mutation-size", size, help))
+            }
             _ => None,
         }
     }
@@ -230,6 +278,7 @@ impl Estimator {
             }
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -259,11 +308,6 @@ impl Estimator {
     /// Whether it gathers the light of lights, which can then be told apart.
     pub(crate) fn gathers_light(&self) -> bool {
         !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
-    }
-
-    /// Whether light goes where it will, so that no sample is a pixel's own.
-    pub(crate) fn makes_frames(&self) -> bool {
-        matches!(self.kind, IntegratorKind::Light | IntegratorKind::Bidirectional)
     }
 
     /// Names of its strategies by vertices from the light and from the camera, in the order in which frames tell them apart.
@@ -332,12 +376,17 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional => text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic)),
+            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace => {
+                text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
+            }
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
-            IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
+            IntegratorKind::Whitted
+            | IntegratorKind::Light
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -357,10 +406,28 @@ impl Estimator {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
+            IntegratorKind::PrimarySpace => {
+                let lights = self.light_samples();
+                text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
             IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => text,
         }
+    }
+
+    /// How Markov chains go, likewise.
+    fn chains(&self) -> String {
+        let number = |n: Option<u32>| n.map_or("auto".into(), |n| n.to_string());
+        let metropolis = &self.metropolis;
+        format!(
+            "metropolis_direct={} chains={} bootstrap={} large_step_probability={:?} mutation_size={:?}",
+            name_of(METROPOLIS_DIRECT, metropolis.direct),
+            number(metropolis.chains),
+            number(metropolis.bootstrap),
+            metropolis.large_step_probability,
+            metropolis.mutation_size
+        )
     }
 
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
@@ -416,15 +483,15 @@ impl Estimator {
         )
     }
 
-    /// Traces the sample `key`, and those that a render traces together with it, unless it [makes frames](Self::makes_frames); `sink` makes the sinks, told whether it is for
-    /// `key` itself.
+    /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
+    /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
     pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
         world: World<A>,
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut impl Sampler,
         sink: impl Fn(bool) -> O,
-    ) {
+    ) -> bool {
         struct Sample<'a, S, F> {
             resolution: UVec2,
             key: SampleKey,
@@ -432,14 +499,16 @@ impl Estimator {
             sink: F,
         }
         impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
-            type Output = ();
-            fn run(self, integrator: &impl Integrator) {
+            type Output = bool;
+            fn run(self, integrator: &impl Integrator) -> bool {
                 let keys = companions(integrator, self.resolution, self.key);
                 let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
                 integrator.samples(&keys, self.sampler, &mut sinks);
+                true
             }
-            // Has none ([`Estimator::makes_frames`])
-            fn run_frames(self, _: &impl FrameIntegrator) {}
+            fn run_frames(self, _: &impl FrameIntegrator) -> bool {
+                false
+            }
         }
         self.with_integrator(
             world,
@@ -449,7 +518,7 @@ impl Estimator {
                 sampler,
                 sink,
             },
-        );
+        )
     }
 
     /// The one place that chooses the integrator.
@@ -495,6 +564,13 @@ impl Estimator {
                 heuristic: strategy.heuristic,
                 max_depth,
                 roulette,
+            }),
+            IntegratorKind::PrimarySpace => task.run_frames(&PrimarySpaceIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                light_samples,
+                metropolis: self.metropolis,
             }),
         }
     }

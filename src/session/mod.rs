@@ -23,7 +23,9 @@ pub use settings::{MOST_FOR_NOISE, Settings};
 pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
-pub(crate) use estimator::{DIRECT, DIRECTIONS, HEURISTICS, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS};
+pub(crate) use estimator::{
+    DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS,
+};
 pub(crate) use settings::{DENOISERS, all_threads};
 
 use crate::camera::{Camera, CameraParameters};

@@ -151,6 +151,10 @@ impl Settings {
             "light-samples" => render.light_samples.as_ref().map(Spanned::span),
             "branching" => render.branching.as_ref().map(Spanned::span),
             "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
+            "chains" => render.chains.as_ref().map(Spanned::span),
+            "bootstrap" => render.bootstrap.as_ref().map(Spanned::span),
+            "large-step-probability" => render.large_step_probability.as_ref().map(Spanned::span),
+            "mutation-size" => render.mutation_size.as_ref().map(Spanned::span),
             _ => None,
         };
         let message = match (wrong.setting, side) {

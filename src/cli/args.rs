@@ -496,7 +496,8 @@ pub(super) struct RenderArgs {
 /// Which estimate of light transport is made.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EstimatorArgs {
-    /// path, naive, whitted, distributed, direct, ao or debug [default: path]
+    /// path, naive, whitted, distributed, direct, ao, debug, light, bdpt or sppm (photon mapping, biased: its blur shrinks as samples are added)
+    /// [default: path]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 
@@ -544,6 +545,18 @@ pub(super) struct EstimatorArgs {
     /// How far away occludes, for ao [default: the size of the scene]
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub ao_distance: Option<f32>,
+
+    /// Paths of photons that lights send for each sample of the picture, with sppm [default: as many as it has pixels]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub photons: Option<u32>,
+
+    /// How far away photons count in the first sample of sppm [default: three pixels at the point's distance]
+    #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
+    pub photon_radius: Option<f32>,
+
+    /// How slowly that shrinks: 1 stays, smaller values trade blur for noise [default: 2/3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub photon_alpha: Option<f32>,
 
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]

@@ -125,6 +125,9 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     estimator.light_samples = args.light_samples.or(estimator.light_samples);
     set(&mut estimator.branching, args.branching);
     estimator.ao_distance = args.ao_distance.or(estimator.ao_distance);
+    estimator.photons = args.photons.or(estimator.photons);
+    estimator.photon_radius = args.photon_radius.or(estimator.photon_radius);
+    set(&mut estimator.photon_alpha, args.photon_alpha);
     Ok(())
 }
 

@@ -76,11 +76,16 @@ impl<'a, A: Accel> World<'a, A> {
             true => sampler.get_2d(Dimension::LENS),
             false => Vec2::ZERO,
         };
-        let time = time.unwrap_or_else(|| match self.scene.is_moving() || self.camera.is_moving() {
+        let time = time.unwrap_or_else(|| self.time(sampler));
+        self.camera.ray(film, lens, time)
+    }
+
+    /// A random time while the shutter is open, of the path that `sampler` is turned to; 0 where nothing moves.
+    pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        match self.scene.is_moving() || self.camera.is_moving() {
             true => self.camera.time(sampler.get_1d(Dimension::TIME)),
             false => 0.0,
-        });
-        self.camera.ray(film, lens, time)
+        }
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.

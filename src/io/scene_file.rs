@@ -116,6 +116,12 @@ pub struct RenderSection {
     pub branching: Option<Spanned<u32>>,
     /// How far away occludes, scene units.
     pub ao_distance: Option<Spanned<f32>>,
+    /// Paths of photons.
+    pub photons: Option<Spanned<u32>>,
+    /// How far away photons count, scene units.
+    pub photon_radius: Option<Spanned<f32>>,
+    /// How slowly that shrinks.
+    pub photon_alpha: Option<Spanned<f32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
     /// How lights are chosen.

@@ -5,7 +5,7 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    Roulette, Sink, Strategy, WhittedIntegrator, World,
+    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -41,6 +41,12 @@ pub struct Estimator {
     pub ao_distance: Option<f32>,
     /// What a debug picture shows.
     pub view: DebugView,
+    /// Paths of photons; `None`: as many as is usual.
+    pub photons: Option<u32>,
+    /// How far away photons count, in the first frame where frames differ, scene units; `None`: by the width of a pixel.
+    pub photon_radius: Option<f32>,
+    /// How quickly that shrinks: the share of new photons that disks of progressive photon mapping keep.
+    pub photon_alpha: f32,
 }
 
 /// Integrators.
@@ -64,6 +70,8 @@ pub enum IntegratorKind {
     Light,
     /// [`BidirectionalIntegrator`]
     Bidirectional,
+    /// [`ProgressivePhotonIntegrator`]
+    ProgressivePhotons,
 }
 
 impl IntegratorKind {
@@ -78,6 +86,7 @@ impl IntegratorKind {
         ("debug", Self::Debug),
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
+        ("sppm", Self::ProgressivePhotons),
     ];
 }
 
@@ -117,6 +126,12 @@ const MOST_LIGHT_SAMPLES: u32 = 1024;
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
 const DEFAULT_BRANCHING: u32 = 4;
+/// The share of photons that Hachisuka and Jensen (2009) and Knaus and Zwicker (2011) keep.
+const DEFAULT_ALPHA: f32 = 2.0 / 3.0;
+/// Pixels that a disk of photons reaches in the first frame (docs/benchmarks.md).
+const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
+/// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
+const MOST_PHOTONS: u32 = 1 << 26;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -135,6 +150,9 @@ impl Default for Estimator {
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
             view: DebugView::default(),
+            photons: None,
+            photon_radius: None,
+            photon_alpha: DEFAULT_ALPHA,
         }
     }
 }
@@ -161,6 +179,9 @@ impl Estimator {
             branching: number(&render.branching).unwrap_or(best.branching),
             ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
+            photons: number(&render.photons),
+            photon_radius: render.photon_radius.as_ref().map(|r| *r.get_ref()),
+            photon_alpha: render.photon_alpha.as_ref().map_or(best.photon_alpha, |a| *a.get_ref()),
         })
     }
 
@@ -172,6 +193,19 @@ impl Estimator {
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
+        if let Some(n) = self.photons.filter(|&n| n > MOST_PHOTONS) {
+            let help = format!("{MOST_PHOTONS} at most; frames of progressive photon mapping add up");
+            return Some(InvalidSetting::new("photons", n, help));
+        }
+        if !(self.photon_alpha > 0.0 && self.photon_alpha <= 1.0) {
+            let help = "use a share above 0, at which radii shrink fastest, up to 1, at which they stay";
+            return Some(InvalidSetting::new("photon-alpha", self.photon_alpha, help));
+        }
+        match (self.photons, self.photon_radius) {
+            (Some(0), _) => return above_0("photons", &0),
+            (_, Some(r)) if !is_length(r) => return above_0("photon-radius", &r),
+            _ => {}
+        }
         match (self.light_samples, self.branching, self.ao_distance) {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
@@ -223,9 +257,10 @@ impl Estimator {
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let samples_lights = match self.kind {
             IntegratorKind::Naive => false,
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
-                self.strategy.samples_lights()
-            }
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::Whitted
@@ -284,7 +319,10 @@ impl Estimator {
         let strategy = self.strategy;
         let mut text = format!("integrator={}", self.name());
         match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::ProgressivePhotons => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -298,7 +336,10 @@ impl Estimator {
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
             IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
@@ -317,6 +358,16 @@ impl Estimator {
             }
             IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
+            }
+            IntegratorKind::ProgressivePhotons => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_radius={} photon_alpha={}",
+                    self.roulette.depth,
+                    self.photons.map_or("pixels".into(), |n| n.to_string()),
+                    self.photon_radius
+                        .map_or(format!("{DEFAULT_RADIUS_PIXELS}px"), |r| r.to_string()),
+                    self.photon_alpha
+                )
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
@@ -457,6 +508,17 @@ impl Estimator {
                 heuristic: strategy.heuristic,
                 max_depth,
                 roulette,
+            }),
+            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
+                world,
+                strategy,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self
+                    .photon_radius
+                    .map_or(SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS), SearchRadius::Fixed),
+                alpha: self.photon_alpha,
             }),
         }
     }

@@ -151,6 +151,9 @@ impl Settings {
             "light-samples" => render.light_samples.as_ref().map(Spanned::span),
             "branching" => render.branching.as_ref().map(Spanned::span),
             "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
+            "photons" => render.photons.as_ref().map(Spanned::span),
+            "photon-radius" => render.photon_radius.as_ref().map(Spanned::span),
+            "photon-alpha" => render.photon_alpha.as_ref().map(Spanned::span),
             _ => None,
         };
         let message = match (wrong.setting, side) {

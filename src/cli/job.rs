@@ -128,6 +128,8 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     estimator.photons = args.photons.or(estimator.photons);
     estimator.photon_radius = args.photon_radius.or(estimator.photon_radius);
     set(&mut estimator.photon_alpha, args.photon_alpha);
+    set(&mut estimator.photon_count, args.photon_count);
+    set(&mut estimator.gather_rays, args.gather_rays);
     Ok(())
 }
 

@@ -1,6 +1,6 @@
+use super::Gathered;
 use super::direct::Vertex;
 use super::photons::Photon;
-use super::Gathered;
 use crate::scene::Scene;
 use std::f32::consts::PI;
 

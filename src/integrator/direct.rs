@@ -100,7 +100,10 @@ pub(super) fn met<'v, R: Gathered, A: Accel>(
         return (radiance, None);
     };
     let vertex = world.vertex(&hit, ray, slot);
-    if let Some(light) = world.scene.emitted(&hit, &from, vertex.point.p, ray.direction, ray.time) {
+    if let Some(light) = world
+        .scene
+        .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
+    {
         radiance = counted(light);
     }
     (radiance, Some(vertex))

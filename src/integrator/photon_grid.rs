@@ -270,7 +270,11 @@ mod tests {
             center: Vec3::ZERO,
             radius: 1.0,
         };
-        let grid = PhotonGrid::new(Vec::new(), &Radii::new(SearchRadius::Fixed(1.0), 1.0, &camera, &ball), 0.0);
+        let grid = PhotonGrid::new(
+            Vec::new(),
+            &Radii::new(SearchRadius::Fixed(1.0), 1.0, &camera, &ball),
+            0.0,
+        );
         assert!(grid.is_empty());
         grid.each_within(Vec3::ZERO, 1.0, |_| panic!("there is none"));
     }

@@ -151,9 +151,17 @@ mod tests {
                 expected.retain(|d| *d <= radius * radius);
                 expected.sort_unstable_by(f32::total_cmp);
                 let reach = expected.get(count - 1).copied().unwrap_or(radius * radius);
-                expected.truncate(if expected.len() < count { expected.len() } else { count - 1 });
+                expected.truncate(if expected.len() < count {
+                    expected.len()
+                } else {
+                    count - 1
+                });
                 let nearest = tree.nearest(p, count, radius, counts);
-                let mut found: Vec<f32> = nearest.photons.iter().map(|photon| photon.p().distance_squared(p)).collect();
+                let mut found: Vec<f32> = nearest
+                    .photons
+                    .iter()
+                    .map(|photon| photon.p().distance_squared(p))
+                    .collect();
                 found.sort_unstable_by(f32::total_cmp);
                 assert_eq!((found, nearest.squared), (expected, reach), "{count} within {radius}");
             }

@@ -96,7 +96,10 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
             least_scatterings: 1,
         };
         let time = self.world.time_of_frame(frame, sampler);
-        (time, tracer.piece((frame, index), self.paths(), Some(time), sampler, out))
+        (
+            time,
+            tracer.piece((frame, index), self.paths(), Some(time), sampler, out),
+        )
     }
 
     fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared {
@@ -115,13 +118,7 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
         false
     }
 
-    fn sample<S: Sampler>(
-        &self,
-        prepared: &Self::Prepared,
-        key: SampleKey,
-        sampler: &mut S,
-        out: &mut impl SplatSink,
-    ) {
+    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let radiance = self.follow(prepared, key, sampler, out);
         out.radiance(radiance);
     }
@@ -147,7 +144,9 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let (emitted, vertex) = met::<R, _>(world, strategy, (&ray, scattered.as_ref()), hit, &slot);
             radiance += emitted * beta;
-            let (Some(vertex), Some(hit)) = (vertex, hit) else { break };
+            let (Some(vertex), Some(hit)) = (vertex, hit) else {
+                break;
+            };
             if depth == 0 {
                 out.first_surface(world.first_surface(&hit, &vertex));
             }

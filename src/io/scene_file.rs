@@ -122,6 +122,10 @@ pub struct RenderSection {
     pub photon_radius: Option<Spanned<f32>>,
     /// How slowly that shrinks.
     pub photon_alpha: Option<Spanned<f32>>,
+    /// Photons of an estimate.
+    pub photon_count: Option<Spanned<u32>>,
+    /// Rays that gather.
+    pub gather_rays: Option<Spanned<u32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
     /// How lights are chosen.

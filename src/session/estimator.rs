@@ -5,12 +5,13 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, WhittedIntegrator, World,
+    PhotonMapIntegrator, PhotonMaps, PhotonTracer, ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy,
+    WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
-use crate::render::{self, Observer, Outcome, Statistics, companions};
+use crate::render::{self, Observer, Outcome, RayCounts, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::fmt::Display;
@@ -47,6 +48,10 @@ pub struct Estimator {
     pub photon_radius: Option<f32>,
     /// How quickly that shrinks: the share of new photons that disks of progressive photon mapping keep.
     pub photon_alpha: f32,
+    /// Photons that photon mapping makes one estimate of.
+    pub photon_count: u32,
+    /// Rays that photon mapping gathers by.
+    pub gather_rays: u32,
 }
 
 /// Integrators.
@@ -72,6 +77,8 @@ pub enum IntegratorKind {
     Bidirectional,
     /// [`ProgressivePhotonIntegrator`]
     ProgressivePhotons,
+    /// [`PhotonMapIntegrator`]
+    PhotonMap,
 }
 
 impl IntegratorKind {
@@ -87,6 +94,7 @@ impl IntegratorKind {
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
         ("sppm", Self::ProgressivePhotons),
+        ("photon-map", Self::PhotonMap),
     ];
 }
 
@@ -132,6 +140,14 @@ const DEFAULT_ALPHA: f32 = 2.0 / 3.0;
 const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
 /// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
 const MOST_PHOTONS: u32 = 1 << 26;
+/// Paths of photons that are sent once.
+const DEFAULT_PHOTONS: u32 = 1 << 18;
+/// Photons of an estimate.
+const DEFAULT_PHOTON_COUNT: u32 = 64;
+const MOST_PHOTON_COUNT: u32 = 1 << 16;
+const DEFAULT_GATHER_RAYS: u32 = 4;
+/// Rays that gather at most: their random numbers have so many places.
+const MOST_GATHER_RAYS: u32 = 100;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -153,6 +169,8 @@ impl Default for Estimator {
             photons: None,
             photon_radius: None,
             photon_alpha: DEFAULT_ALPHA,
+            photon_count: DEFAULT_PHOTON_COUNT,
+            gather_rays: DEFAULT_GATHER_RAYS,
         }
     }
 }
@@ -182,6 +200,8 @@ impl Estimator {
             photons: number(&render.photons),
             photon_radius: render.photon_radius.as_ref().map(|r| *r.get_ref()),
             photon_alpha: render.photon_alpha.as_ref().map_or(best.photon_alpha, |a| *a.get_ref()),
+            photon_count: number(&render.photon_count).unwrap_or(best.photon_count),
+            gather_rays: number(&render.gather_rays).unwrap_or(best.gather_rays),
         })
     }
 
@@ -200,6 +220,14 @@ impl Estimator {
         if !(self.photon_alpha > 0.0 && self.photon_alpha <= 1.0) {
             let help = "use a share above 0, at which radii shrink fastest, up to 1, at which they stay";
             return Some(InvalidSetting::new("photon-alpha", self.photon_alpha, help));
+        }
+        if !(2..=MOST_PHOTON_COUNT).contains(&self.photon_count) {
+            let help = format!("use 2 to {MOST_PHOTON_COUNT} photons");
+            return Some(InvalidSetting::new("photon-count", self.photon_count, help));
+        }
+        if !(1..=MOST_GATHER_RAYS).contains(&self.gather_rays) {
+            let help = format!("use 1 to {MOST_GATHER_RAYS} rays; more samples a pixel are more of everything");
+            return Some(InvalidSetting::new("gather-rays", self.gather_rays, help));
         }
         match (self.photons, self.photon_radius) {
             (Some(0), _) => return above_0("photons", &0),
@@ -260,6 +288,7 @@ impl Estimator {
             IntegratorKind::Path
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
             | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
@@ -322,6 +351,7 @@ impl Estimator {
             IntegratorKind::Path
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
             | IntegratorKind::ProgressivePhotons => {
                 text += &format!(
                     " directions={} direct={} mis={}",
@@ -339,6 +369,7 @@ impl Estimator {
             IntegratorKind::Path
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
             | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
             IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
@@ -367,6 +398,16 @@ impl Estimator {
                     self.photon_radius
                         .map_or(format!("{DEFAULT_RADIUS_PIXELS}px"), |r| r.to_string()),
                     self.photon_alpha
+                )
+            }
+            IntegratorKind::PhotonMap => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_count={} photon_radius={} gather_rays={}",
+                    self.roulette.depth,
+                    self.mapped_photons(),
+                    self.photon_count,
+                    self.photon_radius.map_or("scene".into(), |r| r.to_string()),
+                    self.gather_rays
                 )
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
@@ -416,17 +457,44 @@ impl Estimator {
                 render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
             }
         }
-        self.with_integrator(
+        let Some((maps, rays)) = self.photon_maps(world, sampler, observer) else {
+            return (Outcome::Stopped, Statistics::default());
+        };
+        let render = Render {
+            sampler,
+            film,
+            end,
+            noise,
+            filter: world.filter,
+            observer,
+        };
+        let (outcome, mut statistics) = self.with_integrator(world, &maps, render);
+        statistics.rays = statistics.rays.plus(rays);
+        (outcome, statistics)
+    }
+
+    /// What all samples look at, and the rays that it took: photons, or nothing. `None` where the observer asked to stop.
+    fn photon_maps<A: Accel>(
+        &self,
+        world: World<A>,
+        sampler: &impl Sampler,
+        observer: &impl Observer,
+    ) -> Option<(PhotonMaps, RayCounts)> {
+        if self.kind != IntegratorKind::PhotonMap {
+            return Some((PhotonMaps::new(Vec::new(), 1), RayCounts::default()));
+        }
+        let tracer = PhotonTracer {
             world,
-            Render {
-                sampler,
-                film,
-                end,
-                noise,
-                filter: world.filter,
-                observer,
-            },
-        )
+            max_depth: self.max_depth(),
+            roulette: self.roulette,
+            least_scatterings: 0,
+        };
+        render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
+    }
+
+    /// Paths of photons that are sent once.
+    fn mapped_photons(&self) -> u32 {
+        self.photons.unwrap_or(DEFAULT_PHOTONS)
     }
 
     /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
@@ -454,19 +522,20 @@ impl Estimator {
             // Refused before (`Estimator::has_samples_of_pixels`)
             fn run_frames(self, _: &impl FrameIntegrator) {}
         }
-        self.with_integrator(
-            world,
-            Sample {
-                resolution,
-                key,
-                sampler,
-                sink,
-            },
-        );
+        let Some((maps, _)) = self.photon_maps(world, sampler, &()) else {
+            return;
+        };
+        let sample = Sample {
+            resolution,
+            key,
+            sampler,
+            sink,
+        };
+        self.with_integrator(world, &maps, sample);
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
+    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, maps: &PhotonMaps, task: T) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
         let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
@@ -519,6 +588,16 @@ impl Estimator {
                     .photon_radius
                     .map_or(SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS), SearchRadius::Fixed),
                 alpha: self.photon_alpha,
+            }),
+            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
+                world,
+                maps,
+                strategy,
+                max_depth,
+                roulette,
+                photon_count: self.photon_count,
+                radius: self.photon_radius,
+                gather_rays: self.gather_rays,
             }),
         }
     }

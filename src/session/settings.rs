@@ -152,6 +152,8 @@ impl Settings {
             "branching" => render.branching.as_ref().map(Spanned::span),
             "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
             "photons" => render.photons.as_ref().map(Spanned::span),
+            "photon-count" => render.photon_count.as_ref().map(Spanned::span),
+            "gather-rays" => render.gather_rays.as_ref().map(Spanned::span),
             "photon-radius" => render.photon_radius.as_ref().map(Spanned::span),
             "photon-alpha" => render.photon_alpha.as_ref().map(Spanned::span),
             _ => None,

@@ -5,13 +5,13 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
-    NaiveIntegrator, PathIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
-    strategies,
+    NaiveIntegrator, PathIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, WhittedIntegrator, World, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
-use crate::render::{self, Observer, Outcome, Statistics, companions};
+use crate::render::{self, Observer, Outcome, RayCounts, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::fmt::Display;
@@ -44,6 +44,16 @@ pub struct Estimator {
     pub view: DebugView,
     /// How Markov chains go.
     pub metropolis: Metropolis,
+    /// Paths of photons; `None`: as many as is usual.
+    pub photons: Option<u32>,
+    /// How far away photons count, in the first frame where frames differ, scene units; `None`: by the width of a pixel.
+    pub photon_radius: Option<f32>,
+    /// How quickly that shrinks: the share of new photons that disks of progressive photon mapping keep.
+    pub photon_alpha: f32,
+    /// Photons that photon mapping makes one estimate of.
+    pub photon_count: u32,
+    /// Rays that photon mapping gathers by.
+    pub gather_rays: u32,
 }
 
 /// Integrators.
@@ -69,6 +79,10 @@ pub enum IntegratorKind {
     Bidirectional,
     /// [`PrimarySpaceIntegrator`]
     PrimarySpace,
+    /// [`ProgressivePhotonIntegrator`]
+    ProgressivePhotons,
+    /// [`PhotonMapIntegrator`]
+    PhotonMap,
 }
 
 impl IntegratorKind {
@@ -84,6 +98,8 @@ impl IntegratorKind {
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
         ("pssmlt", Self::PrimarySpace),
+        ("sppm", Self::ProgressivePhotons),
+        ("photon-map", Self::PhotonMap),
     ];
 }
 
@@ -131,6 +147,20 @@ const MOST_LIGHT_SAMPLES: u32 = 1024;
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
 const DEFAULT_BRANCHING: u32 = 4;
+/// The share of photons that Hachisuka and Jensen (2009) and Knaus and Zwicker (2011) keep.
+const DEFAULT_ALPHA: f32 = 2.0 / 3.0;
+/// Pixels that a disk of photons reaches in the first frame (docs/benchmarks.md).
+const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
+/// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
+const MOST_PHOTONS: u32 = 1 << 26;
+/// Paths of photons that are sent once.
+const DEFAULT_PHOTONS: u32 = 1 << 18;
+/// Photons of an estimate.
+const DEFAULT_PHOTON_COUNT: u32 = 64;
+const MOST_PHOTON_COUNT: u32 = 1 << 16;
+const DEFAULT_GATHER_RAYS: u32 = 4;
+/// Rays that gather at most: their random numbers have so many places.
+const MOST_GATHER_RAYS: u32 = 100;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -150,6 +180,11 @@ impl Default for Estimator {
             ao_distance: None,
             view: DebugView::default(),
             metropolis: Metropolis::default(),
+            photons: None,
+            photon_radius: None,
+            photon_alpha: DEFAULT_ALPHA,
+            photon_count: DEFAULT_PHOTON_COUNT,
+            gather_rays: DEFAULT_GATHER_RAYS,
         }
     }
 }
@@ -185,6 +220,11 @@ impl Estimator {
                 large_step_probability: share(&render.large_step_probability, best.metropolis.large_step_probability),
                 mutation_size: share(&render.mutation_size, best.metropolis.mutation_size),
             },
+            photons: number(&render.photons),
+            photon_radius: render.photon_radius.as_ref().map(|r| *r.get_ref()),
+            photon_alpha: render.photon_alpha.as_ref().map_or(best.photon_alpha, |a| *a.get_ref()),
+            photon_count: number(&render.photon_count).unwrap_or(best.photon_count),
+            gather_rays: number(&render.gather_rays).unwrap_or(best.gather_rays),
         })
     }
 
@@ -196,6 +236,27 @@ impl Estimator {
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
+        if let Some(n) = self.photons.filter(|&n| n > MOST_PHOTONS) {
+            let help = format!("{MOST_PHOTONS} at most; frames of progressive photon mapping add up");
+            return Some(InvalidSetting::new("photons", n, help));
+        }
+        if !(self.photon_alpha > 0.0 && self.photon_alpha <= 1.0) {
+            let help = "use a share above 0, at which radii shrink fastest, up to 1, at which they stay";
+            return Some(InvalidSetting::new("photon-alpha", self.photon_alpha, help));
+        }
+        if !(2..=MOST_PHOTON_COUNT).contains(&self.photon_count) {
+            let help = format!("use 2 to {MOST_PHOTON_COUNT} photons");
+            return Some(InvalidSetting::new("photon-count", self.photon_count, help));
+        }
+        if !(1..=MOST_GATHER_RAYS).contains(&self.gather_rays) {
+            let help = format!("use 1 to {MOST_GATHER_RAYS} rays; more samples a pixel are more of everything");
+            return Some(InvalidSetting::new("gather-rays", self.gather_rays, help));
+        }
+        match (self.photons, self.photon_radius) {
+            (Some(0), _) => return above_0("photons", &0),
+            (_, Some(r)) if !is_length(r) => return above_0("photon-radius", &r),
+            _ => {}
+        }
         match (self.light_samples, self.branching, self.ao_distance) {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
@@ -273,9 +334,11 @@ impl Estimator {
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let samples_lights = match self.kind {
             IntegratorKind::Naive => false,
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
-                self.strategy.samples_lights()
-            }
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
@@ -366,7 +429,11 @@ impl Estimator {
         let strategy = self.strategy;
         let mut text = format!("integrator={}", self.name());
         match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -382,7 +449,11 @@ impl Estimator {
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
             IntegratorKind::Whitted
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
@@ -404,6 +475,26 @@ impl Estimator {
             }
             IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
+            }
+            IntegratorKind::ProgressivePhotons => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_radius={} photon_alpha={}",
+                    self.roulette.depth,
+                    self.photons.map_or("pixels".into(), |n| n.to_string()),
+                    self.photon_radius
+                        .map_or(format!("{DEFAULT_RADIUS_PIXELS}px"), |r| r.to_string()),
+                    self.photon_alpha
+                )
+            }
+            IntegratorKind::PhotonMap => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_count={} photon_radius={} gather_rays={}",
+                    self.roulette.depth,
+                    self.mapped_photons(),
+                    self.photon_count,
+                    self.photon_radius.map_or("scene".into(), |r| r.to_string()),
+                    self.gather_rays
+                )
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::PrimarySpace => {
@@ -470,17 +561,44 @@ impl Estimator {
                 render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
             }
         }
-        self.with_integrator(
+        let Some((maps, rays)) = self.photon_maps(world, sampler, observer) else {
+            return (Outcome::Stopped, Statistics::default());
+        };
+        let render = Render {
+            sampler,
+            film,
+            end,
+            noise,
+            filter: world.filter,
+            observer,
+        };
+        let (outcome, mut statistics) = self.with_integrator(world, &maps, render);
+        statistics.rays = statistics.rays.plus(rays);
+        (outcome, statistics)
+    }
+
+    /// What all samples look at, and the rays that it took: photons, or nothing. `None` where the observer asked to stop.
+    fn photon_maps<A: Accel>(
+        &self,
+        world: World<A>,
+        sampler: &impl Sampler,
+        observer: &impl Observer,
+    ) -> Option<(PhotonMaps, RayCounts)> {
+        if self.kind != IntegratorKind::PhotonMap {
+            return Some((PhotonMaps::new(Vec::new(), 1), RayCounts::default()));
+        }
+        let tracer = PhotonTracer {
             world,
-            Render {
-                sampler,
-                film,
-                end,
-                noise,
-                filter: world.filter,
-                observer,
-            },
-        )
+            max_depth: self.max_depth(),
+            roulette: self.roulette,
+            least_scatterings: 0,
+        };
+        render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
+    }
+
+    /// Paths of photons that are sent once.
+    fn mapped_photons(&self) -> u32 {
+        self.photons.unwrap_or(DEFAULT_PHOTONS)
     }
 
     /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
@@ -510,19 +628,20 @@ impl Estimator {
                 false
             }
         }
-        self.with_integrator(
-            world,
-            Sample {
-                resolution,
-                key,
-                sampler,
-                sink,
-            },
-        )
+        let Some((maps, _)) = self.photon_maps(world, sampler, &()) else {
+            return false;
+        };
+        let sample = Sample {
+            resolution,
+            key,
+            sampler,
+            sink,
+        };
+        self.with_integrator(world, &maps, sample)
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
+    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, maps: &PhotonMaps, task: T) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
         let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
@@ -571,6 +690,27 @@ impl Estimator {
                 max_depth,
                 light_samples,
                 metropolis: self.metropolis,
+            }),
+            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
+                world,
+                strategy,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self
+                    .photon_radius
+                    .map_or(SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS), SearchRadius::Fixed),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
+                world,
+                maps,
+                strategy,
+                max_depth,
+                roulette,
+                photon_count: self.photon_count,
+                radius: self.photon_radius,
+                gather_rays: self.gather_rays,
             }),
         }
     }

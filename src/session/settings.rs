@@ -155,6 +155,11 @@ impl Settings {
             "bootstrap" => render.bootstrap.as_ref().map(Spanned::span),
             "large-step-probability" => render.large_step_probability.as_ref().map(Spanned::span),
             "mutation-size" => render.mutation_size.as_ref().map(Spanned::span),
+            "photons" => render.photons.as_ref().map(Spanned::span),
+            "photon-count" => render.photon_count.as_ref().map(Spanned::span),
+            "gather-rays" => render.gather_rays.as_ref().map(Spanned::span),
+            "photon-radius" => render.photon_radius.as_ref().map(Spanned::span),
+            "photon-alpha" => render.photon_alpha.as_ref().map(Spanned::span),
             _ => None,
         };
         let message = match (wrong.setting, side) {

@@ -121,6 +121,10 @@ pub(super) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
+    /// Integrators to compare instead of the ladder's estimators, such as path,bdpt,mlt,sppm: each as it is by default
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub methods: Vec<String>,
+
     /// Samples a pixel of every estimator [default: 64]
     #[arg(long, value_name = "N", conflicts_with = "time")]
     pub spp: Option<u32>,
@@ -129,7 +133,7 @@ pub(super) struct LabArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time: Option<f64>,
 
-    /// EXR to compare with [default: the best estimator's picture at 64 times its samples]
+    /// EXR to compare with [default: the last estimator's picture at 64 times its samples]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

@@ -54,18 +54,18 @@ impl AccelTask for Trace<'_> {
         }
         let mut story = story.into_inner();
         story.take_rays();
-        println!(
+        outln!(
             "sample {} of pixel {},{}: {}",
             key.sample,
             key.x,
             key.y,
             settings.estimator.settings()
         );
-        story.lines.iter().for_each(|line| println!("{line}"));
+        story.lines.iter().for_each(|line| outln!("{line}"));
         if story.weight != 1.0 {
-            println!("times the filter's weight, {}", story.weight);
+            outln!("times the filter's weight, {}", story.weight);
         }
-        println!("radiance {:?}", (story.radiance * story.weight).to_array());
+        outln!("radiance {:?}", (story.radiance * story.weight).to_array());
         true
     }
 }

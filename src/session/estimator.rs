@@ -6,7 +6,7 @@ use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
     PhotonMapIntegrator, PhotonMaps, PhotonTracer, ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy,
-    WhittedIntegrator, World,
+    VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -79,6 +79,8 @@ pub enum IntegratorKind {
     ProgressivePhotons,
     /// [`PhotonMapIntegrator`]
     PhotonMap,
+    /// [`VertexMergingIntegrator`]
+    VertexMerging,
 }
 
 impl IntegratorKind {
@@ -95,6 +97,7 @@ impl IntegratorKind {
         ("bdpt", Self::Bidirectional),
         ("sppm", Self::ProgressivePhotons),
         ("photon-map", Self::PhotonMap),
+        ("vcm", Self::VertexMerging),
     ];
 }
 
@@ -292,6 +295,7 @@ impl Estimator {
             | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
+            | IntegratorKind::VertexMerging
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -362,7 +366,9 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional => text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic)),
+            IntegratorKind::Bidirectional | IntegratorKind::VertexMerging => {
+                text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic))
+            }
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
         }
         let samples_lights = match self.kind {
@@ -371,7 +377,10 @@ impl Estimator {
             | IntegratorKind::Distributed
             | IntegratorKind::PhotonMap
             | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
-            IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::Bidirectional => true,
+            IntegratorKind::Whitted
+            | IntegratorKind::Light
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::VertexMerging => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -390,7 +399,7 @@ impl Estimator {
             IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
             }
-            IntegratorKind::ProgressivePhotons => {
+            IntegratorKind::ProgressivePhotons | IntegratorKind::VertexMerging => {
                 text + &format!(
                     " max_depth={depth} roulette_depth={} photons={} photon_radius={} photon_alpha={}",
                     self.roulette.depth,
@@ -492,6 +501,12 @@ impl Estimator {
         render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
     }
 
+    /// How far away photons count in the first frame.
+    fn search_radius(&self) -> SearchRadius {
+        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
+        self.photon_radius.map_or(usual, SearchRadius::Fixed)
+    }
+
     /// Paths of photons that are sent once.
     fn mapped_photons(&self) -> u32 {
         self.photons.unwrap_or(DEFAULT_PHOTONS)
@@ -584,9 +599,16 @@ impl Estimator {
                 max_depth,
                 roulette,
                 photons: self.photons,
-                radius: self
-                    .photon_radius
-                    .map_or(SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS), SearchRadius::Fixed),
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
                 alpha: self.photon_alpha,
             }),
             IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {

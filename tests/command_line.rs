@@ -408,6 +408,24 @@ fn mistakes_are_named_and_leave_no_files() {
             &["--ao-distance 0", "help:"],
         ),
         (
+            &["render", "s.toml", "--integrator", "sppm", "--photon-alpha", "0"],
+            keep,
+            2,
+            &["--photon-alpha 0", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "photon-map", "--photon-count", "1"],
+            keep,
+            2,
+            &["--photon-count 1", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "photon-map", "--photons", "0"],
+            keep,
+            2,
+            &["--photons 0", "help:"],
+        ),
+        (
             &["render", "s.toml", "--pixel", "40,0"],
             keep,
             2,
@@ -664,6 +682,9 @@ fn every_integrator_renders() {
         "--integrator ao --ao-distance 2.5",
         "--integrator debug --view uv",
         "--integrator debug --view ids",
+        "--integrator sppm --photons 2000 --photon-alpha 0.8",
+        "--integrator photon-map --photons 2000 --photon-count 20 --gather-rays 2",
+        "--integrator vcm --photons 500 --photon-radius 0.1",
     ] {
         let args: Vec<&str> = ["render", "s.toml", "--stats", "s.json"]
             .into_iter()

@@ -3,7 +3,7 @@
 
 mod support;
 
-use embrasure::camera::{Camera, CameraParameters};
+use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Rect, RgbImage};
 use embrasure::integrator::*;
@@ -89,7 +89,7 @@ fn photons_lie_as_dense_as_light_is() {
 }
 
 /// Progressive photon mapping with photons that count within `radius` in the first frame.
-fn progressive(world: World<Backend>, radius: f32, max_depth: u32) -> ProgressivePhotonIntegrator<Backend> {
+fn progressive<A>(world: World<A>, radius: f32, max_depth: u32) -> ProgressivePhotonIntegrator<A> {
     ProgressivePhotonIntegrator {
         world,
         strategy: Strategy::default(),
@@ -98,6 +98,19 @@ fn progressive(world: World<Backend>, radius: f32, max_depth: u32) -> Progressiv
         photons: None,
         radius: SearchRadius::Fixed(radius),
         alpha: 2.0 / 3.0,
+    }
+}
+
+/// Vertex connection and merging with paths that may be merged within `radius`.
+fn merging<A>(world: World<A>, radius: f32, max_depth: u32) -> VertexMergingIntegrator<A> {
+    VertexMergingIntegrator {
+        world,
+        heuristic: Heuristic::Power,
+        max_depth: Some(max_depth),
+        roulette: Roulette::default(),
+        photons: Some(1000),
+        radius: SearchRadius::Fixed(radius),
+        alpha: 1.0,
     }
 }
 
@@ -140,6 +153,8 @@ fn the_furnace_has_no_bias() {
     with_world(&scene, camera, resolution, |world| {
         let film = frames(&progressive(world, 0.05, 6), resolution, 64, 1);
         assert_unbiased("sppm in the furnace", &film, 1.0);
+        let film = frames(&merging(world, 0.05, 6), resolution, 64, 4);
+        assert_unbiased("vcm in the furnace", &film, 1.0);
         let film = mapped(world, resolution, 1000, 6, 32, 2);
         assert_unbiased("photon-map in the furnace", &film, 1.0);
     });
@@ -156,7 +171,7 @@ fn the_closed_box_is_right_but_for_its_edges() {
     with_world(&scene, camera, resolution, |world| {
         for (radius, bound) in [(0.1, 0.05), (0.02, 0.01)] {
             let integrator = ProgressivePhotonIntegrator {
-                photons: Some(4000),
+                photons: Some(2000),
                 alpha: 1.0,
                 ..progressive(world, radius, depth)
             };
@@ -168,7 +183,7 @@ fn the_closed_box_is_right_but_for_its_edges() {
                 "{radius}: {mean} ± {error}"
             );
         }
-        let film = mapped(world, resolution, 100_000, depth, 16, 4);
+        let film = mapped(world, resolution, 40_000, depth, 16, 4);
         let mean = film_mean(&film, 0);
         println!("photon-map: {mean}");
         assert!((1.94..2.02).contains(&mean), "{mean}");
@@ -198,27 +213,28 @@ fn errors_shrink_as_frames_are_added() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(24);
     with_world(&scene, cornell(), resolution, |world| {
-        let reference = film_of(&path_tracer(world, Some(5)), resolution, 1500, 1);
+        let reference = film_of(&path_tracer(world, Some(5)), resolution, 1000, 1);
         let of = |alpha| ProgressivePhotonIntegrator {
-            photons: Some(2000),
+            photons: Some(4000),
             alpha,
-            ..progressive(world, 40.0, 5)
+            ..progressive(world, 60.0, 5)
         };
         let error = |film: &Film| Errors::new(&image(film), &image(&reference)).unwrap().rel_mse;
         let shrinks = of(2.0 / 3.0);
-        let few = |seed| error(&frames(&shrinks, resolution, 8, seed));
+        let few = |seed| error(&frames(&shrinks, resolution, 4, seed));
         let few = (10..14).map(few).sum::<f64>() / 4.0;
-        let film = frames(&shrinks, resolution, 256, 20);
+        let film = frames(&shrinks, resolution, 128, 20);
         let many = error(&film);
         let slope = (many / few).ln() / 32f64.ln();
-        println!("relMSE {few} of 8 frames, {many} of 256: exponent {slope}");
+        println!("relMSE {few} of 4 frames, {many} of 128: exponent {slope}");
         assert!((-1.05..-0.5).contains(&slope), "{few} {many}: {slope}");
 
+        // The same photons for both, so that their noise is, too: it moves means by half a percent.
         let bias = |film: &Film| film_mean(film, 0) / film_mean(&reference, 0) - 1.0;
-        let (stays, shrinks) = (bias(&frames(&of(1.0), resolution, 256, 30)), bias(&film));
+        let (stays, shrinks) = (bias(&frames(&of(1.0), resolution, 128, 20)), bias(&film));
         println!("bias of the mean {stays} at the first radius, {shrinks} with radii that shrink");
-        assert!((-0.05..0.0).contains(&stays), "{stays}");
-        assert!(shrinks.abs() < 0.7 * stays.abs(), "{shrinks} {stays}");
+        assert!((-0.04..0.0).contains(&stays), "{stays}");
+        assert!((0.004..0.02).contains(&(shrinks - stays)), "{shrinks} {stays}");
     });
 }
 
@@ -243,9 +259,9 @@ fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     for c in 0..3 {
         for (i, (a, b)) in blocks(film, c).iter().zip(&blocks(reference, c)).enumerate() {
             let allowed = 4.5 * (a.1 + b.1).sqrt() + bias * b.0;
-            worst = worst.max((a.0 - b.0).abs() / allowed);
+            worst = worst.max((a.0 - b.0).abs() / allowed.max(1e-12));
             assert!(
-                (a.0 - b.0).abs() < allowed,
+                (a.0 - b.0).abs() <= allowed,
                 "{what}: block {i}, channel {c}: {} and {} ± {allowed}",
                 a.0,
                 b.0
@@ -262,17 +278,19 @@ fn all_light_is_counted_once() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, inside, resolution, |world| {
-        for depth in [1, 2, 3, 6] {
+        for depth in [2, 6] {
             let reference = film_of(&path_tracer(world, Some(depth)), resolution, 1024, 1);
             let integrator = ProgressivePhotonIntegrator {
-                photons: Some(20_000),
+                photons: Some(10_000),
                 alpha: 1.0,
                 ..progressive(world, 0.03, depth)
             };
             let film = frames(&integrator, resolution, 64, 2);
             assert_same_blocks(&format!("sppm, depth {depth}"), &film, &reference, 0.03);
-            let film = mapped(world, resolution, 200_000, depth, 64, 3);
+            let film = mapped(world, resolution, 100_000, depth, 32, 3);
             assert_same_blocks(&format!("photon-map, depth {depth}"), &film, &reference, 0.05);
+            let film = frames(&merging(world, 0.03, depth), resolution, 256, 4);
+            assert_same_blocks(&format!("vcm, depth {depth}"), &film, &reference, 0.03);
         }
     });
 }
@@ -291,23 +309,22 @@ fn the_caustic_of_a_ball_is_right() {
     let corners = [lamp(-1.0, -1.0), lamp(-1.0, 1.0), lamp(1.0, 1.0), lamp(1.0, -1.0)];
     add(&mut b, polygon(&corners), material(0.0, 10.0));
     let (scene, _) = b.build().unwrap();
-    let camera = Camera::new(
-        pinhole(Vec3::new(0.0, -3.0, 1.6), Vec3::new(0.0, 0.0, 0.2), 30.0),
-        UVec2::splat(16),
-    )
-    .unwrap();
+    // It sees the floor and the lower side of the ball, not the lamp's image in the upper one, which few samples would meet.
+    let camera = pinhole(Vec3::new(0.0, -1.2, 0.5), Vec3::new(0.0, -0.1, 0.0), 40.0);
     let resolution = UVec2::splat(16);
-    with_camera(&scene, camera, |world| {
-        let reference = film_of(&path_tracer(world, Some(8)), resolution, 4096, 1);
+    with_world(&scene, camera, resolution, |world| {
+        let reference = film_of(&path_tracer(world, Some(8)), resolution, 2048, 1);
         let integrator = ProgressivePhotonIntegrator {
-            photons: Some(20_000),
+            photons: Some(10_000),
             alpha: 1.0,
             ..progressive(world, 0.02, 8)
         };
         assert_same_blocks("sppm", &frames(&integrator, resolution, 64, 2), &reference, 0.02);
+        let film = frames(&merging(world, 0.02, 8), resolution, 256, 4);
+        assert_same_blocks("vcm", &film, &reference, 0.02);
         assert_same_blocks(
             "photon-map",
-            &mapped(world, resolution, 200_000, 8, 64, 3),
+            &mapped(world, resolution, 100_000, 8, 32, 3),
             &reference,
             0.05,
         );
@@ -321,7 +338,7 @@ fn photons_depend_on_no_thread() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
     let scene = scene.to_str().unwrap();
     let path = |name: &str| folder.path().join(name);
-    for method in ["sppm", "photon-map"] {
+    for method in ["sppm", "photon-map", "vcm"] {
         let render = |more: &str, output: &str| {
             let common = format!(
                 "--integrator {method} --size 20x18 --spp 128 --photons 1500 --photon-count 20 --max-depth 5 -q -o {output}"

@@ -500,8 +500,8 @@ pub(super) struct RenderArgs {
 /// Which estimate of light transport is made.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EstimatorArgs {
-    /// path, naive, whitted, distributed, direct, ao, debug, light, bdpt, sppm (progressive photon mapping, biased: its blur shrinks as
-    /// samples are added) or photon-map (photons sent once, biased: its blur stays) [default: path]
+    /// path, naive, whitted, distributed, direct, ao, debug, light, bdpt; or, all biased: sppm (progressive photon mapping, whose blur shrinks as
+    /// samples are added), photon-map (photons sent once, whose blur stays) or vcm (bdpt, joined with sppm) [default: path]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 
@@ -550,17 +550,17 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub ao_distance: Option<f32>,
 
-    /// Paths of photons that lights send: for each sample of the picture with sppm, once with photon-map [default: as many as there are pixels; photon-map:
-    /// 262144]
+    /// Paths of photons that lights send: for each sample of the picture with sppm and vcm, once with photon-map [default: as many as there are
+    /// pixels, with vcm 65536 at most; photon-map: 262144]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub photons: Option<u32>,
 
-    /// How far away photons count: in the first sample of sppm, at most with photon-map [default: three pixels at the point's distance; photon-map: 0.1
+    /// How far away photons count: in the first sample of sppm and vcm, at most with photon-map [default: three pixels at the point's distance; photon-map: 0.1
     /// of the scene's radius, 0.02 of it for caustics]
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub photon_radius: Option<f32>,
 
-    /// How slowly that shrinks with sppm: 1 stays, smaller values trade blur for noise [default: 2/3]
+    /// How slowly that shrinks with sppm and vcm: 1 stays, smaller values trade blur for noise [default: 2/3]
     #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
     pub photon_alpha: Option<f32>,
 

@@ -46,6 +46,7 @@ impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
             heuristic: self.heuristic,
             roulette: self.roulette,
             max_depth: self.max_depth,
+            merging: None,
         };
         // Both subpaths
         let ray = self.world.camera_ray(key, None, sampler, out);

@@ -1,11 +1,17 @@
 use super::Gathered;
 use super::direct::Vertex;
 use super::photons::Photon;
+use crate::math::Vec3;
 use crate::scene::Scene;
 use std::f32::consts::PI;
 
 /// Cosine between the normals of two points of one surface, at least: a wall that meets another one at a corner is another surface.
 const LEAST_COSINE: f32 = 0.7;
+
+/// Whether points with these unit geometric normals, near to each other, are of one surface.
+pub(super) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
+    ng.dot(other).abs() >= LEAST_COSINE
+}
 
 /// Light that photons about a vertex have brought, scattered to its viewer: an estimate of the density of flux (Jensen 1996, eq. 6).
 ///
@@ -36,7 +42,7 @@ impl<'v, R: Gathered> Density<'v, R> {
 
     /// Whether `photon` is on the surface that the vertex is on, as far as its normal tells.
     pub fn is_of_surface(&self, photon: &Photon) -> bool {
-        photon.ng().dot(self.vertex.point.ng).abs() >= LEAST_COSINE
+        is_one_surface(photon.ng(), self.vertex.point.ng)
     }
 
     /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts where the surface lets it pass.

@@ -38,6 +38,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
             heuristic: Heuristic::Balance,
             roulette: self.roulette,
             max_depth: self.max_depth,
+            merging: None,
         };
         // What the camera sees first, for the auxiliary channels alone
         let ray = self.world.camera_ray(key, None, sampler, out);

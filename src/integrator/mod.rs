@@ -21,6 +21,7 @@ mod roulette;
 mod sppm;
 mod strategy;
 mod subpath;
+mod vcm;
 mod whitted;
 mod world;
 
@@ -32,7 +33,7 @@ pub use gathered::{ByGroup, Gathered};
 pub use light_tracing::LightIntegrator;
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
-pub use photon_grid::{PhotonGrid, Radii, SearchRadius};
+pub use photon_grid::{PhotonGrid, Placed, Radii, SearchRadius};
 pub use photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
 pub use photon_tree::{Nearest, PhotonTree};
 pub use photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
@@ -40,6 +41,7 @@ pub use pssmlt::{Metropolis, MetropolisDirect, PrimarySpaceIntegrator};
 pub use roulette::Roulette;
 pub use sppm::{FramePhotons, ProgressivePhotonIntegrator};
 pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
+pub use vcm::{LightPaths, MergedPaths, VertexMergingIntegrator};
 pub use whitted::WhittedIntegrator;
 pub use world::World;
 

@@ -58,14 +58,26 @@ impl<'a> Radii<'a> {
     }
 }
 
-/// Photons by their place: a hash table of the cells of regular grids.
+/// What is somewhere.
+pub trait Placed: Copy {
+    /// Where it is, world space.
+    fn place(&self) -> Vec3;
+}
+
+impl Placed for Photon {
+    fn place(&self) -> Vec3 {
+        self.p()
+    }
+}
+
+/// Photons, or the like, by their place: a hash table of the cells of regular grids.
 ///
 /// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place to place, and
 /// so whoever looks for photons about a point needs to look at one level, or at two, and at few of its cells, however different radii are elsewhere.
 #[derive(Debug)]
-pub struct PhotonGrid {
+pub struct PhotonGrid<T = Photon> {
     /// By bucket of their cells, and within one in the order in which they came.
-    photons: Vec<Photon>,
+    photons: Vec<T>,
     cells: Vec<Cell>,
     /// Where each bucket starts, and the end of the last one.
     starts: Vec<u32>,
@@ -106,11 +118,11 @@ fn width(level: i32) -> f32 {
     f32::exp2(level as f32)
 }
 
-impl PhotonGrid {
+impl<T: Placed> PhotonGrid<T> {
     /// Of `photons`, to be found about points as far away as `radii` say at `time`.
-    pub fn new(photons: Vec<Photon>, radii: &Radii, time: f32) -> Self {
+    pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
         // Counting sort by bucket
-        let cell = |photon: &Photon| Cell::of(photon.p(), level(radii.at(photon.p(), time)));
+        let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));
         let cells: Vec<Cell> = photons.iter().map(cell).collect();
         let buckets = photons.len().next_power_of_two();
         let bucket = |cell: &Cell| cell.hash() as usize & (buckets - 1);
@@ -147,7 +159,7 @@ impl PhotonGrid {
     }
 
     /// Gives `found` each photon that is no further from `p` than `radius`, the radius there.
-    pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&Photon)) {
+    pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
         // Levels of photons that may be as near, by the radii at their places
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
@@ -163,7 +175,7 @@ impl PhotonGrid {
                             place: [x, y, z],
                         };
                         self.each_in(cell, |photon| {
-                            if photon.p().distance_squared(p) <= radius * radius {
+                            if photon.place().distance_squared(p) <= radius * radius {
                                 found(photon);
                             }
                         });
@@ -174,7 +186,7 @@ impl PhotonGrid {
     }
 
     /// Gives `found` each photon in `cell`; others may be in the same bucket.
-    fn each_in(&self, cell: Cell, mut found: impl FnMut(&Photon)) {
+    fn each_in(&self, cell: Cell, mut found: impl FnMut(&T)) {
         let bucket = cell.hash() as usize & (self.starts.len() - 2);
         let bounds = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
         for (photon, at) in self.photons[bounds.clone()].iter().zip(&self.cells[bounds]) {
@@ -271,7 +283,7 @@ mod tests {
             radius: 1.0,
         };
         let grid = PhotonGrid::new(
-            Vec::new(),
+            Vec::<Photon>::new(),
             &Radii::new(SearchRadius::Fixed(1.0), 1.0, &camera, &ball),
             0.0,
         );

@@ -1,4 +1,5 @@
 use super::connection::Connector;
+use super::subpath::PathVertex;
 use super::{Heuristic, RaySink, Roulette, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -83,7 +84,7 @@ const ROW_OF_PHOTONS: u32 = u32::MAX - 1;
 /// The row in which frames have numbers that all of their paths share.
 const ROW_OF_FRAMES: u32 = u32::MAX - 2;
 
-impl<A: Accel> PhotonTracer<'_, A> {
+impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// Pieces of work that `paths` paths come in.
     pub fn pieces(paths: u32) -> u32 {
         paths.div_ceil(PHOTON_PATHS_A_PIECE)
@@ -99,23 +100,8 @@ impl<A: Accel> PhotonTracer<'_, A> {
         sampler: &mut S,
         out: &mut impl RaySink,
     ) -> Vec<Photon> {
-        let connector = Connector {
-            world: &self.world,
-            heuristic: Heuristic::Balance,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
-        };
-        let first = index * PHOTON_PATHS_A_PIECE;
         let mut photons = Vec::new();
-        for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
-            sampler.start(SampleKey {
-                x: index,
-                y: ROW_OF_PHOTONS,
-                sample: frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path),
-            });
-            let time = time.unwrap_or_else(|| self.world.time(sampler));
-            let path = connector.light_path(time, sampler, out);
-
+        self.each_path((frame, index), paths, time, sampler, out, |path| {
             // A photon wherever light can be scattered to anybody
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
             let mut is_specular = true;
@@ -131,8 +117,37 @@ impl<A: Accel> PhotonTracer<'_, A> {
                 }
                 is_specular &= vertex.is_delta;
             }
-        }
+        });
         photons
+    }
+
+    /// Gives `found` each path of the piece, from its light on.
+    pub(super) fn each_path<S: Sampler>(
+        &self,
+        (frame, index): (u32, u32),
+        paths: u32,
+        time: Option<f32>,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+        mut found: impl FnMut(Vec<PathVertex<'a>>),
+    ) {
+        let connector = Connector {
+            world: &self.world,
+            heuristic: Heuristic::Balance,
+            roulette: self.roulette,
+            max_depth: self.max_depth,
+            merging: None,
+        };
+        let first = index * PHOTON_PATHS_A_PIECE;
+        for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
+            sampler.start(SampleKey {
+                x: index,
+                y: ROW_OF_PHOTONS,
+                sample: frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path),
+            });
+            let time = time.unwrap_or_else(|| self.world.time(sampler));
+            found(connector.light_path(time, sampler, out));
+        }
     }
 }
 

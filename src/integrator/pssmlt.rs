@@ -278,6 +278,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             heuristic: self.heuristic,
             roulette: Roulette { depth: u32::MAX },
             max_depth,
+            merging: None,
         }
     }
 

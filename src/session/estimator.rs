@@ -6,7 +6,8 @@ use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
     NaiveIntegrator, PathIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, WhittedIntegrator, World, strategies,
+    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator,
+    World, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -83,6 +84,8 @@ pub enum IntegratorKind {
     ProgressivePhotons,
     /// [`PhotonMapIntegrator`]
     PhotonMap,
+    /// [`VertexMergingIntegrator`]
+    VertexMerging,
 }
 
 impl IntegratorKind {
@@ -100,6 +103,7 @@ impl IntegratorKind {
         ("pssmlt", Self::PrimarySpace),
         ("sppm", Self::ProgressivePhotons),
         ("photon-map", Self::PhotonMap),
+        ("vcm", Self::VertexMerging),
     ];
 }
 
@@ -342,6 +346,7 @@ impl Estimator {
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
+            | IntegratorKind::VertexMerging
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -443,7 +448,7 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace => {
+            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace | IntegratorKind::VertexMerging => {
                 text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
             }
             IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
@@ -457,7 +462,8 @@ impl Estimator {
             IntegratorKind::Whitted
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
-            | IntegratorKind::PrimarySpace => true,
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::VertexMerging => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -476,7 +482,7 @@ impl Estimator {
             IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
             }
-            IntegratorKind::ProgressivePhotons => {
+            IntegratorKind::ProgressivePhotons | IntegratorKind::VertexMerging => {
                 text + &format!(
                     " max_depth={depth} roulette_depth={} photons={} photon_radius={} photon_alpha={}",
                     self.roulette.depth,
@@ -596,6 +602,12 @@ impl Estimator {
         render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
     }
 
+    /// How far away photons count in the first frame.
+    fn search_radius(&self) -> SearchRadius {
+        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
+        self.photon_radius.map_or(usual, SearchRadius::Fixed)
+    }
+
     /// Paths of photons that are sent once.
     fn mapped_photons(&self) -> u32 {
         self.photons.unwrap_or(DEFAULT_PHOTONS)
@@ -697,9 +709,16 @@ impl Estimator {
                 max_depth,
                 roulette,
                 photons: self.photons,
-                radius: self
-                    .photon_radius
-                    .map_or(SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS), SearchRadius::Fixed),
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
                 alpha: self.photon_alpha,
             }),
             IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {

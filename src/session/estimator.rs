@@ -5,7 +5,8 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
-    NaiveIntegrator, PathIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+    NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy,
+    WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -68,6 +69,8 @@ pub enum IntegratorKind {
     Bidirectional,
     /// [`PrimarySpaceIntegrator`]
     PrimarySpace,
+    /// [`PathSpaceIntegrator`]
+    PathSpace,
 }
 
 impl IntegratorKind {
@@ -83,6 +86,7 @@ impl IntegratorKind {
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
         ("pssmlt", Self::PrimarySpace),
+        ("mlt", Self::PathSpace),
     ];
 }
 
@@ -275,6 +279,7 @@ impl Estimator {
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
+            | IntegratorKind::PathSpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -344,14 +349,15 @@ impl Estimator {
             IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace => {
                 text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
             }
-            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
+            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::PathSpace => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
             IntegratorKind::Whitted
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
-            | IntegratorKind::PrimarySpace => true,
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::PathSpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -374,6 +380,13 @@ impl Estimator {
             IntegratorKind::PrimarySpace => {
                 let lights = self.light_samples();
                 text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
+            IntegratorKind::PathSpace => {
+                let (lights, roulette) = (self.light_samples(), self.roulette.depth);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} {}",
+                    self.chains()
+                )
             }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -532,6 +545,13 @@ impl Estimator {
                 world,
                 heuristic: strategy.heuristic,
                 max_depth,
+                light_samples,
+                metropolis: self.metropolis,
+            }),
+            IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
+                world,
+                max_depth,
+                roulette,
                 light_samples,
                 metropolis: self.metropolis,
             }),

@@ -125,6 +125,14 @@ impl<'a> Surface<'a> {
         (point, scene.frame(&self.hit, &point))
     }
 
+    /// The local frame for a path that comes from the direction `back`: one from a light does not know yet who looks.
+    pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
+        match mode {
+            TransportMode::Radiance => self.seen_from(scene, back).1,
+            TransportMode::Importance => self.frame,
+        }
+    }
+
     /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
     /// angle of `wi` is multiplied by.
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -384,10 +392,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let scene = self.world.scene;
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
-        let (_, frame) = match is_from_camera {
-            true => surface.seen_from(scene, back),
-            false => (surface.point, surface.frame),
-        };
+        let frame = surface.frame_for(scene, back, self.mode);
         let sample = surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?;
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {

@@ -5,9 +5,9 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
-    NaiveIntegrator, PathIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator,
-    World, strategies,
+    NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer,
+    PrimarySpaceIntegrator, ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy,
+    VertexMergingIntegrator, WhittedIntegrator, World, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -86,6 +86,8 @@ pub enum IntegratorKind {
     PhotonMap,
     /// [`VertexMergingIntegrator`]
     VertexMerging,
+    /// [`PathSpaceIntegrator`]
+    PathSpace,
 }
 
 impl IntegratorKind {
@@ -104,6 +106,7 @@ impl IntegratorKind {
         ("sppm", Self::ProgressivePhotons),
         ("photon-map", Self::PhotonMap),
         ("vcm", Self::VertexMerging),
+        ("mlt", Self::PathSpace),
     ];
 }
 
@@ -347,6 +350,7 @@ impl Estimator {
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
             | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -451,7 +455,7 @@ impl Estimator {
             IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace | IntegratorKind::VertexMerging => {
                 text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
             }
-            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
+            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::PathSpace => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path
@@ -463,7 +467,8 @@ impl Estimator {
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
-            | IntegratorKind::VertexMerging => true,
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -506,6 +511,13 @@ impl Estimator {
             IntegratorKind::PrimarySpace => {
                 let lights = self.light_samples();
                 text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
+            IntegratorKind::PathSpace => {
+                let (lights, roulette) = (self.light_samples(), self.roulette.depth);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} {}",
+                    self.chains()
+                )
             }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -730,6 +742,13 @@ impl Estimator {
                 photon_count: self.photon_count,
                 radius: self.photon_radius,
                 gather_rays: self.gather_rays,
+            }),
+            IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
+                world,
+                max_depth,
+                roulette,
+                light_samples,
+                metropolis: self.metropolis,
             }),
         }
     }

@@ -496,7 +496,7 @@ pub(super) struct RenderArgs {
 /// Which estimate of light transport is made.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EstimatorArgs {
-    /// path, naive, whitted, distributed, direct, ao or debug [default: path]
+    /// path, naive, whitted, distributed, direct, ao, debug, or irradiance-cache (biased) [default: path]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 
@@ -544,6 +544,14 @@ pub(super) struct EstimatorArgs {
     /// How far away occludes, for ao [default: the size of the scene]
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub ao_distance: Option<f32>,
+
+    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.2]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub cache_error: Option<f32>,
+
+    /// Rays that a record of irradiance-cache is made of, about [default: 1024]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub cache_rays: Option<u32>,
 
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]

@@ -125,6 +125,8 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     estimator.light_samples = args.light_samples.or(estimator.light_samples);
     set(&mut estimator.branching, args.branching);
     estimator.ao_distance = args.ao_distance.or(estimator.ao_distance);
+    set(&mut estimator.cache_error, args.cache_error);
+    set(&mut estimator.cache_rays, args.cache_rays);
     Ok(())
 }
 

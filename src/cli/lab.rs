@@ -9,7 +9,7 @@ use crate::accel::Accel;
 use crate::film::{Errors, Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy};
 use crate::io::{Output, Panel, read_exr, write_contact_sheet};
-use crate::render::{Observer, Outcome, last_cut};
+use crate::render::{Irradiance, Observer, Outcome, last_cut};
 use crate::session::{AccelTask, Estimator, IntegratorKind, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -263,6 +263,7 @@ impl Ladder<'_> {
     ) -> Result<(Film, u32, f64), CliError> {
         let settings = self.session.settings();
         let sampler = estimator.sampler(settings.sampler, seed, settings.spp);
+        let irradiance = Irradiance::new(settings.resolution, seed);
         let mut film = Film::new(settings.resolution, settings.crop());
         let most = match budget {
             Budget::Samples(n) => n,
@@ -289,7 +290,7 @@ impl Ladder<'_> {
             let world = self.session.world(accel);
             let (outcome, _) = self
                 .session
-                .install(|| estimator.render(world, &sampler, &mut film, end, None, &progress));
+                .install(|| estimator.render((world, &irradiance), &sampler, &mut film, end, None, &progress));
             done = end;
             if outcome == Outcome::Stopped || progress.should_stop() {
                 progress.finish();

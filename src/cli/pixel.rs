@@ -4,6 +4,7 @@ use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
 use crate::integrator::{RayKind, Sink};
 use crate::math::UVec2;
+use crate::render::Irradiance;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
 use crate::session::{AccelTask, Renderer, Session};
@@ -14,12 +15,19 @@ use std::process::ExitCode;
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
     let session = renderer.session();
     let key = key(pixel, sample, session.settings().crop())?;
-    renderer.accel().with(Trace { session, key });
+    renderer.prepare();
+    let irradiance = renderer.irradiance();
+    renderer.accel().with(Trace {
+        session,
+        irradiance,
+        key,
+    });
     Ok(ExitCode::SUCCESS)
 }
 
 struct Trace<'a> {
     session: &'a Session,
+    irradiance: &'a Irradiance,
     key: SampleKey,
 }
 
@@ -27,7 +35,11 @@ impl AccelTask for Trace<'_> {
     type Output = ();
 
     fn run<A: Accel>(self, accel: &A) {
-        let Self { session, key } = self;
+        let Self {
+            session,
+            irradiance,
+            key,
+        } = self;
         let settings = session.settings();
         let recorder = Recorder::new(accel);
         let story = RefCell::new(Story {
@@ -43,7 +55,7 @@ impl AccelTask for Trace<'_> {
         let mut sampler = settings.random_numbers();
         settings
             .estimator
-            .sample(world, (settings.resolution, key), &mut sampler, listener);
+            .sample((world, irradiance), (settings.resolution, key), &mut sampler, listener);
         let mut story = story.into_inner();
         story.take_rays();
         println!(

@@ -5,6 +5,7 @@ mod debug;
 mod direct;
 mod distributed;
 mod gathered;
+mod irradiance_cache;
 mod naive;
 mod path;
 mod reuse;
@@ -17,6 +18,9 @@ pub use ambient_occlusion::AmbientOcclusion;
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
 pub use gathered::{ByGroup, Gathered};
+pub use irradiance_cache::{
+    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Place, Record, RecordMaker, Seen, Strata,
+};
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
 pub use roulette::Roulette;

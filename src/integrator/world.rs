@@ -76,11 +76,23 @@ impl<'a, A: Accel> World<'a, A> {
             true => sampler.get_2d(Dimension::LENS),
             false => Vec2::ZERO,
         };
-        let time = time.unwrap_or_else(|| match self.scene.is_moving() || self.camera.is_moving() {
+        let time = time.unwrap_or_else(|| self.time(sampler));
+        self.camera.ray(film, lens, time)
+    }
+
+    /// When a sample looks: at a random time, where that matters.
+    #[inline(always)]
+    pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        match self.scene.is_moving() || self.camera.is_moving() {
             true => self.camera.time(sampler.get_1d(Dimension::TIME)),
             false => 0.0,
-        });
-        self.camera.ray(film, lens, time)
+        }
+    }
+
+    /// Whether surfaces and lights stay where they are while the camera looks.
+    pub fn stands_still(&self) -> bool {
+        let [open, close] = self.camera.shutter();
+        !self.scene.is_moving() || open == close
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.

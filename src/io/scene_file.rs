@@ -116,6 +116,10 @@ pub struct RenderSection {
     pub branching: Option<Spanned<u32>>,
     /// How far away occludes, scene units.
     pub ao_distance: Option<Spanned<f32>>,
+    /// Likely error of a record of irradiance.
+    pub cache_error: Option<Spanned<f32>>,
+    /// Rays of a record of irradiance.
+    pub cache_rays: Option<Spanned<u32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
     /// How lights are chosen.

@@ -5,12 +5,14 @@
 
 mod adaptive;
 mod groups;
+mod irradiance;
 mod schedule;
 mod statistics;
 mod tiles;
 
 pub use adaptive::render_to_noise;
 pub use groups::companions;
+pub use irradiance::Irradiance;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

@@ -4,12 +4,13 @@ use crate::accel::Accel;
 use crate::film::Film;
 use crate::integrator::{
     AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
-    Integrator, NaiveIntegrator, PathIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+    Integrator, IrradianceCache, IrradianceCacheIntegrator, NaiveIntegrator, PathIntegrator, RecordMaker, Roulette,
+    Sink, Strategy, WhittedIntegrator, World,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
-use crate::render::{self, Observer, Outcome, Statistics, companions};
+use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::fmt::Display;
@@ -38,6 +39,10 @@ pub struct Estimator {
     pub branching: u32,
     /// How far away occludes, scene units; `None`: the size of the scene.
     pub ao_distance: Option<f32>,
+    /// Likely error of a record of irradiance, as a share, up to which it has a say: Ward's `a`.
+    pub cache_error: f32,
+    /// Rays that a record of irradiance is made of, about.
+    pub cache_rays: u32,
     /// What a debug picture shows.
     pub view: DebugView,
 }
@@ -59,6 +64,8 @@ pub enum IntegratorKind {
     AmbientOcclusion,
     /// [`DebugIntegrator`]
     Debug,
+    /// [`IrradianceCacheIntegrator`]
+    IrradianceCache,
 }
 
 impl IntegratorKind {
@@ -71,6 +78,7 @@ impl IntegratorKind {
         ("direct", Self::Direct),
         ("ao", Self::AmbientOcclusion),
         ("debug", Self::Debug),
+        ("irradiance-cache", Self::IrradianceCache),
     ];
 }
 
@@ -110,6 +118,11 @@ const MOST_LIGHT_SAMPLES: u32 = 1024;
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
 const DEFAULT_BRANCHING: u32 = 4;
+/// Error and rays of a record of irradiance; errors above 1 say nothing, and with fewer rays gradients are noise.
+const DEFAULT_CACHE_ERROR: f32 = 0.2;
+const DEFAULT_CACHE_RAYS: u32 = 1024;
+const LEAST_CACHE_RAYS: u32 = 16;
+const MOST_CACHE_RAYS: u32 = 1 << 20;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -127,6 +140,8 @@ impl Default for Estimator {
             light_samples: None,
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
+            cache_error: DEFAULT_CACHE_ERROR,
+            cache_rays: DEFAULT_CACHE_RAYS,
             view: DebugView::default(),
         }
     }
@@ -153,6 +168,8 @@ impl Estimator {
             light_samples: number(&render.light_samples),
             branching: number(&render.branching).unwrap_or(best.branching),
             ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
+            cache_error: render.cache_error.as_ref().map_or(best.cache_error, |e| *e.get_ref()),
+            cache_rays: number(&render.cache_rays).unwrap_or(best.cache_rays),
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
         })
     }
@@ -162,6 +179,15 @@ impl Estimator {
         if let Some(n) = self.light_samples.filter(|&n| n > MOST_LIGHT_SAMPLES) {
             let help = format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything");
             return Some(InvalidSetting::new("light-samples", n, help));
+        }
+        // NaN is none of them.
+        if !(self.cache_error > 0.0 && self.cache_error <= 1.0) {
+            let help = "use a share above 0, 1 at most: smaller ones are more exact";
+            return Some(InvalidSetting::new("cache-error", self.cache_error, help));
+        }
+        if !(LEAST_CACHE_RAYS..=MOST_CACHE_RAYS).contains(&self.cache_rays) {
+            let help = format!("use a number from {LEAST_CACHE_RAYS} to {MOST_CACHE_RAYS}");
+            return Some(InvalidSetting::new("cache-rays", self.cache_rays, help));
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
@@ -182,10 +208,13 @@ impl Estimator {
         self.max_depth.map_or(Some(usual), |depth| depth.0)
     }
 
-    /// Light samples at the first vertex. Where paths are shared its own light is much of the error that is left.
+    /// Light samples at the first vertex. Where paths are shared, or indirect light is in a cache, its own light is much of the error that is left.
     fn light_samples(&self) -> u32 {
-        let is_shared = self.kind == IntegratorKind::Path && self.reuse;
-        self.light_samples.unwrap_or(if is_shared { 2 } else { 1 })
+        let is_alone = match self.kind {
+            IntegratorKind::Path => self.reuse,
+            kind => kind == IntegratorKind::IrradianceCache,
+        };
+        self.light_samples.unwrap_or(if is_alone { 2 } else { 1 })
     }
 
     /// Refuses trees that nobody can wait for.
@@ -220,6 +249,7 @@ impl Estimator {
                 self.strategy.samples_lights()
             }
             IntegratorKind::Whitted | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => true,
+            IntegratorKind::IrradianceCache => true,
         };
         let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
         let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
@@ -243,9 +273,12 @@ impl Estimator {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// Whether it gathers the light of lights, which can then be told apart.
+    /// Whether it gathers the light of lights, which can then be told apart. Records of irradiance are of all lights together.
     pub(crate) fn gathers_light(&self) -> bool {
-        !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
+        !matches!(
+            self.kind,
+            IntegratorKind::AmbientOcclusion | IntegratorKind::Debug | IntegratorKind::IrradianceCache
+        )
     }
 
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
@@ -283,11 +316,14 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
+            IntegratorKind::IrradianceCache => {
+                text += &format!(" cache_error={:?} cache_rays={}", self.cache_error, self.cache_rays);
+            }
             IntegratorKind::Naive | IntegratorKind::Whitted => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
-            IntegratorKind::Whitted => true,
+            IntegratorKind::Whitted | IntegratorKind::IrradianceCache => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -304,6 +340,10 @@ impl Estimator {
                 text + &format!(" max_depth={depth} roulette_depth={roulette} reuse={reuse} light_samples={lights}")
             }
             IntegratorKind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
+            IntegratorKind::IrradianceCache => {
+                let (roulette, lights) = (self.roulette.depth, self.light_samples());
+                text + &format!(" max_depth={depth} roulette_depth={roulette} light_samples={lights}")
+            }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -311,11 +351,40 @@ impl Estimator {
         }
     }
 
+    /// Makes what has to be there before the first sample, which is nothing but for an irradiance cache.
+    pub(crate) fn prepare<A: Accel>(
+        &self,
+        world: World<A>,
+        irradiance: &Irradiance,
+        observer: &impl Observer,
+    ) -> (Outcome, Statistics) {
+        if self.kind != IntegratorKind::IrradianceCache {
+            return (Outcome::Complete, Statistics::default());
+        }
+        let maker = RecordMaker {
+            path: self.plain_path(world),
+            rays: self.cache_rays,
+        };
+        irradiance.fill(&maker, self.cache_error, observer)
+    }
+
+    /// The paths beside an irradiance cache: by the best strategy, and each by itself.
+    fn plain_path<'a, A: Accel>(&self, world: World<'a, A>) -> PathIntegrator<'a, A> {
+        PathIntegrator {
+            world,
+            strategy: Strategy::default(),
+            max_depth: self.max_depth(),
+            roulette: self.roulette,
+            light_samples: self.light_samples(),
+            reuse: false,
+        }
+    }
+
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
     /// enough.
     pub(crate) fn render<A: Accel>(
         &self,
-        world: World<A>,
+        (world, irradiance): (World<A>, &Irradiance),
         sampler: &impl Sampler,
         film: &mut Film,
         end: u32,
@@ -345,8 +414,13 @@ impl Estimator {
                 }
             }
         }
-        self.with_integrator(
+        let (outcome, prepared) = self.prepare(world, irradiance, observer);
+        if outcome == Outcome::Stopped {
+            return (outcome, prepared);
+        }
+        let (outcome, statistics) = self.with_integrator(
             world,
+            irradiance.cache(),
             Render {
                 sampler,
                 film,
@@ -354,14 +428,15 @@ impl Estimator {
                 noise,
                 observer,
             },
-        )
+        );
+        (outcome, prepared.merge(statistics))
     }
 
-    /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
+    /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told whether it is for
     /// `key` itself.
     pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
-        world: World<A>,
+        (world, irradiance): (World<A>, &Irradiance),
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut impl Sampler,
         sink: impl Fn(bool) -> O,
@@ -382,6 +457,7 @@ impl Estimator {
         }
         self.with_integrator(
             world,
+            irradiance.cache(),
             Sample {
                 resolution,
                 key,
@@ -392,7 +468,12 @@ impl Estimator {
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
+    fn with_integrator<A: Accel, T: Task>(
+        &self,
+        world: World<A>,
+        irradiance: Option<&IrradianceCache>,
+        task: T,
+    ) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
         let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
@@ -424,6 +505,13 @@ impl Estimator {
                 distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
             }),
             IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
+            IntegratorKind::IrradianceCache => {
+                let empty = IrradianceCache::new(self.cache_error, world.scene.bounds());
+                task.run(&IrradianceCacheIntegrator {
+                    path: self.plain_path(world),
+                    cache: irradiance.unwrap_or(&empty),
+                })
+            }
         }
     }
 }

@@ -31,6 +31,7 @@ use crate::film::{Aov, Film, Filter, Rect};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
 use crate::lint::Forecast;
+use crate::render::Irradiance;
 use crate::scene::Scene;
 
 /// A scene that is in memory, with all that is settled about its render.
@@ -136,6 +137,11 @@ impl Session {
 
     pub(crate) fn pool(&self) -> &rayon::ThreadPool {
         &self.pool
+    }
+
+    /// The irradiance cache of the picture, which is yet to be filled.
+    pub(crate) fn irradiance(&self) -> Irradiance {
+        Irradiance::new(self.settings.resolution, self.settings.seed)
     }
 
     /// What integrators work in, where `accel` answers ray queries.

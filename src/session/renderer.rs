@@ -4,7 +4,7 @@ use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output};
-use crate::render::{Observer, Outcome, Statistics};
+use crate::render::{Irradiance, Observer, Outcome, Statistics};
 use std::time::Instant;
 
 /// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
@@ -12,6 +12,7 @@ pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
     build_seconds: f64,
+    irradiance: Irradiance,
 }
 
 impl<'a> Renderer<'a> {
@@ -22,6 +23,7 @@ impl<'a> Renderer<'a> {
             session,
             accel,
             build_seconds: start.elapsed().as_secs_f64(),
+            irradiance: session.irradiance(),
         })
     }
 
@@ -31,12 +33,23 @@ impl<'a> Renderer<'a> {
             session,
             accel: AnyAccel::Audited(auditor),
             build_seconds,
+            irradiance: session.irradiance(),
         }
     }
 
     /// Who answers ray queries.
     pub(crate) fn accel(&self) -> &AnyAccel<'a> {
         &self.accel
+    }
+
+    /// What is known of irradiance: all, once [`Renderer::render`] has taken a sample, or after [`Renderer::prepare`].
+    pub(crate) fn irradiance(&self) -> &Irradiance {
+        &self.irradiance
+    }
+
+    /// Makes what has to be there before the first sample.
+    pub(crate) fn prepare(&self) {
+        self.accel.with(Prepare(self));
     }
 
     /// What it is a renderer of.
@@ -112,6 +125,7 @@ impl<'a> Renderer<'a> {
         let task = Render {
             session: self.session,
             estimator: &self.session.settings().estimator,
+            irradiance: &self.irradiance,
             film,
             observer,
         };
@@ -204,6 +218,7 @@ impl<'a> Renderer<'a> {
 struct Render<'a, O> {
     session: &'a Session,
     estimator: &'a Estimator,
+    irradiance: &'a Irradiance,
     film: &'a mut Film,
     observer: &'a O,
 }
@@ -215,11 +230,26 @@ impl<O: Observer> AccelTask for Render<'_, O> {
         let Self {
             session,
             estimator,
+            irradiance,
             film,
             observer,
         } = self;
         let settings = session.settings();
         let (sampler, end) = (settings.random_numbers(), settings.samples().end);
-        session.install(|| estimator.render(session.world(accel), &sampler, film, end, settings.noise, observer))
+        let world = session.world(accel);
+        session.install(|| estimator.render((world, irradiance), &sampler, film, end, settings.noise, observer))
+    }
+}
+
+/// Makes what has to be there before the first sample.
+struct Prepare<'a>(&'a Renderer<'a>);
+
+impl AccelTask for Prepare<'_> {
+    type Output = ();
+
+    fn run<A: Accel>(self, accel: &A) {
+        let (session, irradiance) = (self.0.session, &self.0.irradiance);
+        let estimator = &session.settings().estimator;
+        session.install(|| estimator.prepare(session.world(accel), irradiance, &()));
     }
 }

@@ -545,7 +545,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub ao_distance: Option<f32>,
 
-    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.2]
+    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.3]
     #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
     pub cache_error: Option<f32>,
 

@@ -95,13 +95,13 @@ impl<'a, S: Sampler> ScatterNumbers<'a, S> {
 }
 
 /// A path that has left the camera.
-struct Start<'a, S> {
-    key: SampleKey,
+pub(super) struct Start<'a, S> {
+    pub key: SampleKey,
     /// Turned to `key`.
-    sampler: &'a S,
-    path: Segment,
+    pub sampler: &'a S,
+    pub path: Segment,
     /// What it meets.
-    hit: Option<Hit>,
+    pub hit: Option<Hit>,
 }
 
 /// A path on its way from one vertex to the next.
@@ -299,7 +299,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The step from the first vertex, where several light samples may be taken: of a pixel's `n` paths, `n` times as many.
     #[inline(always)]
-    fn first_step<S: Sampler, R: Gathered>(
+    pub(super) fn first_step<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         start: &Start<S>,

@@ -50,29 +50,19 @@ impl Irradiance {
         error: f32,
         observer: &impl Observer,
     ) -> (Outcome, Statistics) {
-        let mut guard = self.filling.lock().unwrap_or_else(PoisonError::into_inner);
         if self.full.get().is_some() {
             return (Outcome::Complete, Statistics::default());
         }
-        let world = &maker.path.world;
-        let pixels = u64::from(self.resolution.x) * u64::from(self.resolution.y);
-        let filling = guard.get_or_insert_with(|| Filling {
-            cache: IrradianceCache::new(error, world.scene.bounds()),
-            passes: match world.stands_still() {
-                true => passes(self.resolution),
-                false => VecDeque::new(),
-            },
-            seed: self.seed,
-            most_records: (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS),
-            found: VecDeque::new(),
-            batch: Vec::new(),
-        });
-        let (outcome, statistics) = filling.advance(maker, observer);
-        if outcome == Outcome::Complete {
-            if let Some(filling) = guard.take() {
-                // It was empty, and nobody else has the lock.
-                let _ = self.full.set(filling.cache);
-            }
+        // Taken out, not locked, while it goes on: a thread that waits for others may be lent to a second render. That one begins anew and has
+        // the same records.
+        let filling = || self.filling.lock().unwrap_or_else(PoisonError::into_inner);
+        let begun = filling().take();
+        let mut begun = begun.unwrap_or_else(|| Filling::new(maker, error, self.resolution, self.seed));
+        let (outcome, statistics) = begun.advance(maker, observer);
+        match outcome {
+            Outcome::Stopped => *filling() = Some(begun),
+            // Whoever comes first has what all have.
+            Outcome::Complete => drop(self.full.set(begun.cache)),
         }
         (outcome, statistics)
     }
@@ -137,20 +127,43 @@ struct Making {
 }
 
 impl Filling {
+    /// With nothing done.
+    fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
+        let world = &maker.path.world;
+        let pixels = u64::from(resolution.x) * u64::from(resolution.y);
+        Self {
+            cache: IrradianceCache::new(error, world.scene.bounds()),
+            passes: match world.stands_still() {
+                true => passes(resolution),
+                false => VecDeque::new(),
+            },
+            seed,
+            most_records: (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS),
+            found: VecDeque::new(),
+            batch: Vec::new(),
+        }
+    }
+
     /// Goes on until all passes are through, or `observer` wants to stop.
     fn advance<A: Accel>(&mut self, maker: &RecordMaker<A>, observer: &impl Observer) -> (Outcome, Statistics) {
         let mut statistics = Statistics::default();
         loop {
             // Records, in parallel; then each is put in, in order, unless one before it has made it needless.
             let seed = self.seed;
-            let made = self.batch.par_iter_mut().map(|making| making.make(maker, seed, observer));
+            let made = self
+                .batch
+                .par_iter_mut()
+                .map(|making| making.make(maker, seed, observer));
             statistics = statistics.merge(made.reduce(Statistics::default, Statistics::merge));
             if self.batch.iter().any(|making| making.record.is_none()) {
                 return (Outcome::Stopped, statistics);
             }
             for Making { place, record } in self.batch.drain(..) {
                 let layer = maker.layer(&place);
-                if let Some(record) = record.flatten().filter(|_| !self.cache.covers(place.p(), place.n(), layer)) {
+                if let Some(record) = record
+                    .flatten()
+                    .filter(|_| !self.cache.covers(place.p(), place.n(), layer))
+                {
                     self.cache.insert(record, layer);
                 }
             }
@@ -269,7 +282,9 @@ fn stride(count: u64) -> u64 {
         a
     };
     let golden = (count as f64 * 0.618_033_988_749_895) as u64;
-    (golden.max(1)..).find(|&stride| divisor(stride, count) == 1).unwrap_or(1)
+    (golden.max(1)..)
+        .find(|&stride| divisor(stride, count) == 1)
+        .unwrap_or(1)
 }
 
 /// Counts rays.

@@ -1,6 +1,7 @@
 use super::settings::ABOVE_0;
 use super::{Error, InvalidSetting};
 use crate::accel::Accel;
+use crate::camera::Camera;
 use crate::film::Film;
 use crate::integrator::{
     AmbientOcclusion, DebugIntegrator, DebugView, DirectLight, Directions, DistributedIntegrator, Heuristic,
@@ -119,7 +120,7 @@ const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
 const DEFAULT_BRANCHING: u32 = 4;
 /// Error and rays of a record of irradiance; errors above 1 say nothing, and with fewer rays gradients are noise.
-const DEFAULT_CACHE_ERROR: f32 = 0.2;
+const DEFAULT_CACHE_ERROR: f32 = 0.3;
 const DEFAULT_CACHE_RAYS: u32 = 1024;
 const LEAST_CACHE_RAYS: u32 = 16;
 const MOST_CACHE_RAYS: u32 = 1 << 20;
@@ -245,11 +246,11 @@ impl Estimator {
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let samples_lights = match self.kind {
             IntegratorKind::Naive => false,
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
-                self.strategy.samples_lights()
-            }
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::IrradianceCache => self.strategy.samples_lights(),
             IntegratorKind::Whitted | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => true,
-            IntegratorKind::IrradianceCache => true,
         };
         let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
         let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
@@ -271,6 +272,14 @@ impl Estimator {
             )));
         }
         Ok(Some(format!("{words}: its light is missing from the picture")))
+    }
+
+    /// Says so where an irradiance cache knows nothing: a record holds for its time alone.
+    pub(crate) fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
+        let [open, close] = camera.shutter();
+        let is_in_vain = self.kind == IntegratorKind::IrradianceCache && scene.is_moving() && open < close;
+        let words = "the scene moves while the shutter is open: the irradiance cache stays empty, and the picture is that of paths alone";
+        is_in_vain.then(|| words.into())
     }
 
     /// Whether it gathers the light of lights, which can then be told apart. Records of irradiance are of all lights together.
@@ -306,7 +315,10 @@ impl Estimator {
         let strategy = self.strategy;
         let mut text = format!("integrator={}", self.name());
         match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::IrradianceCache => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -316,14 +328,14 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::IrradianceCache => {
-                text += &format!(" cache_error={:?} cache_rays={}", self.cache_error, self.cache_rays);
-            }
             IntegratorKind::Naive | IntegratorKind::Whitted => {}
         }
         let samples_lights = match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
-            IntegratorKind::Whitted | IntegratorKind::IrradianceCache => true,
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::IrradianceCache => strategy.samples_lights(),
+            IntegratorKind::Whitted => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -342,7 +354,10 @@ impl Estimator {
             IntegratorKind::Naive => text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth),
             IntegratorKind::IrradianceCache => {
                 let (roulette, lights) = (self.roulette.depth, self.light_samples());
-                text + &format!(" max_depth={depth} roulette_depth={roulette} light_samples={lights}")
+                let (error, rays) = (self.cache_error, self.cache_rays);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} cache_error={error} cache_rays={rays}"
+                )
             }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
@@ -368,11 +383,11 @@ impl Estimator {
         irradiance.fill(&maker, self.cache_error, observer)
     }
 
-    /// The paths beside an irradiance cache: by the best strategy, and each by itself.
+    /// The paths beside an irradiance cache, each by itself.
     fn plain_path<'a, A: Accel>(&self, world: World<'a, A>) -> PathIntegrator<'a, A> {
         PathIntegrator {
             world,
-            strategy: Strategy::default(),
+            strategy: self.strategy,
             max_depth: self.max_depth(),
             roulette: self.roulette,
             light_samples: self.light_samples(),

@@ -62,6 +62,7 @@ impl Session {
         let (scene, memory) = within_memory(file, &settings, scene)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(settings.estimator.check_lights(&scene)?);
+        warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &parameters),
             filter: settings.filter(),
@@ -84,11 +85,15 @@ impl Session {
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = Forecast::new(&scene, settings.crop(), 0);
+        let description = format!("{camera:?}");
+        let camera = Camera::new(camera, settings.resolution)?;
+        let mut warnings: Vec<String> = settings.estimator.check_lights(&scene)?.into_iter().collect();
+        warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {
-            scene_hash: hash::scene_hash(&scene, &format!("{camera:?}")),
+            scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
-            camera: Camera::new(camera, settings.resolution)?,
-            warnings: settings.estimator.check_lights(&scene)?.into_iter().collect(),
+            camera,
+            warnings,
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
             settings,

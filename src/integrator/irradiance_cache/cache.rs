@@ -30,7 +30,7 @@ struct Node {
 const COVERED: f32 = 0.7;
 
 /// Within how many times their reach records make each other smaller.
-const NEIGHBOURHOOD: f32 = 4.0;
+const NEIGHBOURHOOD: f32 = 2.0;
 
 /// Levels of the octree at most: floats tell no smaller cubes apart.
 const MOST_LEVELS: u32 = 24;
@@ -106,8 +106,11 @@ impl IrradianceCache {
 
     /// Adds `record` to those of `layer`. Where its radius, or that of a neighbour, is larger than the other's and the way between them, it shrinks
     /// to that: what one of them sees nearby the other one has missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
-    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping", §4).
+    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping", §4). A record that is nowhere, or reaches nowhere, is left out.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
+        if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
+            return;
+        }
         while self.roots.len() <= layer as usize {
             self.roots.push(self.nodes.len() as u32);
             self.nodes.push(Node::default());
@@ -172,7 +175,11 @@ impl IrradianceCache {
         found.extend(node.records.iter().filter(|&&i| is_near(&self.records[i as usize])));
         let half = 0.5 * half;
         for (octant, &child) in node.children.iter().enumerate().filter(|(_, child)| **child != 0) {
-            self.find_neighbours((child as usize, child_center(center, half, octant), half), record, found);
+            self.find_neighbours(
+                (child as usize, child_center(center, half, octant), half),
+                record,
+                found,
+            );
         }
     }
 }
@@ -193,4 +200,142 @@ fn child_center(center: Vec3, half: f32, octant: usize) -> Vec3 {
 /// How far `p` is from a cube; 0 inside.
 fn distance_to_cube(p: Vec3, center: Vec3, half: f32) -> f32 {
     ((p - center).abs() - Vec3::splat(half)).max(Vec3::ZERO).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::Gradients;
+    use super::*;
+    use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
+    use crate::sampling::warp::uniform_sphere;
+
+    const BOUNDS: Bounds3 = Bounds3 {
+        min: Vec3::NEG_ONE,
+        max: Vec3::ONE,
+    };
+
+    /// Points all over the box, with normals to everywhere and a number each.
+    fn places(seed: u64, count: u32) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+        (0..count).map(move |i| {
+            let mut sampler = Independent::new(seed);
+            sampler.start(SampleKey::new(0, 0, i));
+            let (xy, z) = (sampler.get_2d(Dimension::PIXEL), sampler.get_1d(Dimension::TIME));
+            let n = uniform_sphere(sampler.get_2d(Dimension::LENS));
+            (
+                2.0 * xy.extend(z).into_vec3a() - Vec3::ONE,
+                n,
+                sampler.get_1d(Dimension::bounce(0, crate::sampler::Bounce::Lobe)),
+            )
+        })
+    }
+
+    fn record(p: Vec3, n: Vec3, radius: f32, irradiance: Spectrum) -> Record {
+        Record {
+            p,
+            n,
+            radius,
+            irradiance,
+            gradients: Gradients::default(),
+        }
+    }
+
+    /// A cache of many records of all sizes, which turn to three sides.
+    fn full_cache() -> IrradianceCache {
+        let mut cache = IrradianceCache::new(0.3, BOUNDS);
+        for (i, (p, _, u)) in places(1, 3000).enumerate() {
+            let n = [Vec3::X, Vec3::Y, Vec3::Z][i % 3];
+            cache.insert(record(p, n, 0.01 + u * u, Spectrum::splat(u)), i as u32 % 2);
+        }
+        cache
+    }
+
+    /// The octree finds whom a look at all records finds.
+    #[test]
+    fn no_record_is_overlooked() {
+        let cache = full_cache();
+        let mut found = 0;
+        for (p, _, _) in places(2, 2000) {
+            for layer in 0..2 {
+                let n = Vec3::Y;
+                let mut visited = Vec::new();
+                cache.visit(p, layer, |record| visited.push(record.p));
+                let mine = (layer as usize..cache.len()).step_by(2).map(|i| &cache.records[i]);
+                for record in mine.filter(|record| record.error(p, n, cache.error).is_some()) {
+                    assert!(visited.contains(&record.p), "{record:?} at {p}");
+                    found += 1;
+                }
+                assert!(
+                    visited.iter().enumerate().all(|(i, p)| !visited[..i].contains(p)),
+                    "twice at {p}"
+                );
+            }
+        }
+        assert!(found > 1000, "{found}");
+    }
+
+    /// Where one place is near to something, its neighbours are too.
+    #[test]
+    fn radii_change_no_quicker_than_the_way() {
+        let cache = full_cache();
+        let mut looked = 0;
+        for (i, a) in cache.records.iter().enumerate() {
+            let near = |b: &&Record| a.n == b.n && a.p.distance(b.p) < cache.error * a.radius.max(b.radius);
+            for b in cache.records[..i].iter().rev().skip(1).step_by(2).filter(near) {
+                looked += 1;
+                assert!((a.radius - b.radius).abs() <= a.p.distance(b.p) * 1.0001, "{a:?} {b:?}");
+            }
+        }
+        assert!(looked > 1000, "{looked}");
+    }
+
+    /// What changes linearly is right everywhere, since the gradients tell it.
+    #[test]
+    fn linear_fields_are_interpolated_exactly() {
+        let field = |p: Vec3| 3.0 + p.x - 0.5 * p.y;
+        let mut cache = IrradianceCache::new(0.2, BOUNDS);
+        let on_plane = |(p, ..): (Vec3, Vec3, f32)| Vec3::new(p.x, p.y, 0.0);
+        for p in places(3, 2000).map(on_plane) {
+            if !cache.covers(p, Vec3::Z, 0) {
+                let gradients = Gradients {
+                    translational: [Vec3::new(1.0, -0.5, 0.0); 3],
+                    ..Gradients::default()
+                };
+                let irradiance = Spectrum::splat(field(p));
+                cache.insert(
+                    Record {
+                        gradients,
+                        ..record(p, Vec3::Z, 1.0, irradiance)
+                    },
+                    0,
+                );
+            }
+        }
+        assert!(cache.len() < 400, "{}", cache.len());
+        let mut known = 0;
+        for p in places(4, 500).map(on_plane) {
+            if let Some(irradiance) = cache.irradiance(p, Vec3::Z, 0) {
+                assert!((irradiance.mean() - field(p)).abs() < 1e-5, "{p}: {irradiance:?}");
+                known += 1;
+            }
+            // The other side, another plane, another layer
+            assert_eq!(cache.irradiance(p, Vec3::NEG_Z, 0), None);
+            assert_eq!(cache.irradiance(p - 0.5 * Vec3::Z, Vec3::Z, 0), None);
+            assert_eq!(cache.irradiance(p, Vec3::Z, 1), None);
+        }
+        assert!(known > 490, "{known}");
+    }
+
+    /// Nothing is where it should not be, and nothing ends the program.
+    #[test]
+    fn odd_records_do_no_harm() {
+        for bounds in [BOUNDS, Bounds3::EMPTY] {
+            let mut cache = IrradianceCache::new(1.0, bounds);
+            for radius in [0.0, 1e-38, 1e38, f32::INFINITY, f32::NAN] {
+                cache.insert(record(Vec3::ZERO, Vec3::Z, radius, Spectrum::ONE), 3);
+                cache.insert(record(Vec3::splat(f32::NAN), Vec3::Z, radius, Spectrum::ONE), 3);
+            }
+            cache.irradiance(Vec3::ONE, Vec3::Z, 3);
+            assert_eq!(cache.irradiance(Vec3::ONE, Vec3::Z, u32::MAX), None);
+        }
+    }
 }

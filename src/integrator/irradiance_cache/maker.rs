@@ -13,7 +13,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Radius of a record in widths of a pixel, at least and at most (Křivánek et al. 2006; Tabellion and Lamorlette 2004). Smaller ones cost more rays than the
 /// paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
-const PIXELS: [f32; 2] = [8.0, 200.0];
+const PIXELS: [f32; 2] = [20.0, 200.0];
 
 /// Makes records of irradiance: says where there may be one, and what is in it.
 #[derive(Debug)]
@@ -123,6 +123,8 @@ impl<A: Accel> RecordMaker<'_, A> {
             let direction = frame.to_world(strata.direction(index, u));
             let ray = Ray::new(origin, direction).when(place.point.time);
             let mut seen = self.look(&ray, place.depth + 1, sampler, out);
+            // What is nearer than that changes within the pixel.
+            seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
                 dropped += 1;
@@ -154,25 +156,18 @@ impl<A: Accel> RecordMaker<'_, A> {
     }
 
     /// What `ray`, which has left a surface after `depth` scatterings, that one included, meets.
-    fn look<S: Sampler>(
-        &self,
-        ray: &Ray,
-        depth: u32,
-        sampler: &S,
-        out: &mut impl Sink<Radiance = Spectrum>,
-    ) -> Seen {
+    fn look<S: Sampler>(&self, ray: &Ray, depth: u32, sampler: &S, out: &mut impl Sink<Radiance = Spectrum>) -> Seen {
         let world = &self.path.world;
         let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
-            return Seen {
-                radiance: Spectrum::ZERO,
-                distance: f32::INFINITY,
-            };
+            return Seen::NOTHING;
         };
         let slot = BsdfSlot::new();
         let vertex = world.vertex(&hit, ray, &slot);
         Seen {
-            radiance: self.path.scattered(&vertex, Segment::from_camera(*ray), depth, sampler, out),
-            distance: hit.t.max(f32::MIN_POSITIVE),
+            radiance: self
+                .path
+                .scattered(&vertex, Segment::from_camera(*ray), depth, sampler, out),
+            distance: hit.t,
         }
     }
 }

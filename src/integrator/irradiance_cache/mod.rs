@@ -10,13 +10,13 @@ mod maker;
 mod record;
 
 pub use cache::IrradianceCache;
-pub use hemisphere::{Gathered as GatheredHemisphere, Seen, Strata};
+pub use hemisphere::{GatheredHemisphere, Seen, Strata};
 pub use maker::{Place, RecordMaker};
 pub use record::{Gradients, Record};
 
-use super::direct::{Direct, LightNumbers, Vertex};
-use super::path::{Segment, VertexNumbers};
-use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, Sink, Strategy};
+use super::direct::Vertex;
+use super::path::{Segment, Start, VertexNumbers};
+use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::material::BsdfSlot;
@@ -38,13 +38,6 @@ pub struct IrradianceCacheIntegrator<'a, A> {
     pub cache: &'a IrradianceCache,
 }
 
-/// How direct light is found where the cache knows all other light: no scattered ray looks for it as well.
-const BESIDE_THE_CACHE: Strategy = Strategy {
-    direct: DirectLight::Light,
-    directions: super::Directions::Bsdf,
-    heuristic: super::Heuristic::Power,
-};
-
 impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let radiance = self.radiance(key, sampler, out);
@@ -60,38 +53,51 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         out: &mut impl Sink<Radiance = R>,
     ) -> R {
         let world = &self.path.world;
-        let mut path = Segment::from_camera(world.camera_ray(key, None, sampler, out));
+        let mut start = Start {
+            path: Segment::from_camera(world.camera_ray(key, None, sampler, out)),
+            hit: None,
+            sampler: &*sampler,
+            key,
+        };
         let mut radiance = R::default();
         let mut only_mirrors = true;
         for depth in 0.. {
+            // The next vertex, and what it emits
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&path.ray, kind, out);
+            start.hit = world.intersect(&start.path.ray, kind, out);
             let slot = BsdfSlot::new();
-            let (emitted, vertex) = self.path.arrive::<R>(&path, hit, &slot);
+            let (emitted, vertex) = self.path.arrive::<R>(&start.path, start.hit, &slot);
             radiance += emitted;
-            let (Some(hit), Some(vertex)) = (hit, vertex) else {
+            let (Some(hit), Some(vertex)) = (start.hit, vertex) else {
                 break;
             };
             if depth == 0 {
                 out.first_surface(world.first_surface(&hit, &vertex));
             }
 
-            // Direct and indirect light, if the cache knows that, and then nothing is left
-            if only_mirrors {
-                if let Some(indirect) = self.indirect(&vertex, depth) {
-                    radiance += self.direct(&vertex, depth, key, sampler, out) * path.beta;
-                    radiance += R::from(indirect) * path.beta;
-                    break;
+            // A step of the path; its light sample and what its ray meets are direct light.
+            let (direct, next) = match depth {
+                0 => self.path.first_step(&vertex, &start, out),
+                _ => {
+                    let u = VertexNumbers::draw(sampler, depth);
+                    self.path.step(&vertex, &start.path, depth, &u, out)
                 }
-            }
-
-            // One more step of the path
-            let u = VertexNumbers::draw(sampler, depth);
-            let (direct, next) = self.path.step(&vertex, &path, depth, &u, out);
+            };
             radiance += direct;
+            let indirect = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten();
+            if let Some(indirect) = indirect {
+                // The cache has all else.
+                radiance += R::from(indirect) * start.path.beta;
+                if let Some(next) = next.filter(|_| self.path.strategy.direct != DirectLight::Light) {
+                    let hit = world.intersect(&next.ray, RayKind::Bounce, out);
+                    let slot = BsdfSlot::new();
+                    radiance += self.path.arrive::<R>(&next, hit, &slot).0;
+                }
+                break;
+            }
             let Some(next) = next else { break };
             only_mirrors &= next.is_delta();
-            path = next;
+            start.path = next;
         }
         radiance
     }
@@ -105,30 +111,6 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         let layer = layer(self.path.max_depth, depth);
         let irradiance = self.cache.irradiance(vertex.point.p, n, layer)?;
         Some(vertex.bsdf.albedo() * irradiance * FRAC_1_PI)
-    }
-
-    /// The direct light that `vertex` scatters, by sampling lights. Of a pixel's samples, light samples count on.
-    fn direct<S: Sampler, R: Gathered>(
-        &self,
-        vertex: &Vertex,
-        depth: u32,
-        key: SampleKey,
-        sampler: &S,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
-        let world = &self.path.world;
-        let count = self.path.light_samples;
-        let mut sum = R::default();
-        let mut sampler = sampler.clone();
-        for i in 0..count {
-            sampler.start(SampleKey {
-                sample: key.sample.wrapping_mul(count).wrapping_add(i),
-                ..key
-            });
-            let u = LightNumbers::draw(&sampler, depth);
-            sum += Direct::sample(world, vertex, &BESIDE_THE_CACHE, count, &u, out).arrives(world, out);
-        }
-        sum
     }
 }
 

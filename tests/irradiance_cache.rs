@@ -73,8 +73,9 @@ fn difference(a: &Film, b: &Film) -> f64 {
     (squares / count).sqrt()
 }
 
-/// Irradiance that the polygon sends, with radiance 1, to `p` with normal `n`: half the sum, over its edges, of the angle in which the edge is seen times the
-/// cosine of the angle between `n` and the normal of the plane through `p` and the edge (Lambert). All of it must be above the horizon.
+/// Irradiance that the polygon sends, with radiance 1, to `p` with normal `n`: half the sum, over its edges, of the angle in which the edge is
+/// seen times the cosine of the angle between `n` and the normal of the plane through `p` and the edge (Lambert). All of it must be above the
+/// horizon.
 fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     let edges = (0..polygon.len()).map(|i| [polygon[i], polygon[(i + 1) % polygon.len()]]);
     let terms = edges.map(|[a, b]| {
@@ -136,8 +137,8 @@ fn gradients_are_those_of_a_rectangle_above() {
     }
 }
 
-/// Inside a box whose walls shine the more the higher they are, all is seen from everywhere, and nothing is hidden: differences between strata are then those of
-/// smooth light.
+/// Inside a box whose walls shine the more the higher they are, all is seen from everywhere, and nothing is hidden: differences between strata are
+/// then those of smooth light.
 #[test]
 fn gradients_are_those_of_a_box() {
     // Radiance of x, in the box [-1, 1]² × [0, 2], at a place of its floor

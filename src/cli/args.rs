@@ -533,7 +533,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub reuse: Option<String>,
 
-    /// Light samples at the first vertex of a path [default: 2 with shared paths, else 1]
+    /// Light samples at the first vertex of a path [default: 2 with shared paths or a cache, else 1]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub light_samples: Option<u32>,
 

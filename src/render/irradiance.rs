@@ -13,8 +13,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The irradiance cache of a picture: filled before the first sample is taken, and the same from then on.
 ///
-/// What is in it depends on the scene, on the whole picture's size and camera, and on the seed, but neither on threads nor on the crop, the samples or where a
-/// render was stopped: so the bits of the picture do not either.
+/// What is in it depends on the scene, on the whole picture's size and camera, and on the seed, but neither on threads nor on the crop, the
+/// samples or where a render was stopped: so the bits of the picture do not either.
 #[derive(Debug)]
 pub struct Irradiance {
     resolution: UVec2,
@@ -40,8 +40,8 @@ impl Irradiance {
         self.full.get()
     }
 
-    /// Fills the cache, if it is not filled, with records of `maker`, each of which may be wrong by the share `error`. Where `observer` stops that, what is
-    /// done stays, and the next call goes on with it.
+    /// Fills the cache, if it is not filled, with records of `maker`, each of which may be wrong by the share `error`. Where `observer` stops
+    /// that, what is done stays, and the next call goes on with it.
     ///
     /// In a scene that moves while the shutter is open it stays empty: a record holds for its time alone.
     pub fn fill<A: Accel>(

@@ -447,8 +447,8 @@ impl Estimator {
         (outcome, prepared.merge(statistics))
     }
 
-    /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told whether it is for
-    /// `key` itself.
+    /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told
+    /// whether it is for `key` itself.
     pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
         (world, irradiance): (World<A>, &Irradiance),

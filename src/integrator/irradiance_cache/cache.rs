@@ -106,7 +106,7 @@ impl IrradianceCache {
 
     /// Adds `record` to those of `layer`. Where its radius, or that of a neighbour, is larger than the other's and the way between them, it shrinks
     /// to that: what one of them sees nearby the other one has missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
-    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping", §4). A record that is nowhere, or reaches nowhere, is left out.
+    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record that is nowhere, or reaches nowhere, is left out.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
         if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
             return;
@@ -222,7 +222,7 @@ mod tests {
             let (xy, z) = (sampler.get_2d(Dimension::PIXEL), sampler.get_1d(Dimension::TIME));
             let n = uniform_sphere(sampler.get_2d(Dimension::LENS));
             (
-                2.0 * xy.extend(z).into_vec3a() - Vec3::ONE,
+                2.0 * xy.extend(z).to_vec3a() - Vec3::ONE,
                 n,
                 sampler.get_1d(Dimension::bounce(0, crate::sampler::Bounce::Lobe)),
             )

@@ -79,8 +79,8 @@ impl Strata {
         }
     }
 
-    /// The change by turns (Ward and Heckbert 1992, eq. 3). The axis that turns the normal towards a direction is a quarter of a turn beyond its azimuth,
-    /// and the cosine of the angle with it grows by its sine.
+    /// The change by turns (Ward and Heckbert 1992, the rotation gradient). The axis that turns the normal towards a direction is a quarter of a turn beyond its
+    /// azimuth, and the cosine of the angle with it grows by its sine.
     fn rotational(&self, seen: &[Seen]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let mut sums = [Vec3::ZERO; 3];
@@ -99,8 +99,8 @@ impl Strata {
         sums
     }
 
-    /// The change by moves (Ward and Heckbert 1992, eq. 4): what is seen on the two sides of the boundary between strata differs, and the boundary wanders
-    /// against the move, the faster the nearer it is. It belongs to the nearer side, which hides the other one.
+    /// The change by moves (Ward and Heckbert 1992, the translation gradient): what is seen on the two sides of the boundary between strata differs, and the boundary
+    /// wanders against the move, the faster the nearer it is. It belongs to the nearer side, which hides the other one.
     fn translational(&self, seen: &[Seen]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let ray = |row: u32, column: u32| seen.get((row * columns + column) as usize).unwrap_or(&Seen::NOTHING);

@@ -11,8 +11,8 @@ use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Radius of a record in widths of a pixel, at least and at most (Křivánek et al. 2006; Tabellion and Lamorlette 2004). Smaller ones cost more rays than the
-/// paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
+/// Radius of a record in widths of a pixel, at least and at most (Křivánek et al. 2006; Tabellion and Lamorlette 2004). Smaller ones cost more
+/// rays than the paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
 /// Makes records of irradiance: says where there may be one, and what is in it.

@@ -1,8 +1,8 @@
-//! Irradiance caching: the indirect light of matte surfaces from few places, and interpolated between them (Ward, Rubinstein and Clear 1988, "A Ray
-//! Tracing Solution for Diffuse Interreflection").
+//! Irradiance caching: the indirect light of matte surfaces from few places, and interpolated between them (Ward, Rubinstein and Clear 1988, "A
+//! Ray Tracing Solution for Diffuse Interreflection").
 //!
-//! What the cache says is biased. `hemisphere` finds irradiance and gradients of what rays see, `record` is what is kept of that, `cache` has all records
-//! and interpolates, `maker` makes them; which are made, and when, is decided elsewhere.
+//! What the cache says is biased. `hemisphere` finds irradiance and gradients of what rays see, `record` is what is kept of that, `cache` has all
+//! records and interpolates, `maker` makes them; which are made, and when, is decided elsewhere.
 
 mod cache;
 mod hemisphere;
@@ -114,8 +114,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     }
 }
 
-/// Which of the cache's records hold for a surface that is met after `depth` scatterings. Where their number is limited, there is the less left for the light that
-/// comes to it.
+/// Which of the cache's records hold for a surface that is met after `depth` scatterings. Where their number is limited, there is the less left
+/// for the light that comes to it.
 fn layer(max_depth: Option<u32>, depth: u32) -> u32 {
     max_depth.map_or(0, |_| depth)
 }

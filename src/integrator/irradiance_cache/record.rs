@@ -32,8 +32,8 @@ const BEHIND: f32 = 0.1;
 
 impl Record {
     /// How wrong the record is likely to be at the point `p` with normal `n`, as a share: the distance over the radius, and the root of one less
-    /// the cosine of the angle (Ward et al. 1988, eq. 5 and 6: the bound of the split sphere model). `None` where it is more than `most`, or where the
-    /// point lies behind the record's place and so may not see what that does.
+    /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `most`, or where
+    /// the point lies behind the record's place and so may not see what that does.
     #[inline(always)]
     pub fn error(&self, p: Vec3, n: Vec3, most: f32) -> Option<f32> {
         let d = p - self.p;
@@ -48,7 +48,7 @@ impl Record {
         (error < most && !is_behind).then_some(error)
     }
 
-    /// What the record says of the point `p` with normal `n`: its irradiance, changed as the gradients say (Ward and Heckbert 1992, eq. 6). May be
+    /// What the record says of the point `p` with normal `n`: its irradiance, changed as the gradients say (Ward and Heckbert 1992). May be
     /// negative.
     #[inline(always)]
     pub fn at(&self, p: Vec3, n: Vec3) -> Spectrum {

@@ -680,6 +680,7 @@ fn every_integrator_renders() {
         "--integrator distributed --branching 2 --max-depth 3",
         "--integrator direct --light-selection uniform",
         "--integrator ao --ao-distance 2.5",
+        "--integrator irradiance-cache --cache-error 0.5 --cache-rays 32",
         "--integrator debug --view uv",
         "--integrator debug --view ids",
         "--integrator sppm --photons 2000 --photon-alpha 0.8",

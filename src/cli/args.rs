@@ -538,7 +538,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub reuse: Option<String>,
 
-    /// Light samples at the first vertex of a path [default: 2 with shared paths, else 1]
+    /// Light samples at the first vertex of a path [default: 2 with shared paths or a cache, else 1]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub light_samples: Option<u32>,
 
@@ -571,6 +571,13 @@ pub(super) struct EstimatorArgs {
     /// Rays by which photon-map gathers the light of other surfaces [default: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub gather_rays: Option<u32>,
+    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub cache_error: Option<f32>,
+
+    /// Rays that a record of irradiance-cache is made of, about [default: 1024]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub cache_rays: Option<u32>,
 
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]

@@ -199,10 +199,10 @@ impl Audit<'_> {
         let world = self.session.world(&auditor);
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
-        let sampler = settings.random_numbers();
+        let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());
         let (_, statistics) = self.session.install(|| {
             let estimator = &settings.estimator;
-            estimator.render(world, &sampler, &mut film, samples, None, &progress)
+            estimator.render((world, &prepared), &sampler, &mut film, samples, None, &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)

@@ -141,6 +141,8 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     set(&mut estimator.photon_alpha, args.photon_alpha);
     set(&mut estimator.photon_count, args.photon_count);
     set(&mut estimator.gather_rays, args.gather_rays);
+    set(&mut estimator.cache_error, args.cache_error);
+    set(&mut estimator.cache_rays, args.cache_rays);
     Ok(())
 }
 

@@ -10,7 +10,7 @@ use crate::film::{Errors, Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy};
 use crate::io::{Output, Panel, read_exr, write_contact_sheet};
 use crate::render::{Observer, Outcome, last_cut};
-use crate::session::{AccelTask, Estimator, IntegratorKind, Session};
+use crate::session::{AccelTask, Estimator, IntegratorKind, Prepared, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -286,6 +286,7 @@ impl Ladder<'_> {
     ) -> Result<(Film, u32, f64), CliError> {
         let settings = self.session.settings();
         let sampler = estimator.sampler(settings.sampler, seed, settings.spp);
+        let prepared = Prepared::new(settings.resolution, seed);
         let mut film = Film::new(settings.resolution, settings.crop());
         let most = match budget {
             Budget::Samples(n) => n,
@@ -312,7 +313,7 @@ impl Ladder<'_> {
             let world = self.session.world(accel);
             let (outcome, _) = self
                 .session
-                .install(|| estimator.render(world, &sampler, &mut film, end, None, &progress));
+                .install(|| estimator.render((world, &prepared), &sampler, &mut film, end, None, &progress));
             done = end;
             if outcome == Outcome::Stopped || progress.should_stop() {
                 progress.finish();

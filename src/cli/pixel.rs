@@ -6,7 +6,7 @@ use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
-use crate::session::{AccelTask, Renderer, Session};
+use crate::session::{AccelTask, Prepared, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
@@ -14,7 +14,9 @@ use std::process::ExitCode;
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
     let session = renderer.session();
     let key = key(pixel, sample, session.settings().crop())?;
-    if renderer.accel().with(Trace { session, key }) {
+    renderer.prepare();
+    let prepared = renderer.prepared();
+    if renderer.accel().with(Trace { session, prepared, key }) {
         return Ok(ExitCode::SUCCESS);
     }
     Err(CliError::Usage(format!(
@@ -26,6 +28,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result
 
 struct Trace<'a> {
     session: &'a Session,
+    prepared: &'a Prepared,
     key: SampleKey,
 }
 
@@ -34,7 +37,7 @@ impl AccelTask for Trace<'_> {
     type Output = bool;
 
     fn run<A: Accel>(self, accel: &A) -> bool {
-        let Self { session, key } = self;
+        let Self { session, prepared, key } = self;
         let settings = session.settings();
         let recorder = Recorder::new(accel);
         let story = RefCell::new(Story {
@@ -49,7 +52,7 @@ impl AccelTask for Trace<'_> {
         let listener = |told| Listener { story: &story, told };
         let mut sampler = settings.random_numbers();
         let estimator = &settings.estimator;
-        if !estimator.sample(world, (settings.resolution, key), &mut sampler, listener) {
+        if !estimator.sample((world, prepared), (settings.resolution, key), &mut sampler, listener) {
             return false;
         }
         let mut story = story.into_inner();

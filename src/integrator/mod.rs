@@ -8,6 +8,7 @@ mod density;
 mod direct;
 mod distributed;
 mod gathered;
+mod irradiance_cache;
 mod light_tracing;
 mod mlt;
 mod naive;
@@ -31,6 +32,9 @@ pub use bdpt::{BidirectionalIntegrator, strategies};
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
 pub use gathered::{ByGroup, Gathered};
+pub use irradiance_cache::{
+    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Place, Record, RecordMaker, Seen, Strata,
+};
 pub use light_tracing::LightIntegrator;
 pub use mlt::PathSpaceIntegrator;
 pub use naive::NaiveIntegrator;

@@ -96,6 +96,12 @@ impl<'a, A: Accel> World<'a, A> {
         self.camera.ray(film, lens, time)
     }
 
+    /// Whether surfaces and lights stay where they are while the camera looks.
+    pub fn stands_still(&self) -> bool {
+        let [open, close] = self.camera.shutter();
+        !self.scene.is_moving() || open == close
+    }
+
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.
     pub(super) fn look<'v>(
         &'v self,

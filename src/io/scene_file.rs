@@ -126,6 +126,10 @@ pub struct RenderSection {
     pub photon_count: Option<Spanned<u32>>,
     /// Rays that gather.
     pub gather_rays: Option<Spanned<u32>>,
+    /// Likely error of a record of irradiance.
+    pub cache_error: Option<Spanned<f32>>,
+    /// Rays of a record of irradiance.
+    pub cache_rays: Option<Spanned<u32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
     /// Who finds direct light where Markov chains find the rest.

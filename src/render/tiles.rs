@@ -17,6 +17,9 @@ pub trait Observer: Sync {
     /// number of samples is not known ahead.
     fn expect(&self, _samples: u64, _error: f64) {}
 
+    /// What has to be there before the first sample is being made: the irradiance cache has so many `records`.
+    fn prepared(&self, _records: u64) {}
+
     /// A pass over all tiles of `film` is done.
     fn passed(&self, _film: &Film) {}
 

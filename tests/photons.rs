@@ -163,8 +163,8 @@ fn the_furnace_has_no_bias() {
     });
 }
 
-/// The closed box, where everything is 2. Of the density a disk loses what lies beyond edges: with a room of side 2, seen into a corner, the mean is too
-/// small by about the radius; photon mapping gathers, and loses less.
+/// The closed box, where everything is 2. Of the density a disk loses what lies beyond edges: with a room of side 2, seen into a corner, the mean is
+/// too small by about the radius; photon mapping gathers, and loses less.
 #[test]
 fn the_closed_box_is_right_but_for_its_edges() {
     let scene = own("closed-box.toml");
@@ -209,8 +209,9 @@ fn image(film: &Film) -> RgbImage {
     }
 }
 
-/// The mean squared error of n frames falls as n^−α, to which the square of the bias, n^(2α − 2), is equal at 2/3 (Knaus and Zwicker 2011, eqs. 14 and 17); errors of
-/// direct light, which fall as 1/n, and photons at edges make it steeper. The bias at the first radius is what radii that stay have.
+/// The mean squared error of n frames falls as n^−α, to which the square of the bias, n^(2α − 2), is equal at 2/3 (Knaus and Zwicker 2011, eqs. 14
+/// and 17); errors of direct light, which fall as 1/n, and photons at edges make it steeper. The bias at the first radius is what radii that stay
+/// have.
 #[test]
 fn errors_shrink_as_frames_are_added() {
     let scene = own("cornell-box.toml");

@@ -171,7 +171,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
                 break;
             };
-            beta = beta * sample.weight;
+            beta *= sample.weight;
             ray = vertex.ray_along(sample.wi);
             let from = Scattered {
                 from: vertex.receiver(),
@@ -193,7 +193,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, beta * roulette_scale, decision) else {
                 break;
             };
-            beta = beta * factor;
+            beta *= factor;
             scattered = Some(from);
         }
         radiance

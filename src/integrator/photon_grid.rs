@@ -284,7 +284,7 @@ mod tests {
             radius: 1.0,
         };
         let grid = PhotonGrid::new(
-            Vec::new(),
+            Vec::<Photon>::new(),
             &Radii::new(SearchRadius::Fixed(1.0), 1.0, &camera, &ball),
             0.0,
         );

@@ -25,8 +25,8 @@ pub(super) struct Connector<'w, 'a, A> {
     pub merging: Option<Merging<'w>>,
 }
 
-/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and
-/// Merging").
+/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection
+/// and Merging").
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Merging<'w> {
     /// Subpaths from lights with which each one from the camera may be merged.

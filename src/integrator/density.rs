@@ -21,9 +21,9 @@ pub(super) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
 /// L(ωₒ) ≈ 1 / (π r² N) Σᵢ f(ωₒ, ωᵢ) |cos θᵢ| / |cos θ'ᵢ| Φᵢ
 /// ```
 ///
-/// where θ is the angle with the shading normal of the vertex, and θ' that with the geometric normal of the surface that the photon has met: of flat surfaces
-/// both are one. Its mean is that of the scattered light over the disk. What is wrong with it is that light varies within the disk, that the disk may
-/// lie over the edge of a surface, and that curved surfaces have more area in a ball than the disk: a bias that grows with r².
+/// where θ is the angle with the shading normal of the vertex, and θ' that with the geometric normal of the surface that the photon has met: of flat
+/// surfaces both are one. Its mean is that of the scattered light over the disk. What is wrong with it is that light varies within the disk, that the
+/// disk may lie over the edge of a surface, and that curved surfaces have more area in a ball than the disk: a bias that grows with r².
 pub(super) struct Density<'v, R> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,

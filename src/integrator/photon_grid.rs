@@ -72,8 +72,9 @@ impl Placed for Photon {
 
 /// Photons, or the like, by their place: a hash table of the cells of regular grids.
 ///
-/// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place to place, and
-/// so whoever looks for photons about a point needs to look at one level, or at two, and at few of its cells, however different radii are elsewhere.
+/// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place
+/// to place, and so whoever looks for photons about a point needs to look at one level, or at two, and at few of its cells, however different radii
+/// are elsewhere.
 #[derive(Debug)]
 pub struct PhotonGrid<T = Photon> {
     /// By bucket of their cells, and within one in the order in which they came.

@@ -10,16 +10,17 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen 2001): photons are sent once, and all samples of all pixels
-/// look at them, straight at caustics and by final gathering at all else.
+/// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen 2001): photons are sent once, and all samples of all
+/// pixels look at them, straight at caustics and by final gathering at all else.
 ///
-/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets a
-/// surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it sends rays of directions that the BSDF draws, `gather_rays` the first time and one later. Then
+/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
+/// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it sends rays of directions that the BSDF draws, `gather_rays` the first time and
+/// one later. Then
 ///
 /// - light that the path meets on its way is seen, and so is light that a gather ray meets first, by its MIS weight;
 /// - light that comes to a vertex straight from a light is sampled there;
-/// - light that has been scattered by delta lobes alone comes to wide surfaces as photons of the caustic map, the density of which is estimated there; a
-///   gather ray that a delta lobe has sent on meets no light, since that would be the same;
+/// - light that has been scattered by delta lobes alone comes to wide surfaces as photons of the caustic map, the density of which is estimated
+///   there; a gather ray that a delta lobe has sent on meets no light, since that would be the same;
 /// - all other light has left, last of all, a surface that scatters it by other than delta lobes: gather rays meet that surface, straight or by
 ///   delta lobes, where the density of the global map, which has all photons, tells what it scatters.
 ///
@@ -200,7 +201,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 },
                 // What other lobes scatter has been gathered.
                 (Some(_), false) => continue,
-                // Light that comes by a delta lobe to a vertex that a gather ray has met is a caustic where that ray comes from, if it is scattered no more.
+                // Light that comes by a delta lobe to a vertex that a gather ray has met is a caustic where that ray comes from, if it is scattered
+                // no more.
                 (None, true) if was_gathering => Purpose::Gather {
                     length: 0.0,
                     after_delta: true,

@@ -26,7 +26,8 @@ impl PhotonTree {
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let mut axes = vec![0; photons.len()];
         // Ranges yet to be divided
-        let mut ranges = vec![0..photons.len()];
+        let mut ranges: Vec<Range<usize>> = Vec::with_capacity(64);
+        ranges.push(0..photons.len());
         while let Some(range) = ranges.pop() {
             if range.len() < 2 {
                 continue;

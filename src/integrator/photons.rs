@@ -27,7 +27,8 @@ pub struct Photon {
 }
 
 impl Photon {
-    /// A photon of a light at `p`, on a surface with unit normal `ng`, that carries `power` there from the unit direction `wi` without being scattered.
+    /// A photon of a light at `p`, on a surface with unit normal `ng`, that carries `power` there from the unit direction `wi` without being
+    /// scattered.
     pub fn new(light: LightId, p: Vec3, ng: Vec3, wi: Vec3, power: Spectrum) -> Self {
         Self {
             p: p.to_array(),
@@ -90,8 +91,8 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         paths.div_ceil(PHOTON_PATHS_A_PIECE)
     }
 
-    /// The photons of the piece `index` of the `paths` paths of the frame `frame`, in the order of their paths; at `time`, or each path at a time of its
-    /// own.
+    /// The photons of the piece `index` of the `paths` paths of the frame `frame`, in the order of their paths; at `time`, or each path at a time of
+    /// its own.
     pub fn piece<S: Sampler>(
         &self,
         (frame, index): (u32, u32),

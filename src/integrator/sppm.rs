@@ -10,10 +10,12 @@ use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
-/// Probabilistic Approach"): every frame sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by itself.
+/// Probabilistic Approach"): every frame sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by
+/// itself.
 ///
-/// A frame's estimate is biased, by the blur of its radius; frames differ in that, and their mean comes as near to the picture as is wanted. With radii
-/// that shrink as `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as `n^(α − 1)` (Knaus and Zwicker, §3.3).
+/// A frame's estimate is biased, by the blur of its radius; frames differ in that, and their mean comes as near to the picture as is wanted. With
+/// radii that shrink as `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as `n^(α − 1)` (Knaus and Zwicker,
+/// §3.3).
 ///
 /// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
 /// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) its way ends. Then
@@ -169,7 +171,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
                 break;
             };
-            beta = beta * sample.weight;
+            beta *= sample.weight;
             ray = vertex.ray_along(sample.wi);
             let from = Scattered {
                 from: vertex.receiver(),
@@ -191,7 +193,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, beta * roulette_scale, decision) else {
                 break;
             };
-            beta = beta * factor;
+            beta *= factor;
             scattered = Some(from);
         }
         radiance

@@ -10,15 +10,16 @@ use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
 use std::f32::consts::PI;
 
-/// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka, Pantaleoni and Jensen 2012): bidirectional path tracing,
-/// whose strategies are joined by one more for each vertex: that a path from a light has come near to it.
+/// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka, Pantaleoni and Jensen 2012): bidirectional path
+/// tracing, whose strategies are joined by one more for each vertex: that a path from a light has come near to it.
 ///
-/// Merging takes a path from a light that ends within a radius of a vertex for one that ends there: its density is that of both subpaths, times `π r² n` for n paths from
-/// lights. In multiple importance sampling it has its share of each path, and so it finds what no connection can, such as caustics seen in mirrors. What it
-/// finds has the bias of [`super::ProgressivePhotonIntegrator`], to the share that it has; radii shrink in the same way.
+/// Merging takes a path from a light that ends within a radius of a vertex for one that ends there: its density is that of both subpaths, times `π r²
+/// n` for n paths from lights. In multiple importance sampling it has its share of each path, and so it finds what no connection can, such as
+/// caustics seen in mirrors. What it finds has the bias of [`super::ProgressivePhotonIntegrator`], to the share that it has; radii shrink in the same
+/// way.
 ///
-/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of a frame: there may be fewer of
-/// them than pixels, since they take 600 bytes a vertex.
+/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of a frame: there may be fewer
+/// of them than pixels, since they take 600 bytes a vertex.
 #[derive(Debug)]
 pub struct VertexMergingIntegrator<'a, A> {
     /// What light meets, and from where it is seen.

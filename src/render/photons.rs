@@ -5,7 +5,8 @@ use crate::integrator::{Photon, PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
-/// Sends `paths` paths of photons, and makes maps of what they leave; what `tracer` leaves out is not in them. `None` where the observer asked to stop.
+/// Sends `paths` paths of photons, and makes maps of what they leave; what `tracer` leaves out is not in them. `None` where the observer asked to
+/// stop.
 ///
 /// They are the same to the bit for any number of threads, for crops and for parts of a render: photons depend on the number of their path alone.
 pub fn photon_maps<A: Accel, S: Sampler>(

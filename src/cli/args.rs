@@ -553,11 +553,11 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub metropolis_direct: Option<String>,
 
-    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 1024 mutations, at least 16]
+    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, at least 16]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub chains: Option<u32>,
 
-    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 4096]
+    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 1024]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub bootstrap: Option<u32>,
 

@@ -76,12 +76,12 @@ pub enum MetropolisDirect {
 }
 
 /// Mutations, one for each pixel of the image in a frame, for which there is a chain.
-const MUTATIONS_PER_CHAIN: u64 = 1024;
+const MUTATIONS_PER_CHAIN: u64 = 256;
 /// Mutations for which there is a bootstrap path.
 const MUTATIONS_PER_BOOTSTRAP: u64 = 4;
 /// Of either, so many in a frame at least.
 const LEAST_CHAINS: u64 = 16;
-const LEAST_BOOTSTRAP: u64 = 4096;
+const LEAST_BOOTSTRAP: u64 = 1024;
 /// Bootstrap paths that are traced together.
 const PIECE: u32 = 1024;
 /// How many times as many bootstrap paths there are of a length as of the one before.

@@ -199,6 +199,7 @@ fn assert_agrees_with_paths(
         camera: &camera,
         filter,
         features: false,
+        strategies: false,
     };
     let region = |x: u32, y: u32| Rect {
         min: UVec2::new(x, y) * 4,
@@ -380,7 +381,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
     with_world(&scene, camera, resolution, |world| {
         let integrator = pssmlt(world, 4);
         let film = |groups| {
-            let mut film = Film::new(resolution, Rect::full(resolution)).with_light_groups(groups);
+            let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(groups);
             let numbers = (&Independent::new(1), &Filter::BOX);
             render_frames(&integrator, numbers, &mut film, (16, None), &());
             film
@@ -388,7 +389,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
         let (plain, told_apart) = (film(0), film(2));
         assert_eq!(sums(&plain), sums(&told_apart));
         for (pixel, picture) in sums(&plain) {
-            let groups = told_apart.tile_at(pixel).unwrap().light_sums(pixel);
+            let groups = told_apart.tile_at(pixel).unwrap().part_sums(pixel);
             let sum: f64 = groups.iter().map(|group| group.mean(2, 16)).sum();
             let [picture, _] = picture[2];
             assert!((sum - picture).abs() < 1e-5 * picture, "{pixel}: {sum}, {picture}");

@@ -99,9 +99,9 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     };
     if args.json {
         let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
-        println!("{json}");
+        outln!("{json}");
     } else {
-        print!("{}", tables(&report));
+        out!("{}", tables(&report));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -140,7 +140,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
     for backend in Backend::ALL.iter().copied().filter(chosen) {
         let tell = |what: &str| {
             if !args.quiet {
-                eprintln!("{name}: {}, {what}", backend.name());
+                errln!("{name}: {}, {what}", backend.name());
             }
         };
         tell("build");

@@ -30,6 +30,8 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// Whether first surfaces come with their [`Features`].
     pub features: bool,
+    /// Whether bidirectional methods tell their strategies apart.
+    pub strategies: bool,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -48,6 +50,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
             ..
         } = self;
         World {
@@ -56,6 +59,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
         }
     }
 

@@ -5,12 +5,14 @@ use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
     DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, Metropolis, MetropolisDirect,
-    NaiveIntegrator, PathIntegrator, PrimarySpaceIntegrator, Roulette, Sink, Strategy, WhittedIntegrator, World,
+    NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer,
+    PrimarySpaceIntegrator, ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy,
+    VertexMergingIntegrator, WhittedIntegrator, World, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::math::UVec2;
-use crate::render::{self, Observer, Outcome, Statistics, companions};
+use crate::render::{self, Observer, Outcome, RayCounts, Statistics, companions};
 use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::fmt::Display;
@@ -43,6 +45,16 @@ pub struct Estimator {
     pub view: DebugView,
     /// How Markov chains go.
     pub metropolis: Metropolis,
+    /// Paths of photons; `None`: as many as is usual.
+    pub photons: Option<u32>,
+    /// How far away photons count, in the first frame where frames differ, scene units; `None`: by the width of a pixel.
+    pub photon_radius: Option<f32>,
+    /// How quickly that shrinks: the share of new photons that disks of progressive photon mapping keep.
+    pub photon_alpha: f32,
+    /// Photons that photon mapping makes one estimate of.
+    pub photon_count: u32,
+    /// Rays that photon mapping gathers by.
+    pub gather_rays: u32,
 }
 
 /// Integrators.
@@ -68,6 +80,14 @@ pub enum IntegratorKind {
     Bidirectional,
     /// [`PrimarySpaceIntegrator`]
     PrimarySpace,
+    /// [`ProgressivePhotonIntegrator`]
+    ProgressivePhotons,
+    /// [`PhotonMapIntegrator`]
+    PhotonMap,
+    /// [`VertexMergingIntegrator`]
+    VertexMerging,
+    /// [`PathSpaceIntegrator`]
+    PathSpace,
 }
 
 impl IntegratorKind {
@@ -83,6 +103,10 @@ impl IntegratorKind {
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
         ("pssmlt", Self::PrimarySpace),
+        ("sppm", Self::ProgressivePhotons),
+        ("photon-map", Self::PhotonMap),
+        ("vcm", Self::VertexMerging),
+        ("mlt", Self::PathSpace),
     ];
 }
 
@@ -116,6 +140,9 @@ pub(crate) const VIEWS: &[(&str, DebugView)] = &[
     ("ids", DebugView::Ids),
 ];
 
+/// Scatterings at most where the strategies of all lengths are told apart.
+const MOST_STRATEGIES_DEPTH: u32 = 6;
+
 pub(crate) const METROPOLIS_DIRECT: &[(&str, MetropolisDirect)] = &[
     ("ordinary", MetropolisDirect::Ordinary),
     ("metropolis", MetropolisDirect::Metropolis),
@@ -127,6 +154,20 @@ const MOST_LIGHT_SAMPLES: u32 = 1024;
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
 const DEFAULT_BRANCHING: u32 = 4;
+/// The share of photons that Hachisuka and Jensen (2009) and Knaus and Zwicker (2011) keep.
+const DEFAULT_ALPHA: f32 = 2.0 / 3.0;
+/// Pixels that a disk of photons reaches in the first frame (docs/benchmarks.md).
+const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
+/// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
+const MOST_PHOTONS: u32 = 1 << 26;
+/// Paths of photons that are sent once.
+const DEFAULT_PHOTONS: u32 = 1 << 18;
+/// Photons of an estimate.
+const DEFAULT_PHOTON_COUNT: u32 = 64;
+const MOST_PHOTON_COUNT: u32 = 1 << 16;
+const DEFAULT_GATHER_RAYS: u32 = 4;
+/// Rays that gather at most: their random numbers have so many places.
+const MOST_GATHER_RAYS: u32 = 100;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -146,6 +187,11 @@ impl Default for Estimator {
             ao_distance: None,
             view: DebugView::default(),
             metropolis: Metropolis::default(),
+            photons: None,
+            photon_radius: None,
+            photon_alpha: DEFAULT_ALPHA,
+            photon_count: DEFAULT_PHOTON_COUNT,
+            gather_rays: DEFAULT_GATHER_RAYS,
         }
     }
 }
@@ -181,6 +227,11 @@ impl Estimator {
                 large_step_probability: share(&render.large_step_probability, best.metropolis.large_step_probability),
                 mutation_size: share(&render.mutation_size, best.metropolis.mutation_size),
             },
+            photons: number(&render.photons),
+            photon_radius: render.photon_radius.as_ref().map(|r| *r.get_ref()),
+            photon_alpha: render.photon_alpha.as_ref().map_or(best.photon_alpha, |a| *a.get_ref()),
+            photon_count: number(&render.photon_count).unwrap_or(best.photon_count),
+            gather_rays: number(&render.gather_rays).unwrap_or(best.gather_rays),
         })
     }
 
@@ -192,6 +243,27 @@ impl Estimator {
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
+        if let Some(n) = self.photons.filter(|&n| n > MOST_PHOTONS) {
+            let help = format!("{MOST_PHOTONS} at most; frames of progressive photon mapping add up");
+            return Some(InvalidSetting::new("photons", n, help));
+        }
+        if !(self.photon_alpha > 0.0 && self.photon_alpha <= 1.0) {
+            let help = "use a share above 0, at which radii shrink fastest, up to 1, at which they stay";
+            return Some(InvalidSetting::new("photon-alpha", self.photon_alpha, help));
+        }
+        if !(2..=MOST_PHOTON_COUNT).contains(&self.photon_count) {
+            let help = format!("use 2 to {MOST_PHOTON_COUNT} photons");
+            return Some(InvalidSetting::new("photon-count", self.photon_count, help));
+        }
+        if !(1..=MOST_GATHER_RAYS).contains(&self.gather_rays) {
+            let help = format!("use 1 to {MOST_GATHER_RAYS} rays; more samples a pixel are more of everything");
+            return Some(InvalidSetting::new("gather-rays", self.gather_rays, help));
+        }
+        match (self.photons, self.photon_radius) {
+            (Some(0), _) => return above_0("photons", &0),
+            (_, Some(r)) if !is_length(r) => return above_0("photon-radius", &r),
+            _ => {}
+        }
         match (self.light_samples, self.branching, self.ao_distance) {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
@@ -269,12 +341,16 @@ impl Estimator {
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let samples_lights = match self.kind {
             IntegratorKind::Naive => false,
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
-                self.strategy.samples_lights()
-            }
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -306,6 +382,37 @@ impl Estimator {
         !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
     }
 
+    /// Names of its strategies by vertices from the light and from the camera, in the order in which frames tell them apart.
+    pub(crate) fn strategies(&self) -> Vec<String> {
+        match (self.kind, self.max_depth()) {
+            (IntegratorKind::Bidirectional, Some(depth)) => {
+                strategies(depth).map(|(s, t)| format!("s{s}_t{t}")).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether strategies can be told apart.
+    pub(crate) fn tells_strategies(&self) -> bool {
+        self.check_strategies().is_ok()
+    }
+
+    /// Refuses to tell strategies apart where there are none, or too many.
+    pub(super) fn check_strategies(&self) -> Result<(), InvalidSetting> {
+        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
+        if self.kind != IntegratorKind::Bidirectional {
+            let value = format!("--integrator {} has none", self.name());
+            return wrong(&value, "use --integrator bdpt");
+        }
+        match self.max_depth() {
+            Some(depth) if depth <= MOST_STRATEGIES_DEPTH => Ok(()),
+            _ => wrong(
+                "every length of paths has as many as vertices, and each takes 120 bytes a pixel",
+                &format!("use a --max-depth of {MOST_STRATEGIES_DEPTH} at most"),
+            ),
+        }
+    }
+
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
@@ -331,7 +438,11 @@ impl Estimator {
         let strategy = self.strategy;
         let mut text = format!("integrator={}", self.name());
         match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => {
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -341,17 +452,23 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace => {
+            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace | IntegratorKind::VertexMerging => {
                 text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
             }
-            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
+            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::PathSpace => {}
         }
         let samples_lights = match self.kind {
-            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::Distributed => strategy.samples_lights(),
+            IntegratorKind::Path
+            | IntegratorKind::Direct
+            | IntegratorKind::Distributed
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
             IntegratorKind::Whitted
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
-            | IntegratorKind::PrimarySpace => true,
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -370,10 +487,37 @@ impl Estimator {
             IntegratorKind::Naive | IntegratorKind::Light | IntegratorKind::Bidirectional => {
                 text + &format!(" max_depth={depth} roulette_depth={}", self.roulette.depth)
             }
+            IntegratorKind::ProgressivePhotons | IntegratorKind::VertexMerging => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_radius={} photon_alpha={}",
+                    self.roulette.depth,
+                    self.photons.map_or("pixels".into(), |n| n.to_string()),
+                    self.photon_radius
+                        .map_or(format!("{DEFAULT_RADIUS_PIXELS}px"), |r| r.to_string()),
+                    self.photon_alpha
+                )
+            }
+            IntegratorKind::PhotonMap => {
+                text + &format!(
+                    " max_depth={depth} roulette_depth={} photons={} photon_count={} photon_radius={} gather_rays={}",
+                    self.roulette.depth,
+                    self.mapped_photons(),
+                    self.photon_count,
+                    self.photon_radius.map_or("scene".into(), |r| r.to_string()),
+                    self.gather_rays
+                )
+            }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
             IntegratorKind::PrimarySpace => {
                 let lights = self.light_samples();
                 text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
+            IntegratorKind::PathSpace => {
+                let (lights, roulette) = (self.light_samples(), self.roulette.depth);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} {}",
+                    self.chains()
+                )
             }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -435,28 +579,61 @@ impl Estimator {
                 render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
             }
         }
-        self.with_integrator(
+        let Some((maps, rays)) = self.photon_maps(world, sampler, observer) else {
+            return (Outcome::Stopped, Statistics::default());
+        };
+        let render = Render {
+            sampler,
+            film,
+            end,
+            noise,
+            filter: world.filter,
+            observer,
+        };
+        let (outcome, mut statistics) = self.with_integrator(world, &maps, render);
+        statistics.rays = statistics.rays.plus(rays);
+        (outcome, statistics)
+    }
+
+    /// What all samples look at, and the rays that it took: photons, or nothing. `None` where the observer asked to stop.
+    fn photon_maps<A: Accel>(
+        &self,
+        world: World<A>,
+        sampler: &impl Sampler,
+        observer: &impl Observer,
+    ) -> Option<(PhotonMaps, RayCounts)> {
+        if self.kind != IntegratorKind::PhotonMap {
+            return Some((PhotonMaps::new(Vec::new(), 1), RayCounts::default()));
+        }
+        let tracer = PhotonTracer {
             world,
-            Render {
-                sampler,
-                film,
-                end,
-                noise,
-                filter: world.filter,
-                observer,
-            },
-        )
+            max_depth: self.max_depth(),
+            roulette: self.roulette,
+            least_scatterings: 0,
+        };
+        render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
+    }
+
+    /// How far away photons count in the first frame.
+    fn search_radius(&self) -> SearchRadius {
+        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
+        self.photon_radius.map_or(usual, SearchRadius::Fixed)
+    }
+
+    /// Paths of photons that are sent once.
+    fn mapped_photons(&self) -> u32 {
+        self.photons.unwrap_or(DEFAULT_PHOTONS)
     }
 
     /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
-    /// `key` itself.
+    /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
     pub(crate) fn sample<A: Accel, O: Sink>(
         &self,
         world: World<A>,
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut impl Sampler,
         sink: impl Fn(bool) -> O,
-    ) {
+    ) -> bool {
         struct Sample<'a, S, F> {
             resolution: UVec2,
             key: SampleKey,
@@ -464,28 +641,31 @@ impl Estimator {
             sink: F,
         }
         impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
-            type Output = ();
-            fn run(self, integrator: &impl Integrator) {
+            type Output = bool;
+            fn run(self, integrator: &impl Integrator) -> bool {
                 let keys = companions(integrator, self.resolution, self.key);
                 let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
                 integrator.samples(&keys, self.sampler, &mut sinks);
+                true
             }
-            // Refused before (`Estimator::has_samples_of_pixels`)
-            fn run_frames(self, _: &impl FrameIntegrator) {}
+            fn run_frames(self, _: &impl FrameIntegrator) -> bool {
+                false
+            }
         }
-        self.with_integrator(
-            world,
-            Sample {
-                resolution,
-                key,
-                sampler,
-                sink,
-            },
-        );
+        let Some((maps, _)) = self.photon_maps(world, sampler, &()) else {
+            return false;
+        };
+        let sample = Sample {
+            resolution,
+            key,
+            sampler,
+            sink,
+        };
+        self.with_integrator(world, &maps, sample)
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, task: T) -> T::Output {
+    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, maps: &PhotonMaps, task: T) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
         let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
@@ -532,6 +712,41 @@ impl Estimator {
                 world,
                 heuristic: strategy.heuristic,
                 max_depth,
+                light_samples,
+                metropolis: self.metropolis,
+            }),
+            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
+                world,
+                strategy,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
+                world,
+                maps,
+                strategy,
+                max_depth,
+                roulette,
+                photon_count: self.photon_count,
+                radius: self.photon_radius,
+                gather_rays: self.gather_rays,
+            }),
+            IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
+                world,
+                max_depth,
+                roulette,
                 light_samples,
                 metropolis: self.metropolis,
             }),

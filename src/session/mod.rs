@@ -148,6 +148,7 @@ impl Session {
             camera: &self.camera,
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
+            strategies: self.settings.aovs.contains(&Aov::Strategies),
         }
     }
 }
@@ -193,10 +194,15 @@ fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
     let crop = settings.crop();
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
     let groups = match settings.aovs.contains(&Aov::Lights) {
-        true => Film::light_group_bytes(crop, scene.light_groups().names().len()),
+        true => scene.light_groups().names().len(),
         false => 0,
     };
-    forecast.peak(settings.backend.name()) + denoising + groups
+    let strategies = match settings.aovs.contains(&Aov::Strategies) {
+        true => settings.estimator.strategies().len(),
+        false => 0,
+    };
+    let parts = Film::part_bytes(crop, groups + 2 * strategies);
+    forecast.peak(settings.backend.name()) + denoising + parts
 }
 
 /// An error where the lights of a scene that has no groups are to be told apart.

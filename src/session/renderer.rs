@@ -163,6 +163,10 @@ impl<'a> Renderer<'a> {
                 true => scene.light_groups().names().to_vec(),
                 false => Vec::new(),
             },
+            strategies: match aovs.contains(&Aov::Strategies) {
+                true => self.session.settings().estimator.strategies(),
+                false => Vec::new(),
+            },
         })
     }
 

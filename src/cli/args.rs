@@ -500,8 +500,9 @@ pub(super) struct RenderArgs {
 /// Which estimate of light transport is made.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EstimatorArgs {
-    /// path, naive, whitted, distributed, direct, ao, debug, light, bdpt; or, all biased: sppm (progressive photon mapping, whose blur shrinks as
-    /// samples are added), photon-map (photons sent once, whose blur stays) or vcm (bdpt, joined with sppm) [default: path]
+    /// path, naive, whitted, distributed, direct, ao, debug; with light from both ends: light (from lights alone), bdpt (bidirectional), pssmlt and mlt
+    /// (Metropolis); or, all biased: sppm (progressive photon mapping, whose blur shrinks as samples are added), photon-map (photons sent
+    /// once, whose blur stays), vcm (bdpt, joined with sppm) and irradiance-cache (indirect light of few places) [default: path]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 

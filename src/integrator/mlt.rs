@@ -273,7 +273,18 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
         let choice = numbers.choose(Mutation::weights(x).into_iter()).unwrap_or(0);
-        let kind = Mutation::ALL[choice].0;
+        self.mutate_by(Mutation::ALL[choice].0, (space, seeds), x, numbers, out)
+    }
+
+    /// The same of the kind `kind`.
+    fn mutate_by(
+        &self,
+        kind: Mutation,
+        (space, seeds): (&PathSpace<'_, 'a, A>, &Seeds),
+        x: &Path<'a>,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> (usize, Option<Proposal<'a>>) {
         let chosen = |path: &Path| kind.probability(path);
         let bidirectional = Bidirectional {
             space,

@@ -115,7 +115,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             radiance: emission.radiance,
             origin: emission.origin,
         };
-        Some(Vertex::new(Place::Light(source), emission.p, emission.ng))
+        // Infinitely far away there are directions, and no places.
+        let p = if kind.is_infinite() { Vec3::ZERO } else { emission.p };
+        Some(Vertex::new(Place::Light(source), p, emission.ng))
     }
 
     fn emission(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {

@@ -560,10 +560,8 @@ impl Estimator {
             }
             IntegratorKind::PathSpace => {
                 let (lights, roulette) = (self.light_samples(), self.roulette.depth);
-                text + &format!(
-                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} {}",
-                    self.chains()
-                )
+                let chains = self.starts_of_chains();
+                text + &format!(" max_depth={depth} roulette_depth={roulette} light_samples={lights} {chains}")
             }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
@@ -571,15 +569,24 @@ impl Estimator {
         }
     }
 
-    /// How Markov chains go, likewise.
-    fn chains(&self) -> String {
+    /// Which Markov chains there are, likewise.
+    fn starts_of_chains(&self) -> String {
         let number = |n: Option<u32>| n.map_or("auto".into(), |n| n.to_string());
         let metropolis = &self.metropolis;
         format!(
-            "metropolis_direct={} chains={} bootstrap={} large_step_probability={:?} mutation_size={:?}",
+            "metropolis_direct={} chains={} bootstrap={}",
             name_of(METROPOLIS_DIRECT, metropolis.direct),
             number(metropolis.chains),
             number(metropolis.bootstrap),
+        )
+    }
+
+    /// How they go, too.
+    fn chains(&self) -> String {
+        let metropolis = &self.metropolis;
+        format!(
+            "{} large_step_probability={:?} mutation_size={:?}",
+            self.starts_of_chains(),
             metropolis.large_step_probability,
             metropolis.mutation_size
         )

@@ -408,6 +408,24 @@ fn mistakes_are_named_and_leave_no_files() {
             &["--ao-distance 0", "help:"],
         ),
         (
+            &["render", "s.toml", "--integrator", "sppm", "--photon-alpha", "0"],
+            keep,
+            2,
+            &["--photon-alpha 0", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "photon-map", "--photon-count", "1"],
+            keep,
+            2,
+            &["--photon-count 1", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--integrator", "photon-map", "--photons", "0"],
+            keep,
+            2,
+            &["--photons 0", "help:"],
+        ),
+        (
             &["render", "s.toml", "--pixel", "40,0"],
             keep,
             2,
@@ -662,8 +680,12 @@ fn every_integrator_renders() {
         "--integrator distributed --branching 2 --max-depth 3",
         "--integrator direct --light-selection uniform",
         "--integrator ao --ao-distance 2.5",
+        "--integrator irradiance-cache --cache-error 0.5 --cache-rays 32",
         "--integrator debug --view uv",
         "--integrator debug --view ids",
+        "--integrator sppm --photons 2000 --photon-alpha 0.8",
+        "--integrator photon-map --photons 2000 --photon-count 20 --gather-rays 2",
+        "--integrator vcm --photons 500 --photon-radius 0.1",
     ] {
         let args: Vec<&str> = ["render", "s.toml", "--stats", "s.json"]
             .into_iter()
@@ -739,6 +761,32 @@ fn one_sample_can_be_explained() {
     }
 }
 
+/// Who reads the first line and goes leaves the program no reason to fail.
+#[cfg(unix)]
+#[test]
+fn readers_may_go() {
+    let folder = scene();
+    done(folder.path(), &split("render s.toml -q --spp 2 -o a.exr"));
+    for command in [
+        "info s.toml",
+        "compare a.exr a.exr",
+        "--help",
+        "check s.toml",
+        "completions bash",
+    ] {
+        let line = format!(
+            "{} {command} | true; exit ${{PIPESTATUS[0]}}",
+            support::program::PROGRAM
+        );
+        let out = std::process::Command::new("bash")
+            .args(["-c", &line])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!((code(&out), words(&out).as_str()), (0, ""), "{command}");
+    }
+}
+
 #[test]
 fn the_lab_compares_the_ladder() {
     let folder = scene();
@@ -769,6 +817,16 @@ fn the_lab_compares_the_ladder() {
     // Equal time, against a reference that is there
     let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
     done(folder.path(), &reference);
+    // Integrators by their names
+    done(
+        folder.path(),
+        &split("lab s.toml --methods path,bdpt,light --spp 2 --reference r.exr -q -o methods"),
+    );
+    let table = fs::read_to_string(folder.path().join("methods.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().map(|line| line.split(',').next().unwrap()).collect();
+    assert_eq!(rows, ["estimator", "\"path\"", "\"bdpt\"", "\"light\""]);
+    let said = refused(folder.path(), &split("lab s.toml --methods path,nonsense"), 2);
+    assert!(said.contains("nonsense") && said.contains("bdpt"), "{said}");
     let out = run(folder.path(), &split("lab s.toml --time 0.05s --reference r.exr -q"));
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     assert!(folder.path().join("s-lab.png").exists());

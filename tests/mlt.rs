@@ -239,6 +239,10 @@ fn light_through_a_gap_is_missed_by_no_seed() {
     let scene = b.build().unwrap().0;
     let camera = pinhole(Vec3::new(0.0, 0.3, 0.9), Vec3::new(0.0, -0.3, 0.0), 80.0);
     with_world(&scene, camera, UVec2::splat(16), |world| {
+        let metropolis = Metropolis {
+            bootstrap: Some(256),
+            ..Metropolis::default()
+        };
         let films: Vec<Film> = (0..SEEDS)
             .map(|seed| frames(world, (6, metropolis), seed, 64))
             .collect();

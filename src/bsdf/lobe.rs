@@ -41,6 +41,22 @@ impl Lobe {
         matches!(self, Self::RoughMirror(_) | Self::RoughDielectric(_))
     }
 
+    /// Whether it scatters widely: what it makes of light from a direction varies little from one direction to another near it, so that a mean over
+    /// light from few directions is no noise. Facets count as wide from a roughness of 0.45 on (α = 0.2), the others where they are as wide as
+    /// such facets (n = 2 / α² − 2 about the half vector, a quarter of that about the mirror direction: Walter et al. 2007, §5.2).
+    pub fn is_wide(&self) -> bool {
+        const ROUGHNESS: f32 = 0.45;
+        const EXPONENT: f32 = 48.0;
+        match self {
+            Self::Lambert(_) | Self::CoatedLambert(_) | Self::Sheen(_) => true,
+            Self::Phong(lobe) => lobe.exponent <= 0.25 * EXPONENT,
+            Self::Blinn(lobe) => lobe.exponent <= EXPONENT,
+            Self::RoughMirror(lobe) => lobe.roughness() >= ROUGHNESS,
+            Self::RoughDielectric(lobe) => lobe.roughness() >= ROUGHNESS,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => false,
+        }
+    }
+
     /// Value for the pair of directions, for radiance and cosine excluded, sr⁻¹; 0 for delta lobes.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {

@@ -148,6 +148,11 @@ impl Bsdf {
         self.lobes().all(Lobe::is_delta)
     }
 
+    /// Whether one of its lobes scatters widely ([`Lobe::is_wide`]).
+    pub fn is_wide(&self) -> bool {
+        self.lobes().any(Lobe::is_wide)
+    }
+
     /// Whether it scatters to all directions of a side alike.
     pub fn is_lambert(&self) -> bool {
         matches!(self, Self::Single(Lobe::Lambert(_)))

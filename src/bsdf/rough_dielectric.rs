@@ -34,6 +34,11 @@ struct Side {
 }
 
 impl RoughDielectric {
+    /// `√α` of its facets, the roughness of those that are alike along all tangents.
+    pub fn roughness(&self) -> f32 {
+        self.facets.roughness()
+    }
+
     /// Facets of slopes `αx` and `αy`, between [`super::LEAST_ALPHA`] and 1; the index of refraction inside is `ior`
     /// times that outside, and not 1: there is no half vector where nothing is bent.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {

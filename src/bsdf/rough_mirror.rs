@@ -21,6 +21,11 @@ pub struct RoughMirror {
 }
 
 impl RoughMirror {
+    /// `√α` of its facets, the roughness of those that are alike along all tangents.
+    pub fn roughness(&self) -> f32 {
+        self.facets.roughness()
+    }
+
     /// Facets of slopes `αx` and `αy` (squares of what is called roughness), between [`super::LEAST_ALPHA`] and 1, that
     /// reflect `reflectance` times the share `fresnel`.
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {

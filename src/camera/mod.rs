@@ -242,6 +242,11 @@ impl Camera {
         self.scale * p.distance(self.at(time).position)
     }
 
+    /// How much wider a pixel is for each scene unit that it is further away.
+    pub fn pixel_width_by_distance(&self) -> f32 {
+        self.scale
+    }
+
     /// Whether rays start from more than a single point.
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0

@@ -121,6 +121,10 @@ pub(super) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
+    /// Integrators to compare instead of the ladder's estimators, such as path,bdpt,mlt,sppm: each as it is by default
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub methods: Vec<String>,
+
     /// Samples a pixel of every estimator [default: 64]
     #[arg(long, value_name = "N", conflicts_with = "time")]
     pub spp: Option<u32>,
@@ -129,7 +133,7 @@ pub(super) struct LabArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time: Option<f64>,
 
-    /// EXR to compare with [default: the best estimator's picture at 64 times its samples]
+    /// EXR to compare with [default: the last estimator's picture at 64 times its samples]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
@@ -496,7 +500,8 @@ pub(super) struct RenderArgs {
 /// Which estimate of light transport is made.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(super) struct EstimatorArgs {
-    /// path, naive, whitted, distributed, direct, ao or debug [default: path]
+    /// path, naive, whitted, distributed, direct, ao, debug, light, bdpt; or, all biased: sppm (progressive photon mapping, whose blur shrinks as
+    /// samples are added), photon-map (photons sent once, whose blur stays) or vcm (bdpt, joined with sppm) [default: path]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 
@@ -533,7 +538,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub reuse: Option<String>,
 
-    /// Light samples at the first vertex of a path [default: 2 with shared paths, else 1]
+    /// Light samples at the first vertex of a path [default: 2 with shared paths or a cache, else 1]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub light_samples: Option<u32>,
 
@@ -544,6 +549,35 @@ pub(super) struct EstimatorArgs {
     /// How far away occludes, for ao [default: the size of the scene]
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub ao_distance: Option<f32>,
+
+    /// Paths of photons that lights send: for each sample of the picture with sppm and vcm, once with photon-map [default: as many as there are
+    /// pixels, with vcm 65536 at most; photon-map: 262144]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub photons: Option<u32>,
+
+    /// How far away photons count: in the first sample of sppm and vcm, at most with photon-map [default: three pixels at the point's distance;
+    /// photon-map: 0.1 of the scene's radius, 0.02 of it for caustics]
+    #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
+    pub photon_radius: Option<f32>,
+
+    /// How slowly that shrinks with sppm and vcm: 1 stays, smaller values trade blur for noise [default: 2/3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub photon_alpha: Option<f32>,
+
+    /// Photons that photon-map makes one estimate of, the nearest ones [default: 64]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub photon_count: Option<u32>,
+
+    /// Rays by which photon-map gathers the light of other surfaces [default: 4]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub gather_rays: Option<u32>,
+    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub cache_error: Option<f32>,
+
+    /// Rays that a record of irradiance-cache is made of, about [default: 1024]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub cache_rays: Option<u32>,
 
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]

@@ -136,6 +136,13 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     metropolis.bootstrap = args.bootstrap.or(metropolis.bootstrap);
     set(&mut metropolis.large_step_probability, args.large_step_probability);
     set(&mut metropolis.mutation_size, args.mutation_size);
+    estimator.photons = args.photons.or(estimator.photons);
+    estimator.photon_radius = args.photon_radius.or(estimator.photon_radius);
+    set(&mut estimator.photon_alpha, args.photon_alpha);
+    set(&mut estimator.photon_count, args.photon_count);
+    set(&mut estimator.gather_rays, args.gather_rays);
+    set(&mut estimator.cache_error, args.cache_error);
+    set(&mut estimator.cache_rays, args.cache_rays);
     Ok(())
 }
 

@@ -1,3 +1,4 @@
+use super::photon_grid::Radii;
 use super::subpath::{EMISSION_BLOCK, LightEnd, MOST_VERTICES, PathVertex, Place, Segment, Walk, block};
 use super::{Heuristic, RaySink, Roulette, World};
 use crate::accel::Accel;
@@ -20,6 +21,26 @@ pub(super) struct Connector<'w, 'a, A> {
     pub roulette: Roulette,
     /// Scattering events at most.
     pub max_depth: Option<u32>,
+    /// Where subpaths from lights are also merged with those from the camera, with how many and how.
+    pub merging: Option<Merging<'w>>,
+}
+
+/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection
+/// and Merging").
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Merging<'w> {
+    /// Subpaths from lights with which each one from the camera may be merged.
+    pub paths: f32,
+    /// How far away their ends may be.
+    pub radii: &'w Radii<'w>,
+}
+
+impl Merging<'_> {
+    /// How often a point is taken for `p`, over the density per area with which it is drawn: `π r² n` (their eq. 7).
+    fn acceptance(&self, p: Vec3, time: f32) -> f64 {
+        let radius = self.radii.at(p, time) as f64;
+        std::f64::consts::PI * radius * radius * self.paths as f64
+    }
 }
 
 /// A subpath from the camera and one from a light.
@@ -36,6 +57,8 @@ pub(super) struct Subpaths<'a> {
 /// What a strategy finds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contribution {
+    /// Vertices from the light, and from the camera.
+    pub strategy: (usize, usize),
     /// Estimate of the light that comes by paths of this length, in the sample's own pixel or where `film` says.
     pub radiance: Spectrum,
     /// Share of it that the strategy has among all that could have made the path.
@@ -61,9 +84,9 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
 
     /// Follows both subpaths, the camera's along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
-        let (camera, escape) = self.from_camera(ray, sampler, out);
+        let (camera, escape) = self.camera_path(ray, sampler, out);
         Subpaths {
-            light: self.from_light(ray.time, sampler, out),
+            light: self.light_path(ray.time, sampler, out),
             camera,
             escape,
             time: ray.time,
@@ -71,7 +94,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath that starts along `ray`, and how it leaves the scene, if it does.
-    pub fn from_camera(
+    pub fn camera_path(
         &self,
         ray: Ray,
         sampler: &impl Sampler,
@@ -90,7 +113,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath of a light at `time`; empty where nothing emits.
-    pub fn from_light(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
+    pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let scene = self.world.scene;
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -177,6 +200,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             direct: before.density_at(light.pdf, last),
         };
         found(Contribution {
+            strategy: (0, camera.len()),
             radiance: last.beta * light.radiance,
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
@@ -201,6 +225,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
                 direct: light.pdf,
             };
             found(Contribution {
+                strategy: (0, camera.len()),
                 radiance: beta * light.radiance,
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
@@ -237,6 +262,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             let transmittance = self.world.transmittance(&ray, out);
             if transmittance > 0.0 {
                 found(Contribution {
+                    strategy: (1, camera.len()),
                     radiance: last.beta * f * sampled.radiance() * transmittance,
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: None,
@@ -270,6 +296,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             if transmittance > 0.0 {
                 let camera = std::slice::from_ref(&lens);
                 found(Contribution {
+                    strategy: (1, 1),
                     radiance: sampled.radiance() * (importance * transmittance),
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: Some(film),
@@ -305,6 +332,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), 1),
                 radiance: radiance * transmittance,
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
@@ -338,6 +366,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), camera.len()),
                 radiance: radiance * transmittance,
                 weight: self.weight(camera, light, None, time),
                 film: None,
@@ -443,6 +472,22 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
 
     /// Share of the strategy that joins these subpaths among all that could have made their path (Veach 1997, §10.2.1).
     fn weight(&self, camera: &[PathVertex], light: &[PathVertex], met: Option<Met>, time: f32) -> f32 {
+        self.weight_of(camera, light, met, time, false)
+    }
+
+    /// Share of merging the last vertex of `camera` with the one that follows on `light` among all strategies that could have made the path.
+    pub fn merging_weight(&self, camera: &[PathVertex], light: &[PathVertex], time: f32) -> f32 {
+        self.weight_of(camera, light, None, time, true)
+    }
+
+    fn weight_of(
+        &self,
+        camera: &[PathVertex],
+        light: &[PathVertex],
+        met: Option<Met>,
+        time: f32,
+        is_merged: bool,
+    ) -> f32 {
         let (s, t) = (light.len(), camera.len());
         let n = s + t;
         let mut path = Densities::new(n);
@@ -459,7 +504,8 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         match met {
             None => {
                 path.is_delta[t - 1] = false;
-                path.is_delta[t] = false;
+                // What is merged may have come there by a delta lobe.
+                path.is_delta[t] &= is_merged;
                 path.from_camera[t] = self.pdf_from_camera(before(t - 1), at(t - 1), at(t), time);
                 if s > 1 {
                     path.from_camera[t + 1] = self.pdf_from_camera(Some(at(t - 1)), at(t), at(t + 1), time);
@@ -489,7 +535,20 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             Some(met) => (met.direct, false),
             None => self.direct(at(n - 1), at(n - 2), (n > 2).then(|| at(n - 3)), time),
         };
-        path.weight(t, direct, is_delta_light, self.heuristic)
+        if let Some(merging) = &self.merging {
+            // To be compared with densities of merging, those by delta lobes need the geometry that is common to all other strategies.
+            for i in (1..n - 1).filter(|&i| path.is_delta[i]) {
+                path.from_camera[i + 1] = at(i).density_at(1.0, at(i + 1));
+                path.from_light[i - 1] = at(i).density_at(1.0, at(i - 1));
+            }
+            for i in 1..n - 1 {
+                let can_merge = !path.is_delta[i] && at(i).surface().is_some_and(|surface| !surface.bsdf.is_delta());
+                if can_merge {
+                    path.acceptance[i] = merging.acceptance(at(i).p, time);
+                }
+            }
+        }
+        path.weight(t, direct, is_delta_light, is_merged, self.heuristic)
     }
 
     /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from `before`; and whether there is no other way to it but
@@ -572,6 +631,8 @@ struct Densities {
     from_light: [f32; MOST_VERTICES],
     /// Where the path goes on by a delta lobe, to which nothing can be joined.
     is_delta: [bool; MOST_VERTICES],
+    /// [`Merging::acceptance`] at the vertex; 0 where nothing is merged.
+    acceptance: [f64; MOST_VERTICES],
 }
 
 impl Densities {
@@ -581,6 +642,7 @@ impl Densities {
             from_camera: [0.0; MOST_VERTICES],
             from_light: [0.0; MOST_VERTICES],
             is_delta: [false; MOST_VERTICES],
+            acceptance: [0.0; MOST_VERTICES],
         }
     }
 
@@ -590,24 +652,35 @@ impl Densities {
         self.is_delta[i] = vertex.is_delta;
     }
 
-    /// Weight of the strategy with `t` vertices from the camera; `direct` is the density of the light's end where it is sampled for its neighbour.
-    fn weight(&self, t: usize, direct: f32, is_delta_light: bool, heuristic: Heuristic) -> f32 {
+    /// Weight of the strategy with `t` vertices from the camera, the last of which is merged or connected; `direct` is the density of the light's end
+    /// where it is sampled for its neighbour.
+    fn weight(&self, t: usize, direct: f32, is_delta_light: bool, is_merged: bool, heuristic: Heuristic) -> f32 {
         let n = self.n;
         // Densities of strategies over that of this one, from which they differ vertex by vertex
         let ratio = |i: usize| self.from_light[i] as f64 / self.from_camera[i] as f64;
         let sampled = direct as f64 / self.from_light[n - 1] as f64;
-        let own = if t == n - 1 { sampled } else { 1.0 };
+        // Of merging the vertex `t − 1`, over that of a connection there
+        let merged = |t: usize| self.acceptance[t - 1] * self.from_light[t - 1] as f64;
+        let own = match is_merged {
+            true => merged(t),
+            false if t == n - 1 => sampled,
+            false => 1.0,
+        };
         let counts = |t: usize| match t {
             t if t == n => !is_delta_light,
             _ => !self.is_delta[t - 1] && !self.is_delta[t],
         };
         let mut sum = 1.0;
         let mut add = |other: usize, product: f64| {
-            if counts(other) {
+            if self.acceptance[other - 1] > 0.0 && !(is_merged && other == t) {
+                sum += heuristic.raised(product * merged(other) / own);
+            }
+            if counts(other) && (is_merged || other != t) {
                 let product = product * if other == n - 1 { sampled } else { 1.0 } / own;
                 sum += heuristic.raised(product);
             }
         };
+        add(t, 1.0);
         let mut product = 1.0;
         for other in (1..t).rev() {
             product *= ratio(other);

@@ -1,11 +1,13 @@
+use super::strategy::Scattered;
 use super::{Gathered, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
-use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::geometry::{Hit, Side, SurfacePoint, offset_to};
 use crate::light::{LightId, Receiver};
+use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
-use crate::scene::Scene;
+use crate::scene::{Incident, Scene};
 
 /// A surface point with the local frame and the scattering that hold there.
 pub(super) struct Vertex<'a> {
@@ -73,6 +75,38 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         self.sampler
             .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
     }
+}
+
+/// The light that `ray` meets, weighed against sampling it at the scattering that the ray comes from, if it comes from one; and the surface that it
+/// meets at `hit`, if there is one.
+pub(super) fn met<'v, R: Gathered, A: Accel>(
+    world: &'v World<A>,
+    strategy: &Strategy,
+    (ray, scattered): (&Ray, Option<&Scattered>),
+    hit: Option<Hit>,
+    slot: &'v BsdfSlot,
+) -> (R, Option<Vertex<'v>>) {
+    let from = scattered.map_or(Receiver::any_side(ray.origin), |s| s.from);
+    let counted = |light: Incident| {
+        let radiance = light.radiance * strategy.emission_weight(scattered, &light);
+        R::of_light(radiance, light.id, world.scene)
+    };
+    let mut radiance = R::default();
+    let Some(hit) = hit else {
+        // Escaped: infinitely distant lights
+        for light in world.scene.escaped(from, ray.direction) {
+            radiance += counted(light);
+        }
+        return (radiance, None);
+    };
+    let vertex = world.vertex(&hit, ray, slot);
+    if let Some(light) = world
+        .scene
+        .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
+    {
+        radiance = counted(light);
+    }
+    (radiance, Some(vertex))
 }
 
 /// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.

@@ -38,6 +38,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
             heuristic: Heuristic::Balance,
             roulette: self.roulette,
             max_depth: self.max_depth,
+            merging: None,
         };
         // What the camera sees first, for the auxiliary channels alone
         let ray = self.world.camera_ray(key, None, sampler, out);
@@ -47,7 +48,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
 
         // A light's path, and each of its vertices seen by the camera
         let paths = Subpaths {
-            light: connector.from_light(ray.time, sampler, out),
+            light: connector.light_path(ray.time, sampler, out),
             time: ray.time,
             ..Subpaths::default()
         };

@@ -278,6 +278,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             heuristic: self.heuristic,
             roulette: Roulette { depth: u32::MAX },
             max_depth,
+            merging: None,
         }
     }
 
@@ -317,7 +318,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         };
         if t > 1 {
             let ray = self.world.ray_through(film, paths.time, numbers);
-            (paths.camera, paths.escape) = self.connector(Some(t as u32 - 2)).from_camera(ray, numbers, out);
+            (paths.camera, paths.escape) = self.connector(Some(t as u32 - 2)).camera_path(ray, numbers, out);
             let is_whole = paths.camera.len() == t;
             let escapes = s == 0 && paths.camera.len() + 1 == t && paths.escape.is_some();
             if !is_whole && !escapes {
@@ -327,7 +328,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
         // One of s vertices from a light; a single one is drawn for the camera's
         if s > 1 {
-            paths.light = self.connector(Some(s as u32 - 1)).from_light(paths.time, numbers, out);
+            paths.light = self.connector(Some(s as u32 - 1)).light_path(paths.time, numbers, out);
             if paths.light.len() < s {
                 return;
             }

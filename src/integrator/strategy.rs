@@ -120,6 +120,11 @@ impl Strategy {
         self.direct != DirectLight::None
     }
 
+    /// Whether light that a scattered ray meets may count, where the lobe is no delta lobe.
+    pub(super) fn meets_lights(&self) -> bool {
+        self.direct != DirectLight::Light
+    }
+
     /// Weight of light that a ray from the camera, or from a scattering, meets.
     #[inline(always)]
     pub(super) fn emission_weight(&self, from: Option<&Scattered>, light: &Incident) -> f32 {

@@ -30,6 +30,8 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// Whether first surfaces come with their [`Features`].
     pub features: bool,
+    /// Whether bidirectional methods tell their strategies apart.
+    pub strategies: bool,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -48,6 +50,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
             ..
         } = self;
         World {
@@ -56,6 +59,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
         }
     }
 
@@ -90,6 +94,12 @@ impl<'a, A: Accel> World<'a, A> {
             false => Vec2::ZERO,
         };
         self.camera.ray(film, lens, time)
+    }
+
+    /// Whether surfaces and lights stay where they are while the camera looks.
+    pub fn stands_still(&self) -> bool {
+        let [open, close] = self.camera.shutter();
+        !self.scene.is_moving() || open == close
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.

@@ -116,6 +116,20 @@ pub struct RenderSection {
     pub branching: Option<Spanned<u32>>,
     /// How far away occludes, scene units.
     pub ao_distance: Option<Spanned<f32>>,
+    /// Paths of photons.
+    pub photons: Option<Spanned<u32>>,
+    /// How far away photons count, scene units.
+    pub photon_radius: Option<Spanned<f32>>,
+    /// How slowly that shrinks.
+    pub photon_alpha: Option<Spanned<f32>>,
+    /// Photons of an estimate.
+    pub photon_count: Option<Spanned<u32>>,
+    /// Rays that gather.
+    pub gather_rays: Option<Spanned<u32>>,
+    /// Likely error of a record of irradiance.
+    pub cache_error: Option<Spanned<f32>>,
+    /// Rays of a record of irradiance.
+    pub cache_rays: Option<Spanned<u32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
     /// Who finds direct light where Markov chains find the rest.

@@ -6,6 +6,8 @@
 mod adaptive;
 mod frames;
 mod groups;
+mod irradiance;
+mod photons;
 mod schedule;
 mod statistics;
 mod tiles;
@@ -13,6 +15,8 @@ mod tiles;
 pub use adaptive::render_to_noise;
 pub use frames::render_frames;
 pub use groups::companions;
+pub use irradiance::Irradiance;
+pub use photons::photon_maps;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

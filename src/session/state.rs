@@ -1,6 +1,5 @@
-use crate::film::{Aov, Film, Image};
+use crate::film::{Aov, Film, Image, MOST_PARTS};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
-use crate::light::LightGroups;
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
@@ -21,7 +20,7 @@ impl RenderState {
     /// Nothing yet, on an empty film, which is to sum all that `features` are of.
     pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
         if let Some(names) = features {
-            film = film.with_light_groups(names.lights.len().min(LightGroups::MOST));
+            film = film.with_parts(names.parts().len().min(MOST_PARTS));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {
                 film = film.with_features();
             }
@@ -51,7 +50,7 @@ impl RenderState {
         if let Some(names) = features {
             let aovs = names.aovs();
             image.channels.extend(self.film.develop_features(&aovs));
-            image.channels.extend(self.film.develop_light_groups(&names.lights));
+            image.channels.extend(self.film.develop_parts(&names.parts()));
             if aovs.contains(&Aov::Cryptomatte) {
                 image.channels.extend(cryptomattes(&self.film, names));
             }

@@ -121,6 +121,7 @@ fn look<T>(
             camera: &camera,
             filter: &Filter::BOX,
             features: false,
+            strategies: false,
         },
         max_depth: Some(4),
         roulette: Roulette::default(),

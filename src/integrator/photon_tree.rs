@@ -1,0 +1,179 @@
+use super::photons::Photon;
+use crate::math::{Bounds3, Vec3};
+use std::collections::BinaryHeap;
+use std::ops::Range;
+
+/// Photons by their place: a balanced k-d tree (Bentley 1975; Jensen 1996), to find those that are nearest to a point, however dense they are there.
+#[derive(Debug)]
+pub struct PhotonTree {
+    /// In the order of the tree: the root of a range lies in its middle, its halves on either side.
+    photons: Vec<Photon>,
+    /// Axis across which each of them divides its range.
+    axes: Vec<u8>,
+}
+
+/// The photons nearest to a point.
+#[derive(Debug)]
+pub struct Nearest<'t> {
+    /// In no order.
+    pub photons: Vec<&'t Photon>,
+    /// Square of the distance within which there are no others.
+    pub squared: f32,
+}
+
+impl PhotonTree {
+    /// Of `photons`; the same tree for the same photons in the same order.
+    pub fn new(mut photons: Vec<Photon>) -> Self {
+        let mut axes = vec![0; photons.len()];
+        // Ranges yet to be divided
+        let mut ranges: Vec<Range<usize>> = Vec::with_capacity(64);
+        ranges.push(0..photons.len());
+        while let Some(range) = ranges.pop() {
+            if range.len() < 2 {
+                continue;
+            }
+            let within = &mut photons[range.clone()];
+            let bounds: Bounds3 = within.iter().map(Photon::p).collect();
+            let size = bounds.max - bounds.min;
+            let axis = if size.x >= size.y.max(size.z) {
+                0
+            } else if size.y >= size.z {
+                1
+            } else {
+                2
+            };
+            within.select_nth_unstable_by(range.len() / 2, |a, b| a.p()[axis].total_cmp(&b.p()[axis]));
+            let middle = middle(&range);
+            axes[middle] = axis as u8;
+            ranges.extend([range.start..middle, middle + 1..range.end]);
+        }
+        Self { photons, axes }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// All of them, in the order of the tree.
+    pub fn photons(&self) -> &[Photon] {
+        &self.photons
+    }
+
+    /// The `count` photons nearest to `p` among those that `counts` accepts, but for the last of them, which tells how far they reach; or all within
+    /// `radius`, where these are fewer.
+    ///
+    /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a plane, if the point at distance r is the one with
+    /// number `count`.
+    pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> Nearest<'_> {
+        // By the bits of squared distances, which have the order of the numbers, as none is below 0; then by place in the tree
+        let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
+        let mut squared = radius * radius;
+        // Halves yet to be looked at, and how far they are away
+        let mut ranges: Vec<(Range<usize>, f32)> = Vec::with_capacity(64);
+        ranges.push((0..self.photons.len(), 0.0));
+        while let Some((range, far)) = ranges.pop() {
+            if range.is_empty() || far > squared {
+                continue;
+            }
+            let middle = middle(&range);
+            let photon = &self.photons[middle];
+            let axis = self.axes[middle] as usize;
+            let across = p[axis] - photon.p()[axis];
+            let distance = photon.p().distance_squared(p);
+            if distance <= squared && counts(photon) {
+                heap.push((distance.to_bits(), middle));
+                if heap.len() > count {
+                    heap.pop();
+                }
+                if let Some(&(bits, _)) = heap.peek().filter(|_| heap.len() == count) {
+                    squared = f32::from_bits(bits);
+                }
+            }
+            // The half that the point is in comes first.
+            let halves = [range.start..middle, middle + 1..range.end];
+            let [near, other] = match (across < 0.0, halves) {
+                (true, [a, b]) => [a, b],
+                (false, [a, b]) => [b, a],
+            };
+            ranges.push((other, across * across));
+            ranges.push((near, far));
+        }
+        if heap.len() == count {
+            heap.pop();
+        }
+        Nearest {
+            photons: heap.into_iter().map(|(_, i)| &self.photons[i]).collect(),
+            squared,
+        }
+    }
+}
+
+fn middle(range: &Range<usize>) -> usize {
+    range.start + range.len() / 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::light::LightId;
+    use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
+
+    /// What a sort by distance gives: many and few, within far and near, with photons that do not count, and many at one place.
+    #[test]
+    fn the_tree_finds_the_nearest() {
+        let mut sampler = Independent::new(2);
+        let mut at = |i: u32| {
+            sampler.start(SampleKey::new(i, 0, 0));
+            let xy = sampler.get_2d(Dimension::bounce(0, Bounce::Direction));
+            Vec3::new(xy.x, xy.y, 0.1 * sampler.get_1d(Dimension::bounce(0, Bounce::Lobe)))
+        };
+        let mut places: Vec<Vec3> = (0..2000).map(&mut at).collect();
+        places.extend([places[3]; 30]);
+        let photon = |(i, p): (usize, &Vec3)| {
+            let mut photon = Photon::new(LightId(0), *p, Vec3::Z, Vec3::Z, Spectrum::ONE);
+            photon.scatterings = (i % 3) as u16;
+            photon
+        };
+        let photons: Vec<Photon> = places.iter().enumerate().map(photon).collect();
+        let tree = PhotonTree::new(photons.clone());
+        assert_eq!(tree.len(), photons.len());
+        let counts = |photon: &Photon| photon.scatterings < 2;
+        for i in 0..200 {
+            let p = at(10_000 + i);
+            for (count, radius) in [(1, 9.0), (2, 9.0), (50, 9.0), (50, 0.05), (5000, 9.0), (10, 1e-9)] {
+                let accepted = photons.iter().filter(|photon| counts(photon));
+                let mut expected: Vec<f32> = accepted.map(|photon| photon.p().distance_squared(p)).collect();
+                expected.retain(|d| *d <= radius * radius);
+                expected.sort_unstable_by(f32::total_cmp);
+                let reach = expected.get(count - 1).copied().unwrap_or(radius * radius);
+                expected.truncate(if expected.len() < count {
+                    expected.len()
+                } else {
+                    count - 1
+                });
+                let nearest = tree.nearest(p, count, radius, counts);
+                let mut found: Vec<f32> = nearest
+                    .photons
+                    .iter()
+                    .map(|photon| photon.p().distance_squared(p))
+                    .collect();
+                found.sort_unstable_by(f32::total_cmp);
+                assert_eq!((found, nearest.squared), (expected, reach), "{count} within {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_tree_has_no_nearest() {
+        let tree = PhotonTree::new(Vec::new());
+        assert!(tree.is_empty());
+        assert!(tree.nearest(Vec3::ZERO, 5, 1.0, |_| true).photons.is_empty());
+    }
+}

@@ -126,8 +126,8 @@ fn white_furnace_hides_a_white_object() {
     });
 }
 
-/// A point light anywhere in a diffuse sphere: what has been scattered once lights all of it evenly (the integrating sphere), with ρ Φ / (4 π R²), and
-/// each further scattering with ρ times as much.
+/// A point light anywhere in a diffuse sphere: what has been scattered once lights all of it evenly (the integrating sphere), with ρ Φ / (4 π R²),
+/// and each further scattering with ρ times as much.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn a_point_light_in_a_sphere_lights_it_evenly() {
@@ -158,7 +158,8 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
     });
 }
 
-/// Each frame has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four steps.
+/// Each frame has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four
+/// steps.
 #[test]
 fn single_frames_are_unbiased() {
     let (scene, camera) = glowing_room();

@@ -587,19 +587,19 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub metropolis_direct: Option<String>,
 
-    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 1024 mutations, at least 16]
+    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, mlt: 1024; at least 16]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub chains: Option<u32>,
 
-    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 4096]
+    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 1024; mlt: 16, 512]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub bootstrap: Option<u32>,
 
-    /// Share of mutations that draw all numbers of a path anew, 0 to 1 [default: 0.3]
+    /// Share of the mutations of pssmlt that draw all numbers of a path anew, 0 to 1 [default: 0.3]
     #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
     pub large_step_probability: Option<f32>,
 
-    /// The longest small mutation, as a share of the range of a random number, up to 0.5 [default: 1/64]
+    /// The longest small mutation of pssmlt, as a share of the range of a random number, up to 0.5 [default: 1/64]
     #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
     pub mutation_size: Option<f32>,
 }

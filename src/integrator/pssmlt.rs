@@ -12,17 +12,19 @@ use std::ops::RangeInclusive;
 /// Metropolis light transport in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and Csonka 2002), multiplexed (Hachisuka, Kaplanyan and
 /// Dachsbacher 2014): Markov chains of paths that are as frequent as their light is bright.
 ///
-/// The state of a chain is the random numbers u of a path of a fixed number of vertices n; one of them chooses among the n ways in which bidirectional
-/// path tracing makes such a path. What the way finds, times its weight and n, is f(u), which integrates to the light that comes by paths of n vertices. The
-/// chain's target is its luminance f*(u), and b the integral of f* over all u and n. With probability a = min(1, f*(v) / f*(u)) the chain goes from u to the
-/// proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision (Veach and Guibas 1997).
+/// The state of a chain is the random numbers u of a path of a fixed number of vertices n; one of them chooses among the n ways in which
+/// bidirectional path tracing makes such a path. What the way finds, times its weight and n, is f(u), which integrates to the light that comes by
+/// paths of n vertices. The chain's target is its luminance f*(u), and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
+/// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
+/// (Veach and Guibas 1997).
 ///
-/// **A frame is unbiased by itself.** It first traces M bootstrap paths, each with a length drawn with probability p(n), of weights w = f* / (p(n) M), whose sum B
-/// has the mean b. Chains start at bootstrap paths drawn by these weights: of C chains, C w / B are expected to start at a path. Where the chain at u adds
-/// g(u) = f(u) / f*(u), all of them at their starts add B / C times the sum of g over them; given the bootstrap paths the mean of that is Σ w g = Σ f / (p M), whose mean
-/// over the bootstrap paths is ∫ f, whatever M and C are. The same holds for any function in place of g, so also for what the chain adds in the mean
-/// after i steps, (Kⁱ g)(u): Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and that is ∫ f* g = ∫ f since steps keep f* as it is. There is no bias of the start to
-/// be discarded (Veach 1997, §11.3.1), and a chain may be as short as one likes: it then is as noisy as the bootstrap paths are.
+/// **A frame is unbiased by itself.** It first traces M bootstrap paths, each with a length drawn with probability p(n), of weights w = f* / (p(n)
+/// M), whose sum B has the mean b. Chains start at bootstrap paths drawn by these weights: of C chains, C w / B are expected to start at a path.
+/// Where the chain at u adds g(u) = f(u) / f*(u), all of them at their starts add B / C times the sum of g over them; given the bootstrap paths the
+/// mean of that is Σ w g = Σ f / (p M), whose mean over the bootstrap paths is ∫ f, whatever M and C are. The same holds for any function in place of
+/// g, so also for what the chain adds in the mean after i steps, (Kⁱ g)(u): Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and that is ∫ f* g = ∫ f since steps
+/// keep f* as it is. There is no bias of the start to be discarded (Veach 1997, §11.3.1), and a chain may be as short as one likes: it then is as
+/// noisy as the bootstrap paths are.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
     /// What light meets, and from where it is seen.
@@ -76,12 +78,12 @@ pub enum MetropolisDirect {
 }
 
 /// Mutations, one for each pixel of the image in a frame, for which there is a chain.
-const MUTATIONS_PER_CHAIN: u64 = 1024;
+const MUTATIONS_PER_CHAIN: u64 = 256;
 /// Mutations for which there is a bootstrap path.
 const MUTATIONS_PER_BOOTSTRAP: u64 = 4;
 /// Of either, so many in a frame at least.
 const LEAST_CHAINS: u64 = 16;
-const LEAST_BOOTSTRAP: u64 = 4096;
+const LEAST_BOOTSTRAP: u64 = 1024;
 /// Bootstrap paths that are traced together.
 const PIECE: u32 = 1024;
 /// How many times as many bootstrap paths there are of a length as of the one before.
@@ -300,8 +302,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         state
     }
 
-    /// Makes a path of `length` vertices, of which one technique makes it is chosen by `numbers`, and gives what it finds with its place on the film: as
-    /// light whose mean over all numbers is that of the whole film, W·sr⁻¹ for pixels of area 1.
+    /// Makes a path of `length` vertices by the technique that `numbers` choose, and gives what it finds to `found`, with its place on the film: radiance
+    /// times pixels, whose mean over all numbers is the sum over the film.
     fn trace(&self, length: usize, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let choice = numbers.get_1d(Dimension::TECHNIQUE);
         let t = 1 + ((choice * length as f32) as usize).min(length - 1);

@@ -147,8 +147,8 @@ fn drawn(origin: u64, coordinate: u32) -> u32 {
     (hash::numbered(origin, coordinate) >> 32) as u32
 }
 
-/// A technique that draws a point of the lens for a path from a light has the one that a path from the camera would have: only one of them is there, and
-/// the point stays where the other takes over.
+/// A technique that draws a point of the lens for a path from a light has the one that a path from the camera would have: only one of them is there,
+/// and the point stays where the other takes over.
 fn coordinate(dimension: Dimension) -> u32 {
     match dimension.index() {
         index if index & 0xffff == Dimension::LENS.index() => Dimension::LENS.index(),

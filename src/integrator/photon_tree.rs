@@ -136,9 +136,10 @@ mod tests {
         };
         let mut places: Vec<Vec3> = (0..2000).map(&mut at).collect();
         places.extend([places[3]; 30]);
-        let photon = |(i, p): (usize, &Vec3)| Photon {
-            scatterings: (i % 3) as u16,
-            ..Photon::new(LightId(0), *p, Vec3::Z, Vec3::Z, Spectrum::ONE)
+        let photon = |(i, p): (usize, &Vec3)| {
+            let mut photon = Photon::new(LightId(0), *p, Vec3::Z, Vec3::Z, Spectrum::ONE);
+            photon.scatterings = (i % 3) as u16;
+            photon
         };
         let photons: Vec<Photon> = places.iter().enumerate().map(photon).collect();
         let tree = PhotonTree::new(photons.clone());

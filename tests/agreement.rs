@@ -99,6 +99,19 @@ fn estimators(spp: u32) -> Vec<Estimator> {
             film_of(&integrator, RESOLUTION, spp, 3)
         }),
     });
+    all.push(Estimator {
+        name: "bidirectional".into(),
+        spp,
+        render: Box::new(|world, spp| {
+            let integrator = BidirectionalIntegrator {
+                world,
+                heuristic: Heuristic::Power,
+                max_depth: Some(MAX_DEPTH),
+                roulette: Roulette { depth: 2 },
+            };
+            film_of_frames(&integrator, RESOLUTION, spp, 4)
+        }),
+    });
     all
 }
 

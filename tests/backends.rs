@@ -769,6 +769,7 @@ mod together {
                 camera,
                 filter: &Filter::BOX,
                 features: false,
+                strategies: false,
             },
             Some(16),
         );

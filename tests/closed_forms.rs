@@ -323,6 +323,7 @@ fn filters_blur_an_edge_by_their_integral() {
                 camera: &camera,
                 filter: &filter,
                 features: false,
+                strategies: false,
             },
             Some(0),
         );

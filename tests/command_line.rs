@@ -426,6 +426,36 @@ fn mistakes_are_named_and_leave_no_files() {
             &["--photons 0", "help:"],
         ),
         (
+            &["render", "s.toml", "--mutation-size", "0.6"],
+            keep,
+            2,
+            &["--mutation-size 0.6", "0.5 at most"],
+        ),
+        (
+            &["render", "s.toml", "--large-step-probability", "NaN"],
+            keep,
+            2,
+            &["--large-step-probability NaN", "0 to 1"],
+        ),
+        (
+            &["render", "s.toml", "--chains", "0"],
+            keep,
+            2,
+            &["--chains 0", "help:"],
+        ),
+        (
+            &["render", "s.toml", "--metropolis-direct", "none"],
+            keep,
+            2,
+            &["metropolis-direct", "ordinary, metropolis"],
+        ),
+        (
+            &["render", "s.toml"],
+            |f| replace(f, "samples = 4", "bootstrap = 0"),
+            1,
+            &["s.toml", "bootstrap = 0", "help:"],
+        ),
+        (
             &["render", "s.toml", "--pixel", "40,0"],
             keep,
             2,
@@ -680,8 +710,12 @@ fn every_integrator_renders() {
         "--integrator distributed --branching 2 --max-depth 3",
         "--integrator direct --light-selection uniform",
         "--integrator ao --ao-distance 2.5",
+        "--integrator irradiance-cache --cache-error 0.5 --cache-rays 32",
         "--integrator debug --view uv",
         "--integrator debug --view ids",
+        "--integrator pssmlt --chains 3 --bootstrap 100 --max-depth 5",
+        "--integrator pssmlt --metropolis-direct metropolis --sampler zsobol --filter tent",
+        "--integrator pssmlt --large-step-probability 0.5 --mutation-size 0.1 --sampler halton",
         "--integrator sppm --photons 2000 --photon-alpha 0.8",
         "--integrator photon-map --photons 2000 --photon-count 20 --gather-rays 2",
         "--integrator vcm --photons 500 --photon-radius 0.1",
@@ -760,6 +794,32 @@ fn one_sample_can_be_explained() {
     }
 }
 
+/// Who reads the first line and goes leaves the program no reason to fail.
+#[cfg(unix)]
+#[test]
+fn readers_may_go() {
+    let folder = scene();
+    done(folder.path(), &split("render s.toml -q --spp 2 -o a.exr"));
+    for command in [
+        "info s.toml",
+        "compare a.exr a.exr",
+        "--help",
+        "check s.toml",
+        "completions bash",
+    ] {
+        let line = format!(
+            "{} {command} | true; exit ${{PIPESTATUS[0]}}",
+            support::program::PROGRAM
+        );
+        let out = std::process::Command::new("bash")
+            .args(["-c", &line])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!((code(&out), words(&out).as_str()), (0, ""), "{command}");
+    }
+}
+
 #[test]
 fn the_lab_compares_the_ladder() {
     let folder = scene();
@@ -790,6 +850,16 @@ fn the_lab_compares_the_ladder() {
     // Equal time, against a reference that is there
     let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
     done(folder.path(), &reference);
+    // Integrators by their names
+    done(
+        folder.path(),
+        &split("lab s.toml --methods path,bdpt,light --spp 2 --reference r.exr -q -o methods"),
+    );
+    let table = fs::read_to_string(folder.path().join("methods.csv")).unwrap();
+    let rows: Vec<&str> = table.lines().map(|line| line.split(',').next().unwrap()).collect();
+    assert_eq!(rows, ["estimator", "\"path\"", "\"bdpt\"", "\"light\""]);
+    let said = refused(folder.path(), &split("lab s.toml --methods path,nonsense"), 2);
+    assert!(said.contains("nonsense") && said.contains("bdpt"), "{said}");
     let out = run(folder.path(), &split("lab s.toml --time 0.05s --reference r.exr -q"));
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     assert!(folder.path().join("s-lab.png").exists());

@@ -104,7 +104,7 @@ fn view() -> embrasure::camera::CameraParameters {
 }
 
 fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Film {
-    let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_light_groups(groups);
+    let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION)).with_parts(groups);
     render(integrator, &Sobol::new(seed), &mut film, spp, &());
     film
 }
@@ -152,7 +152,7 @@ fn means(film: &Film, group: Option<usize>) -> [Vec<f64>; 3] {
         let mean = |pixel| {
             let (tile, sums) = (film.tile_at(pixel).unwrap(), film.sums(pixel).unwrap());
             match group {
-                Some(group) => tile.light_sums(pixel)[group].mean(c, sums.samples()),
+                Some(group) => tile.part_sums(pixel)[group].mean(c, sums.samples()),
                 None => sums.mean(c),
             }
         };

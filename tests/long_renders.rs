@@ -72,7 +72,7 @@ fn bits_are_those_of_one_render() {
                 }
                 if interrupted {
                     // Ever longer, so that it ends
-                    let mut limit = 0.02;
+                    let mut limit = 0.005;
                     while run_for(folder.path(), &args, limit) {
                         limit *= 1.5;
                         interruptions += 1;

@@ -56,3 +56,119 @@ impl Camera {
         (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{CameraMotion, CameraParameters, Pose};
+    use crate::math::{Frame, UVec2};
+    use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
+    use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
+
+    /// A pinhole, a lens, and a lens that moves, with images of `resolution`.
+    fn cameras(resolution: UVec2) -> [Camera; 3] {
+        let pinhole = CameraParameters {
+            position: Vec3::new(1.0, 2.0, 3.0),
+            look_at: Vec3::new(-2.0, 1.5, -7.0),
+            up: Vec3::new(0.1, 1.0, 0.0),
+            vertical_fov: 55.0,
+            lens_radius: 0.0,
+            focus_distance: 4.0,
+        };
+        let lens = CameraParameters {
+            lens_radius: 0.3,
+            ..pinhole
+        };
+        let close = Pose {
+            position: Vec3::new(2.0, 2.0, 1.0),
+            look_at: Vec3::new(3.0, 2.5, -5.0),
+            up: Vec3::new(0.3, 1.0, 0.0),
+        };
+        let motion = CameraMotion {
+            close: Some(close),
+            shutter: [0.0, 1.0],
+        };
+        [
+            Camera::new(pinhole, resolution).unwrap(),
+            Camera::new(lens, resolution).unwrap(),
+            Camera::moving(lens, motion, resolution).unwrap(),
+        ]
+    }
+
+    /// Four pairs of numbers.
+    fn numbers(index: u32) -> [Vec2; 4] {
+        let mut sampler = Independent::new(5);
+        sampler.start(SampleKey::new(0, 0, index));
+        [0, 1, 2, 3].map(|i| sampler.get_2d(Dimension::PIXEL.nth(i)))
+    }
+
+    #[test]
+    fn importance_is_the_inverse_of_rays() {
+        let size = UVec2::new(200, 100);
+        for camera in cameras(size) {
+            for i in 0..2000 {
+                let [place, lens, other, _] = numbers(i);
+                // Outside of the image too
+                let film = (1.5 * place - 0.25) * size.as_vec2();
+                let time = other.x;
+                let ray = camera.ray(film, lens, time);
+                assert_eq!(camera.lens_point(lens, time), ray.origin);
+                let seen = camera.importance(ray.origin, ray.direction, time).unwrap();
+                assert!(seen.film.distance(film) < 1e-3, "{film} {seen:?}");
+                let cos = ray.direction.dot(camera.forward(time));
+                assert!((seen.we * cos * camera.lens_area() / seen.pdf - 1.0).abs() < 1e-6);
+                assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
+                // The solid angle of a part of a pixel, by the directions of its edges
+                let edge = |step: Vec2| {
+                    let [a, b] = [-step, step].map(|s| camera.ray(film + s, lens, time).direction.as_dvec3());
+                    b - a
+                };
+                let solid_angle = edge(Vec2::new(0.5, 0.0)).cross(edge(Vec2::new(0.0, 0.5))).length();
+                assert!((seen.pdf as f64 * solid_angle - 1.0).abs() < 1e-3, "{film} {seen:?}");
+            }
+            let time = 0.5;
+            let then = camera.at(time);
+            let behind = (then.right - 1e-6 * then.forward).normalize();
+            let lens = camera.lens_point(Vec2::ZERO, time);
+            assert_eq!(camera.importance(lens, behind, time), None);
+        }
+    }
+
+    /// Over lens and directions, what a pixel sees of a world of radiance 1 is 1; an image of few pixels shows what the angles to the axis do.
+    #[test]
+    fn a_pixel_sees_one() {
+        const N: u32 = 200_000;
+        let size = UVec2::new(4, 3);
+        for camera in cameras(size) {
+            let time = 0.7;
+            for pixel in [Vec2::ZERO, Vec2::new(2.0, 1.0), Vec2::new(3.0, 2.0)] {
+                let to = |film: Vec2| camera.ray(film, Vec2::splat(0.5), time).direction;
+                let axis = to(pixel + 0.5);
+                // Directions from all of the lens: its radius, seen from the plane of focus, is less than 0.1.
+                let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|c| to(pixel + c).dot(axis));
+                let cos_cone = (corners.into_iter().fold(1.0, f32::min).acos() + 0.1).cos();
+                let frame = Frame::from_z(axis);
+                let (mut sum, mut squares) = (0.0, 0.0);
+                for i in 0..N {
+                    let [u, lens, ..] = numbers(i);
+                    let w = frame.to_world(uniform_cone(u, cos_cone));
+                    let p = camera.lens_point(lens, time);
+                    let seen = camera.importance(p, w, time).unwrap();
+                    let within = seen.film - pixel;
+                    if within.cmpge(Vec2::ZERO).all() && within.cmplt(Vec2::ONE).all() {
+                        let cos = w.dot(camera.forward(time));
+                        let value = (seen.we * cos * camera.lens_area() / uniform_cone_pdf(cos_cone)) as f64;
+                        sum += value;
+                        squares += value * value;
+                    }
+                }
+                let mean = sum / N as f64;
+                let error = ((squares / N as f64 - mean * mean) / N as f64).sqrt();
+                assert!(
+                    (mean - 1.0).abs() < 4.0 * error && error < 0.01,
+                    "{pixel}: {mean} ± {error}"
+                );
+            }
+        }
+    }
+}

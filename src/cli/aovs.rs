@@ -1,9 +1,10 @@
 use super::error::CliError;
 use crate::film::Aov;
-use crate::io::{SceneFile, name_of};
+use crate::io::SceneFile;
 use crate::session::Estimator;
 
-/// The further channels that `--aov` wants. Where there are no groups of lights, `all` is all others; whoever names them hears of it later.
+/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies where there are none or too many; whoever
+/// names them hears of it later.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) -> Result<Vec<Aov>, CliError> {
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
@@ -13,11 +14,14 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) 
             known.join(", ")
         )));
     }
-    let has_lights = scene.has_light_groups() && estimator.gathers_light();
-    let is_named = wanted.iter().any(|w| w == name_of(Aov::NAMES, Aov::Lights));
-    let is_wanted = |(name, _): &&(&str, Aov)| wanted.iter().any(|w| w == name || w == "all");
-    let known = Aov::NAMES.iter().filter(is_wanted).map(|&(_, aov)| aov);
-    Ok(known
-        .filter(|&aov| aov != Aov::Lights || has_lights || is_named)
-        .collect())
+    // What `all` leaves out where it cannot be had
+    let is_there = |aov: Aov| match aov {
+        Aov::Lights => scene.has_light_groups() && estimator.gathers_light(),
+        Aov::Strategies => estimator.tells_strategies(),
+        _ => true,
+    };
+    let is_named = |name: &str| wanted.iter().any(|w| w == name);
+    let known = Aov::NAMES.iter();
+    let chosen = known.filter(|(name, aov)| is_named(name) || (is_named("all") && is_there(*aov)));
+    Ok(chosen.map(|&(_, aov)| aov).collect())
 }

@@ -121,6 +121,10 @@ pub(super) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
+    /// Integrators to compare instead of the ladder's estimators, such as path,bdpt,mlt,sppm: each as it is by default
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    pub methods: Vec<String>,
+
     /// Samples a pixel of every estimator [default: 64]
     #[arg(long, value_name = "N", conflicts_with = "time")]
     pub spp: Option<u32>,
@@ -129,7 +133,7 @@ pub(super) struct LabArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time: Option<f64>,
 
-    /// EXR to compare with [default: the best estimator's picture at 64 times its samples]
+    /// EXR to compare with [default: the last estimator's picture at 64 times its samples]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
@@ -534,7 +538,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub reuse: Option<String>,
 
-    /// Light samples at the first vertex of a path [default: 2 with shared paths, else 1]
+    /// Light samples at the first vertex of a path [default: 2 with shared paths or a cache, else 1]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub light_samples: Option<u32>,
 
@@ -567,10 +571,37 @@ pub(super) struct EstimatorArgs {
     /// Rays by which photon-map gathers the light of other surfaces [default: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub gather_rays: Option<u32>,
+    /// Likely error of a record of irradiance-cache, as a share above 0 and up to 1, at which others take its place [default: 0.3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub cache_error: Option<f32>,
+
+    /// Rays that a record of irradiance-cache is made of, about [default: 1024]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub cache_rays: Option<u32>,
 
     /// What debug shows: normals, uv or ids [default: normals]
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub view: Option<String>,
+
+    /// Who finds direct light where Markov chains find the rest: ordinary (path tracing) or metropolis (the chains) [default: ordinary]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub metropolis_direct: Option<String>,
+
+    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, mlt: 1024; at least 16]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub chains: Option<u32>,
+
+    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 1024; mlt: 16, 512]
+    #[arg(long, value_name = "N", help_heading = "Estimator")]
+    pub bootstrap: Option<u32>,
+
+    /// Share of the mutations of pssmlt that draw all numbers of a path anew, 0 to 1 [default: 0.3]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub large_step_probability: Option<f32>,
+
+    /// The longest small mutation of pssmlt, as a share of the range of a random number, up to 0.5 [default: 1/64]
+    #[arg(long, value_name = "SHARE", help_heading = "Estimator")]
+    pub mutation_size: Option<f32>,
 }
 
 /// How PNG files show a picture.

@@ -97,7 +97,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     session.warnings().iter().for_each(words::warning);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
         if replay.scene_hash != session.scene_hash() {
-            eprintln!(
+            errln!(
                 "warning: {} was made with another scene, or another camera",
                 file.display()
             );
@@ -122,9 +122,9 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
         output.write(|w| std::io::Write::write_all(w, json.as_bytes()))?;
     }
     if args.json {
-        println!("{json}");
+        outln!("{json}");
     } else {
-        print!("{}", report.text());
+        out!("{}", report.text());
     }
     Ok(match outcome {
         Outcome::Stopped => ExitCode::from(INTERRUPTED),
@@ -199,10 +199,10 @@ impl Audit<'_> {
         let world = self.session.world(&auditor);
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
-        let sampler = settings.random_numbers();
+        let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());
         let (_, statistics) = self.session.install(|| {
             let estimator = &settings.estimator;
-            estimator.render(world, &sampler, &mut film, samples, None, &progress)
+            estimator.render((world, &prepared), &sampler, &mut film, samples, None, &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)

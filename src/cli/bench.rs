@@ -12,7 +12,7 @@ use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::{Ray, UVec2};
 use crate::render::Observer;
 use crate::sampler::SampleKey;
-use crate::session::{AccelTask, Backend, Session, thread_pool};
+use crate::session::{AccelTask, Backend, Prepared, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -99,9 +99,9 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     };
     if args.json {
         let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
-        println!("{json}");
+        outln!("{json}");
     } else {
-        print!("{}", tables(&report));
+        out!("{}", tables(&report));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -140,7 +140,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
     for backend in Backend::ALL.iter().copied().filter(chosen) {
         let tell = |what: &str| {
             if !args.quiet {
-                eprintln!("{name}: {}, {what}", backend.name());
+                errln!("{name}: {}, {what}", backend.name());
             }
         };
         tell("build");
@@ -154,6 +154,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
         tell("rays");
         let measured = backend.build(scene, session.pool())?.with(Measure {
             session: &session,
+            prepared: session.prepared(),
             repeat: args.repeat.get(),
             build_s: median(build_s),
         })?;
@@ -182,6 +183,7 @@ fn shrink(job: &mut Job) {
 
 struct Measure<'a> {
     session: &'a Session,
+    prepared: Prepared,
     repeat: usize,
     build_s: f64,
 }
@@ -222,6 +224,10 @@ impl Measure<'_> {
     /// Renders once, and keeps the rays.
     fn record<A: Accel>(&self, accel: &A) -> Recording {
         let settings = self.session.settings();
+        let (world, nobody) = (self.session.world(accel), Progress::new(0, true));
+        settings
+            .estimator
+            .prepare((world, &self.prepared), &settings.random_numbers(), &nobody);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
             let recorder = Recorder::new(accel);
@@ -233,6 +239,7 @@ impl Measure<'_> {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
                     let world = self.session.world(&recorder);
                     let key = (settings.resolution, key);
+                    let world = (world, &self.prepared);
                     settings.estimator.sample(world, key, &mut sampler, |_| Nothing);
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
@@ -303,7 +310,8 @@ impl Measure<'_> {
     fn render<A: Accel>(&self, accel: &A) {
         let settings = self.session.settings();
         let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
-        let (world, sampler) = (self.session.world(accel), settings.random_numbers());
+        let world = (self.session.world(accel), &self.prepared);
+        let sampler = settings.random_numbers();
         let estimator = &settings.estimator;
         let nobody = Progress::new(0, true);
         black_box(estimator.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));

@@ -24,7 +24,7 @@ pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
     report.sort();
     report.gather();
     if args.json {
-        println!("{:#}", report.json(args));
+        outln!("{:#}", report.json(args));
     } else {
         report.print(args);
     }
@@ -219,20 +219,22 @@ impl Report {
     }
 
     fn print(&self, args: &SceneArgs) {
-        self.findings.iter().for_each(|finding| println!("{finding}"));
+        self.findings.iter().for_each(|finding| outln!("{finding}"));
         let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
             let count = self.count(severity);
             format!("{count} {}{}", severity.name(), if count == 1 { "" } else { "s" })
         });
-        println!("{}: {}", args.scene.display(), counts.join(", "));
+        outln!("{}: {}", args.scene.display(), counts.join(", "));
         let Some(memory) = &self.memory else { return };
         let placed = match self.instances {
             0 => String::new(),
             n => format!(" ({} with {n} instances)", self.placed_triangles),
         };
-        println!(
+        outln!(
             "  {} triangles{placed} in {} meshes, {} materials",
-            self.triangles, self.meshes, self.materials
+            self.triangles,
+            self.meshes,
+            self.materials
         );
         let kinds: Vec<String> = self
             .power
@@ -240,12 +242,12 @@ impl Report {
             .map(|(kind, watts)| format!("{kind} {watts:.4}"))
             .collect();
         let total: f64 = self.power.values().sum();
-        println!("  light: {total:.4} W ({})", kinds.join(", "));
+        outln!("  light: {total:.4} W ({})", kinds.join(", "));
         let parts: Vec<String> = parts(memory)
             .iter()
             .map(|(name, bytes)| format!("{} {:.1}", name.replace('_', " "), *bytes as f64 / 1e6))
             .collect();
-        println!(
+        outln!(
             "  memory: about {:.0} MB at the peak of a render with {}\n    MB: {}",
             memory.peak(backend()) as f64 / 1e6,
             backend(),

@@ -28,7 +28,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let comparison = Comparison::new(args, &pair).map_err(|e| CliError::Failed(e.to_string()))?;
     // What a person would look at is there even where the picture of it cannot be written.
     if args.json {
-        println!("{:#}", comparison.json());
+        outln!("{:#}", comparison.json());
     } else {
         comparison.print();
     }
@@ -36,7 +36,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
         let figure = map.draw(&pair, &comparison)?;
         figure.write(&output)?;
         if !args.json {
-            println!("  {}: {}", output.path().display(), figure.legend);
+            outln!("  {}: {}", output.path().display(), figure.legend);
         }
     }
     Ok(ExitCode::from(u8::from(comparison.fails())))
@@ -211,7 +211,7 @@ impl<'a> Comparison<'a> {
     fn print(&self) {
         let (pair, errors) = (self.pair, &self.errors);
         let size = pair.window.size();
-        println!(
+        outln!(
             "{} against {}",
             self.args.image.display(),
             self.args.reference.display()
@@ -230,36 +230,36 @@ impl<'a> Comparison<'a> {
         } else {
             "linear values"
         };
-        println!("  {}x{} pixels{part}; {values}", size.x, size.y);
+        outln!("  {}x{} pixels{part}; {values}", size.x, size.y);
         if pair.not_finite != [0; 2] {
             let [reference, image] = pair.not_finite;
-            println!(
+            outln!(
                 "  not finite: {reference} pixels of the reference, {image} of the image; they count as black in both"
             );
         }
         let row = |name: &str, values: [f64; 3], show: &dyn Fn(f64) -> String| {
             let cells: Vec<String> = values.iter().map(|v| format!("{:>12}", show(*v))).collect();
-            println!("  {name:<17}{}", cells.concat());
+            outln!("  {name:<17}{}", cells.concat());
         };
-        println!("  {:<17}{:>12}{:>12}{:>12}", "", "red", "green", "blue");
+        outln!("  {:<17}{:>12}{:>12}{:>12}", "", "red", "green", "blue");
         row("mean, reference", errors.reference_mean, &|v| format!("{v:.6}"));
         row("mean, image", errors.mean, &|v| format!("{v:.6}"));
         row("bias", errors.bias(), &|v| format!("{v:+.6}"));
         row("bias, %", errors.relative_bias(), &|v| format!("{:+.3}", 100.0 * v));
-        println!("  MSE     {:.6e}", errors.mse);
-        println!(
+        outln!("  MSE     {:.6e}", errors.mse);
+        outln!(
             "  relMSE  {:<12.6}mean of (x - ref)² / (ref² + 0.01), without the worst 0.1 % of the pixels",
             errors.rel_mse
         );
-        println!(
+        outln!(
             "  PSNR    {:<12}of sRGB values in [0, 1]; the peak is 1",
             decibels(errors.psnr())
         );
-        println!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
+        outln!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
         self.print_verdict();
         for (flag, value, limit) in self.limits() {
             let word = if value > limit { "above" } else { "within" };
-            println!("  limit: {value:.6} is {word} --{flag} {limit}");
+            outln!("  limit: {value:.6} is {word} --{flag} {limit}");
         }
     }
 
@@ -280,15 +280,23 @@ impl<'a> Comparison<'a> {
                 Outcome::Unknown => ": one of them says nothing of its noise (variance.R, .G, .B)",
                 _ => "",
             };
-            println!("  verdict: {}{why}", self.outcome.words());
+            outln!("  verdict: {}{why}", self.outcome.words());
             return;
         };
-        println!(
+        outln!(
             "  {:<8}{:>9}  {:<18}{:<8}{:>12}{:>12}{:>10}{:>9}{:>10}",
-            "tests of", "tests", "furthest off", "", "reference", "image", "%", "score", "p"
+            "tests of",
+            "tests",
+            "furthest off",
+            "",
+            "reference",
+            "image",
+            "%",
+            "score",
+            "p"
         );
         for e in &verdict.extremes {
-            println!(
+            outln!(
                 "  {:<8}{:>9}  {:<18}{:<8}{:>12.6}{:>12.6}{:>+10.3}{:>+9.2}{:>10}",
                 scale_name(e.scale),
                 e.tests,
@@ -306,13 +314,13 @@ impl<'a> Comparison<'a> {
             (Outcome::Differs, Some(e)) if verdict.differs() => {
                 let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
                 let percent = 100.0 * e.difference;
-                println!(
+                outln!(
                     "  verdict: differs by {percent:+.3} % in {channel}, here: {} {what} ({p})",
                     scale_name(e.scale)
                 );
             }
-            (Outcome::Differs, _) => println!("  verdict: differs: there are values that are not finite"),
-            (outcome, _) => println!("  verdict: {} ({p})", outcome.words()),
+            (Outcome::Differs, _) => outln!("  verdict: differs: there are values that are not finite"),
+            (outcome, _) => outln!("  verdict: {} ({p})", outcome.words()),
         }
     }
 

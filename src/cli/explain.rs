@@ -70,7 +70,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
 
     let facts = facts(&scene, &textures, MaterialId(index as u32), source, material);
     if args.json {
-        println!("{facts:#}");
+        outln!("{facts:#}");
     } else {
         print_text(&facts);
     }
@@ -228,7 +228,7 @@ fn number(value: f32) -> f64 {
 fn print_text(facts: &Value) {
     let text = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let defined = facts["defined"].as_str().unwrap_or("nowhere: it is the default");
-    println!("{} ({defined})", text(&facts["name"]));
+    outln!("{} ({defined})", text(&facts["name"]));
     for key in [
         "triangles",
         "diffuse",
@@ -241,11 +241,11 @@ fn print_text(facts: &Value) {
         "opacity",
         "emission",
     ] {
-        println!("  {key:<13} {}", text(&facts[key]));
+        outln!("  {key:<13} {}", text(&facts[key]));
     }
-    println!("  {:<13} {} W from all its triangles", "power", facts["power_w"]);
+    outln!("  {:<13} {} W from all its triangles", "power", facts["power_w"]);
     for (slot, map) in facts["textures"].as_object().into_iter().flatten() {
-        println!(
+        outln!(
             "  {:<13} {slot}: {}, {}x{} texels",
             "texture",
             text(&map["file"]),
@@ -254,11 +254,11 @@ fn print_text(facts: &Value) {
         );
     }
     for lobe in facts["lobes"].as_array().into_iter().flatten() {
-        println!("  lobe {} {}", text(&lobe["name"]), text(&lobe["parameters"]));
+        outln!("  lobe {} {}", text(&lobe["name"]), text(&lobe["parameters"]));
         for view in VIEWS {
             let probability = lobe["probability"][view].as_f64();
             let chosen = probability.map_or_else(String::new, |p| format!(", chosen with probability {p}"));
-            println!(
+            outln!(
                 "    {:<13} albedo {}{chosen}",
                 view.replace('_', " "),
                 lobe["albedo"][view]

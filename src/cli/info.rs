@@ -58,7 +58,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         "warnings": warnings,
     });
     if args.json {
-        println!("{info:#}");
+        outln!("{info:#}");
     } else {
         print_text(&info);
     }
@@ -73,17 +73,18 @@ pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
 fn print_text(info: &serde_json::Value) {
     let text = |v: &serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
-    println!("{}", text(&info["scene"]));
-    println!("  meshes     {}", info["meshes"]);
-    println!("  triangles  {}", info["triangles"]);
-    println!("  vertices   {}", info["vertices"]);
+    outln!("{}", text(&info["scene"]));
+    outln!("  meshes     {}", info["meshes"]);
+    outln!("  triangles  {}", info["triangles"]);
+    outln!("  vertices   {}", info["vertices"]);
     if info["instances"].as_u64() != Some(0) {
-        println!(
+        outln!(
             "  instances  {}, {} triangles in all",
-            info["instances"], info["placed_triangles"]
+            info["instances"],
+            info["placed_triangles"]
         );
     }
-    println!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
+    outln!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
     let lights = &info["lights"];
     let kinds = lights
         .as_object()
@@ -91,21 +92,21 @@ fn print_text(info: &serde_json::Value) {
         .flatten()
         .filter(|(_, n)| n.as_u64() != Some(0));
     let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
-    println!("  lights     {}", kinds.join(", "));
+    outln!("  lights     {}", kinds.join(", "));
     for group in info["light_groups"].as_array().into_iter().flatten() {
-        println!("  group      {}: {} lights", text(&group["name"]), group["lights"]);
+        outln!("  group      {}: {} lights", text(&group["name"]), group["lights"]);
     }
     let memory = &info["memory_forecast_bytes"];
-    println!(
+    outln!(
         "  memory     scene {:.1} MB, acceleration structure about {:.1} MB, film {:.1} MB; about {:.0} MB at the peak of a render",
         megabytes(&memory["scene"]),
         megabytes(&memory["bvh"]),
         megabytes(&memory["film"]),
         megabytes(&memory["peak"])
     );
-    println!("  materials");
+    outln!("  materials");
     for m in info["materials"].as_array().into_iter().flatten() {
-        println!(
+        outln!(
             "    {}: diffuse {}, specular {} ({}), transmission {} (ior {}), emission {}",
             text(&m["name"]),
             m["diffuse"],
@@ -117,6 +118,6 @@ fn print_text(info: &serde_json::Value) {
         );
     }
     for w in info["warnings"].as_array().into_iter().flatten() {
-        println!("  warning: {}", text(w));
+        outln!("  warning: {}", text(w));
     }
 }

@@ -8,8 +8,8 @@ use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, Scen
 use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{
-    Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, MOST_FOR_NOISE, REUSES, SELECTIONS,
-    Settings, TRIANGLE_SAMPLINGS, VIEWS,
+    Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT, MOST_FOR_NOISE,
+    REUSES, SELECTIONS, Settings, TRIANGLE_SAMPLINGS, VIEWS,
 };
 use crate::texture::TextureFilter;
 use std::path::{Path, PathBuf};
@@ -125,11 +125,24 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     estimator.light_samples = args.light_samples.or(estimator.light_samples);
     set(&mut estimator.branching, args.branching);
     estimator.ao_distance = args.ao_distance.or(estimator.ao_distance);
+    let metropolis = &mut estimator.metropolis;
+    set_named(
+        &mut metropolis.direct,
+        "metropolis-direct",
+        &args.metropolis_direct,
+        METROPOLIS_DIRECT,
+    )?;
+    metropolis.chains = args.chains.or(metropolis.chains);
+    metropolis.bootstrap = args.bootstrap.or(metropolis.bootstrap);
+    set(&mut metropolis.large_step_probability, args.large_step_probability);
+    set(&mut metropolis.mutation_size, args.mutation_size);
     estimator.photons = args.photons.or(estimator.photons);
     estimator.photon_radius = args.photon_radius.or(estimator.photon_radius);
     set(&mut estimator.photon_alpha, args.photon_alpha);
     set(&mut estimator.photon_count, args.photon_count);
     set(&mut estimator.gather_rays, args.gather_rays);
+    set(&mut estimator.cache_error, args.cache_error);
+    set(&mut estimator.cache_rays, args.cache_rays);
     Ok(())
 }
 

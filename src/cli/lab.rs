@@ -10,7 +10,7 @@ use crate::film::{Errors, Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy};
 use crate::io::{Output, Panel, read_exr, write_contact_sheet};
 use crate::render::{Observer, Outcome, last_cut};
-use crate::session::{AccelTask, Estimator, IntegratorKind, Session};
+use crate::session::{AccelTask, Estimator, IntegratorKind, Prepared, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -50,6 +50,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             )));
         }
     }
+    let rungs = match args.methods.is_empty() {
+        true => ladder(job.settings.estimator),
+        false => methods(job.settings.estimator, &args.methods)?,
+    };
     let session = Session::load(&job.scene, job.settings, &())?;
     session.warnings().iter().for_each(words::warning);
     let renderer = session.renderer()?;
@@ -61,6 +65,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             .time
             .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
         reference,
+        rungs,
     })?;
 
     let [sheet, csv, markdown] = &outputs;
@@ -74,9 +79,9 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     csv.write(|w| std::io::Write::write_all(w, csv_table(&rows).as_bytes()))?;
     markdown.write(|w| std::io::Write::write_all(w, table.as_bytes()))?;
     if !args.quiet {
-        print!("{table}");
+        out!("{table}");
         let names = outputs.each_ref().map(|o| o.path().display().to_string());
-        eprintln!("-> {}", names.join(", "));
+        errln!("-> {}", names.join(", "));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -155,6 +160,19 @@ fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
     ]
 }
 
+/// The integrators of these names, each as it is by default.
+fn methods(best: Estimator, names: &[String]) -> Result<Vec<(&'static str, Estimator)>, CliError> {
+    let known = IntegratorKind::NAMES;
+    let method = |wanted: &String| match known.iter().find(|(name, _)| name == wanted) {
+        Some(&(name, kind)) => Ok((name, Estimator { kind, ..best })),
+        None => Err(CliError::Usage(format!(
+            "--methods {wanted}: no such integrator\n  help: use some of {}",
+            known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+        ))),
+    };
+    names.iter().map(method).collect()
+}
+
 /// What every rung may spend.
 #[derive(Clone, Copy)]
 enum Budget {
@@ -198,6 +216,8 @@ struct Ladder<'a> {
     quiet: bool,
     budget: Budget,
     reference: Option<RgbImage>,
+    /// What is compared; the last one makes the reference where there is none.
+    rungs: Vec<(&'static str, Estimator)>,
 }
 
 impl AccelTask for Ladder<'_> {
@@ -205,9 +225,8 @@ impl AccelTask for Ladder<'_> {
 
     fn run<A: Accel>(self, accel: &A) -> Self::Output {
         let settings = self.session.settings();
-        let best = settings.estimator;
         let mut rows = Vec::new();
-        for (name, estimator) in ladder(best) {
+        for &(name, estimator) in &self.rungs {
             // Light from points or single directions is not met by chance.
             let refused = match estimator.check_lights(self.session.scene()) {
                 Ok(missing) => missing,
@@ -237,7 +256,11 @@ impl AccelTask for Ladder<'_> {
                     .map_or(1, |row| row.samples)
                     .saturating_mul(REFERENCE_FACTOR);
                 let seed = settings.seed.wrapping_add(1);
-                let (film, ..) = self.spend(accel, &best, Budget::Samples(samples), seed, "reference")?;
+                let last = self
+                    .rungs
+                    .last()
+                    .map_or(settings.estimator, |(_, estimator)| *estimator);
+                let (film, ..) = self.spend(accel, &last, Budget::Samples(samples), seed, "reference")?;
                 RgbImage::from(&film.develop())
             }
         };
@@ -263,6 +286,7 @@ impl Ladder<'_> {
     ) -> Result<(Film, u32, f64), CliError> {
         let settings = self.session.settings();
         let sampler = estimator.sampler(settings.sampler, seed, settings.spp);
+        let prepared = Prepared::new(settings.resolution, seed);
         let mut film = Film::new(settings.resolution, settings.crop());
         let most = match budget {
             Budget::Samples(n) => n,
@@ -289,7 +313,7 @@ impl Ladder<'_> {
             let world = self.session.world(accel);
             let (outcome, _) = self
                 .session
-                .install(|| estimator.render(world, &sampler, &mut film, end, None, &progress));
+                .install(|| estimator.render((world, &prepared), &sampler, &mut film, end, None, &progress));
             done = end;
             if outcome == Outcome::Stopped || progress.should_stop() {
                 progress.finish();

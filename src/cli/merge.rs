@@ -30,7 +30,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     }
     if !args.quiet {
         let (samples, size) = (parts.samples(), parts.crop().size());
-        eprintln!(
+        errln!(
             "{} parts, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}",
             parts.count(),
             samples.start,

@@ -1,5 +1,9 @@
 //! The command line: what was typed (`args`), what it means (`job`), and doing it (`run`).
 
+// Its macros are for all that follow.
+#[macro_use]
+mod words;
+
 mod aovs;
 mod args;
 mod audit;
@@ -23,7 +27,6 @@ mod run;
 mod stats;
 mod tev;
 mod values;
-mod words;
 
 use crate::io::is_decoding;
 use args::{Args, Command};
@@ -61,7 +64,7 @@ pub fn main() -> ExitCode {
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     if args.version {
-        println!("{}", crate::session::version_text());
+        outln!("{}", crate::session::version_text());
         return Ok(ExitCode::SUCCESS);
     }
     match args.command {

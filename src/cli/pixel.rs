@@ -6,7 +6,7 @@ use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
-use crate::session::{AccelTask, Renderer, Session};
+use crate::session::{AccelTask, Prepared, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
@@ -14,20 +14,30 @@ use std::process::ExitCode;
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
     let session = renderer.session();
     let key = key(pixel, sample, session.settings().crop())?;
-    renderer.accel().with(Trace { session, key });
-    Ok(ExitCode::SUCCESS)
+    renderer.prepare();
+    let prepared = renderer.prepared();
+    if renderer.accel().with(Trace { session, prepared, key }) {
+        return Ok(ExitCode::SUCCESS);
+    }
+    Err(CliError::Usage(format!(
+        "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
+         paths start at the camera alone",
+        session.settings().estimator.name()
+    )))
 }
 
 struct Trace<'a> {
     session: &'a Session,
+    prepared: &'a Prepared,
     key: SampleKey,
 }
 
 impl AccelTask for Trace<'_> {
-    type Output = ();
+    /// Whether there is such a sample.
+    type Output = bool;
 
-    fn run<A: Accel>(self, accel: &A) {
-        let Self { session, key } = self;
+    fn run<A: Accel>(self, accel: &A) -> bool {
+        let Self { session, prepared, key } = self;
         let settings = session.settings();
         let recorder = Recorder::new(accel);
         let story = RefCell::new(Story {
@@ -41,23 +51,25 @@ impl AccelTask for Trace<'_> {
         let world = session.world(&recorder);
         let listener = |told| Listener { story: &story, told };
         let mut sampler = settings.random_numbers();
-        settings
-            .estimator
-            .sample(world, (settings.resolution, key), &mut sampler, listener);
+        let estimator = &settings.estimator;
+        if !estimator.sample((world, prepared), (settings.resolution, key), &mut sampler, listener) {
+            return false;
+        }
         let mut story = story.into_inner();
         story.take_rays();
-        println!(
+        outln!(
             "sample {} of pixel {},{}: {}",
             key.sample,
             key.x,
             key.y,
             settings.estimator.settings()
         );
-        story.lines.iter().for_each(|line| println!("{line}"));
+        story.lines.iter().for_each(|line| outln!("{line}"));
         if story.weight != 1.0 {
-            println!("times the filter's weight, {}", story.weight);
+            outln!("times the filter's weight, {}", story.weight);
         }
-        println!("radiance {:?}", (story.radiance * story.weight).to_array());
+        outln!("radiance {:?}", (story.radiance * story.weight).to_array());
+        true
     }
 }
 

@@ -97,6 +97,10 @@ impl Observer for Until<'_> {
         self.progress.expect(samples, error);
     }
 
+    fn prepared(&self, records: u64) {
+        self.progress.prepared(records);
+    }
+
     fn passed(&self, film: &Film) {
         self.progress.passed(film);
     }
@@ -156,6 +160,10 @@ impl Observer for Progress {
     fn expect(&self, samples: u64, error: f64) {
         self.bar.set_length(self.bar.position() + samples);
         self.bar.set_message(format!("error {error:.2e}  "));
+    }
+
+    fn prepared(&self, records: u64) {
+        self.bar.set_message(format!("{records} records  "));
     }
 
     fn passed(&self, film: &Film) {

@@ -41,7 +41,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     loading.finish();
     let session = session?;
     if job.verbose {
-        eprintln!("memory: about {} at most", in_words(session.memory()));
+        errln!("memory: about {} at most", in_words(session.memory()));
     }
     let mut warnings = session.warnings().to_vec();
     warnings.iter().for_each(words::warning);
@@ -130,7 +130,7 @@ impl Run<'_> {
             if report.is_unexplained() {
                 warn(format!("the backends disagree: {}", report.text().trim_end()));
             } else if !job.quiet {
-                eprint!("{}", report.text());
+                err!("{}", report.text());
             }
         }
 
@@ -222,9 +222,10 @@ impl Run<'_> {
     }
 
     /// What `--stats` says, but for what only some renders have.
-    fn stats<'a>(&'a self, state: &RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
+    fn stats<'a>(&'a self, state: &'a RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
         let (session, settings) = (self.renderer.session(), &self.job.settings);
         let (scene, statistics) = (session.scene(), &state.statistics);
+        let mutations = statistics.mutations.iter();
         Stats {
             version: env!("CARGO_PKG_VERSION"),
             backend: info.name,
@@ -257,6 +258,7 @@ impl Run<'_> {
             peak_rss_bytes: peak_rss_bytes(),
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
             noise: None,
             denoise: None,
             audit: None,
@@ -272,7 +274,7 @@ impl Run<'_> {
             .iter()
             .map(|(_, o)| o.path().display().to_string())
             .collect();
-        eprintln!(
+        errln!(
             "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{} -> {}",
             job.scene_path.display(),
             stats.width,
@@ -294,15 +296,23 @@ impl Run<'_> {
             },
         );
         if job.verbose {
-            eprintln!(
+            errln!(
                 "  {} triangles, {} lights; load {:.3} s, build {:.3} s, in all {:.3} s",
-                stats.triangles, stats.lights, stats.load_s, stats.build_s, stats.total_s
+                stats.triangles,
+                stats.lights,
+                stats.load_s,
+                stats.build_s,
+                stats.total_s
             );
-            eprintln!(
+            errln!(
                 "  rays: {} camera, {} bounce, {} shadow; {} thread(s), {}",
-                stats.rays.camera, stats.rays.bounce, stats.rays.shadow, stats.threads, stats.isa
+                stats.rays.camera,
+                stats.rays.bounce,
+                stats.rays.shadow,
+                stats.threads,
+                stats.isa
             );
-            eprintln!(
+            errln!(
                 "  memory: scene {:.1} MB, acceleration structure {:.1} MB, peak {:.1} MB; scene hash {}",
                 stats.scene_bytes as f64 / 1e6,
                 stats.bvh_bytes as f64 / 1e6,
@@ -344,7 +354,7 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
         return Err(failed(&failures));
     }
     if stop == Stop::Interrupt {
-        eprintln!("interrupted: what is written holds the samples taken so far");
+        errln!("interrupted: what is written holds the samples taken so far");
         return Ok(ExitCode::from(INTERRUPTED));
     }
     Ok(ExitCode::SUCCESS)

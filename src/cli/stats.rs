@@ -1,7 +1,8 @@
 use super::audit::Report;
 use crate::film::{Film, Tile};
-use crate::render::DroppedSample;
+use crate::render::{DroppedSample, MutationCounts};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// What `--stats` writes: one JSON object.
 #[derive(Debug, Serialize)]
@@ -37,6 +38,9 @@ pub(super) struct Stats<'a> {
     pub dropped_samples: u64,
     /// The first few, each enough to trace it again.
     pub dropped: Vec<Dropped>,
+    /// Of Markov chains, by kind.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub mutations: BTreeMap<&'a str, Mutations>,
     /// Of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,
@@ -62,6 +66,15 @@ pub(super) struct Dropped {
     sample: u32,
     /// Text, because JSON has no NaN.
     radiance: String,
+}
+
+/// What became of the mutations of one kind.
+#[derive(Debug, Serialize)]
+pub(super) struct Mutations {
+    proposed: u64,
+    accepted: u64,
+    /// Share that was accepted; `null` where none was proposed.
+    acceptance: Option<f64>,
 }
 
 /// How noise was taken out of the picture.
@@ -120,6 +133,17 @@ impl From<&DroppedSample> for Dropped {
             pixel: d.key.pixel().to_array(),
             sample: d.key.sample,
             radiance: format!("{:?}", d.radiance),
+        }
+    }
+}
+
+impl From<MutationCounts> for Mutations {
+    fn from(counts: MutationCounts) -> Self {
+        let MutationCounts { proposed, accepted } = counts;
+        Self {
+            proposed,
+            accepted,
+            acceptance: (proposed > 0).then(|| accepted as f64 / proposed as f64),
         }
     }
 }

@@ -223,6 +223,59 @@ mod tests {
     }
 
     #[test]
+    fn values_integrate_to_one_and_are_what_samples_say() {
+        for &(name, kind) in FilterKind::NAMES {
+            for radius in [0.5, 0.7, kind.usual_radius()] {
+                let filter = Filter::new(kind, radius);
+                // The midpoint rule, beyond the radius too
+                const CELLS: usize = 400;
+                let reach = 1.25 * radius;
+                let step = 2.0 * reach as f64 / CELLS as f64;
+                let place = |i: usize| -reach + (i as f32 + 0.5) * step as f32;
+                let row = |j: usize| (0..CELLS).map(move |i| Vec2::new(place(i), place(j)));
+                let integral = (0..CELLS).flat_map(row).map(|p| filter.eval(p) as f64).sum::<f64>() * step * step;
+                assert!((integral - 1.0).abs() < 2e-4, "{name} {radius}: {integral}");
+                assert_eq!(filter.eval(Vec2::new(0.0, 1.001 * radius)), 0.0);
+                assert_eq!(filter.eval(Vec2::new(f32::NAN, 0.0)), 0.0);
+
+                // Weights of samples of a regular grid, in bins, against the integral over each
+                const BINS: usize = 8;
+                const N: usize = 512;
+                let mut found = [[0.0; BINS]; BINS];
+                for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+                    let (p, weight) = filter.sample((Vec2::new(i as f32, j as f32) + 0.5) / N as f32);
+                    let cell = ((p - 0.5 + radius) / (2.0 * radius) * BINS as f32).as_uvec2();
+                    found[(cell.y as usize).min(BINS - 1)][(cell.x as usize).min(BINS - 1)] += weight as f64;
+                }
+                const PARTS: usize = 32;
+                let fine = |i: usize| radius * (2.0 * (i as f32 + 0.5) / (BINS * PARTS) as f32 - 1.0);
+                let area = (2.0 * radius as f64 / (BINS * PARTS) as f64).powi(2);
+                for (y, x) in (0..BINS).flat_map(|y| (0..BINS).map(move |x| (y, x))) {
+                    let parts = (0..PARTS * PARTS).map(|k| (x * PARTS + k % PARTS, y * PARTS + k / PARTS));
+                    let expected: f64 = parts
+                        .map(|(i, j)| filter.eval(Vec2::new(fine(i), fine(j))) as f64)
+                        .sum();
+                    let (got, expected) = (found[y][x] / (N * N) as f64, expected * area);
+                    assert!(
+                        (got - expected).abs() < 1e-3,
+                        "{name} {radius} {x} {y}: {got} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn each_point_is_in_one_box() {
+        for place in [0.0, 0.3, 0.5, 1.0, 2.0, 2.75] {
+            let sum: f32 = (0..4)
+                .map(|pixel| Filter::BOX.eval(Vec2::new(place - pixel as f32 - 0.5, 0.0)))
+                .sum();
+            assert_eq!(sum, 1.0, "{place}");
+        }
+    }
+
+    #[test]
     fn the_box_is_the_pixel() {
         assert_eq!(Filter::new(FilterKind::Box, 0.5), Filter::BOX);
         for u in [Vec2::ZERO, Vec2::new(0.25, 0.75), Vec2::splat(0.999_999_94)] {

@@ -27,8 +27,8 @@ impl Frame {
         Self {
             crop,
             pixels: vec![FramePixel::default(); crop.area() as usize],
-            parts: film.light_groups(),
-            part_sums: vec![[0.0; 3]; crop.area() as usize * film.light_groups()],
+            parts: film.parts(),
+            part_sums: vec![[0.0; 3]; crop.area() as usize * film.parts()],
         }
     }
 
@@ -37,16 +37,21 @@ impl Frame {
         self.crop
     }
 
-    /// Adds radiance to `pixel`, if it is one of these, and as much of it as each part has. Who adds in a fixed order gets the same bits.
+    /// Adds radiance to `pixel`, if it is one of these, and as much of it as each of the first `parts` has. Who adds in a fixed order gets the same bits.
     pub fn add(&mut self, pixel: UVec2, radiance: Spectrum, parts: &[Spectrum]) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);
-        for (sum, part) in self.part_sums[index * self.parts..]
-            .iter_mut()
-            .zip(parts)
-            .take(self.parts)
-        {
+        let sums = &mut self.part_sums[index * self.parts..(index + 1) * self.parts];
+        for (sum, part) in sums.iter_mut().zip(parts) {
             add(sum, *part);
+        }
+    }
+
+    /// Adds to one part of the light of `pixel` alone.
+    pub fn add_to_part(&mut self, pixel: UVec2, part: usize, radiance: Spectrum) {
+        let index = self.index(pixel).filter(|_| part < self.parts);
+        if let Some(index) = index {
+            add(&mut self.part_sums[index * self.parts + part], radiance);
         }
     }
 

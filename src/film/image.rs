@@ -60,6 +60,8 @@ pub enum Aov {
     Cryptomatte,
     /// `light_NAME`: the picture as the lights of each group alone light it.
     Lights,
+    /// `strategy_sS_tT`, `unweighted_sS_tT`: what each strategy of a bidirectional method gives to the picture, and what it finds by itself.
+    Strategies,
 }
 
 impl Aov {
@@ -71,11 +73,12 @@ impl Aov {
         ("id", Self::Ids),
         ("cryptomatte", Self::Cryptomatte),
         ("lights", Self::Lights),
+        ("strategies", Self::Strategies),
     ];
 
     /// Whether it shows what a camera ray meets first.
     pub fn is_of_surface(self) -> bool {
-        self != Self::Lights
+        !matches!(self, Self::Lights | Self::Strategies)
     }
 
     /// How the sums of a pixel give the channels.
@@ -91,7 +94,7 @@ impl Aov {
                 ("id.object", |f| most(&f.objects)),
                 ("id.material", |f| most(&f.materials)),
             ],
-            Self::Cryptomatte | Self::Lights => &[],
+            Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
         }
     }
 }
@@ -110,17 +113,16 @@ pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     channels.collect()
 }
 
-pub(super) fn develop_light_groups(film: &Film, names: &[String]) -> Vec<Channel> {
-    let mean = |pixel, group: usize, c| {
+pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
+    let mean = |pixel, part: usize, c| {
         let tile = film.tile_at(pixel)?;
-        let sum = tile.light_sums(pixel).get(group)?;
+        let sum = tile.part_sums(pixel).get(part)?;
         Some(sum.mean(c, tile.sums(pixel)?.samples()) as f32)
     };
-    let groups = names.iter().enumerate();
-    let channels = groups.flat_map(|(group, name)| {
+    let channels = names.iter().enumerate().flat_map(|(part, name)| {
         ["R", "G", "B"].into_iter().enumerate().map(move |(c, color)| Channel {
-            name: format!("light_{name}.{color}").into(),
-            values: film.crop().pixels().map(|p| mean(p, group, c).unwrap_or(0.0)).collect(),
+            name: format!("{name}.{color}").into(),
+            values: film.crop().pixels().map(|p| mean(p, part, c).unwrap_or(0.0)).collect(),
         })
     });
     channels.collect()

@@ -7,8 +7,8 @@ mod fixed;
 mod flip;
 mod frame;
 mod image;
-mod light_sums;
 mod metrics;
+mod part_sums;
 mod state;
 mod tile;
 mod verdict;
@@ -20,8 +20,8 @@ pub use fixed::Fixed;
 pub use flip::{Exposures, Flip};
 pub use frame::Frame;
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};
-pub use light_sums::{LightBlock, LightSum};
 pub use metrics::{Errors, RgbImage, SizeMismatch};
+pub use part_sums::{PartBlock, PartSum};
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
 pub use verdict::{Extreme, Noise, Scale, Verdict, pixel_scores};
@@ -31,6 +31,9 @@ use rayon::prelude::*;
 
 /// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
 const TILE_SIZE: u32 = 16;
+
+/// Parts of the light that can be told apart at most: groups of lights, and strategies of a bidirectional method.
+pub const MOST_PARTS: usize = 128;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
 #[derive(Clone, Debug)]
@@ -109,15 +112,15 @@ impl Film {
         self.tile_at(pixel)?.features(pixel)
     }
 
-    /// The same, which also sums the light of so many groups of lights by themselves.
-    pub fn with_light_groups(mut self, groups: usize) -> Self {
-        self.tiles.iter_mut().for_each(|tile| tile.sum_light_groups(groups));
+    /// The same, which also sums so many parts of the light by themselves: those of groups of lights, or of strategies.
+    pub fn with_parts(mut self, parts: usize) -> Self {
+        self.tiles.iter_mut().for_each(|tile| tile.sum_parts(parts));
         self
     }
 
     /// How many it has.
-    pub fn light_groups(&self) -> usize {
-        self.tiles.first().map_or(0, Tile::light_groups)
+    pub fn parts(&self) -> usize {
+        self.tiles.first().map_or(0, Tile::parts)
     }
 
     /// Size of the full image.
@@ -177,8 +180,8 @@ impl Film {
             if let (Some(own), Some(features)) = (tile.features_mut(pixel), other.features(pixel)) {
                 own.merge(features);
             }
-            let light = other.tile_at(pixel).map_or(&[][..], |tile| tile.light_sums(pixel));
-            for (own, light) in tile.light_sums_mut(pixel).iter_mut().zip(light) {
+            let light = other.tile_at(pixel).map_or(&[][..], |tile| tile.part_sums(pixel));
+            for (own, light) in tile.part_sums_mut(pixel).iter_mut().zip(light) {
                 *own = own.plus(*light);
             }
         }
@@ -195,8 +198,8 @@ impl Film {
                     block.add(&features);
                     sums.add(&block);
                 }
-                for (sum, part) in tile.light_sums_mut(pixel).iter_mut().zip(frame.part_sums(pixel)) {
-                    *sum = sum.plus(LightSum(part.map(Fixed::new)));
+                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(frame.part_sums(pixel)) {
+                    *sum = sum.plus(PartSum(part.map(Fixed::new)));
                 }
                 if let Some(sums) = tile.sums_mut(pixel) {
                     sums.add_alone(sample.radiance, sample.surface.as_ref());
@@ -250,17 +253,17 @@ impl Film {
         crop.area() * size_of::<Accumulator>() as u64
     }
 
-    /// The same of sums of light by group, with the channels that are made of them.
-    pub fn light_group_bytes(crop: Rect, groups: usize) -> u64 {
-        crop.area() * (groups * (size_of::<LightSum>() + size_of::<[f32; 3]>())) as u64
+    /// The same of sums of parts of the light, with the channels that are made of them.
+    pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
+        crop.area() * (parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64
     }
 
-    /// Three channels for each group of lights, `light_NAME`: the picture as these lights alone light it.
-    pub fn develop_light_groups(&self, names: &[String]) -> Vec<Channel> {
-        image::develop_light_groups(self, names)
+    /// Three channels for each part of the light, by the names of their layers.
+    pub fn develop_parts(&self, names: &[String]) -> Vec<Channel> {
+        image::develop_parts(self, names)
     }
 
-    /// The channels of `aovs`, but for mattes and light groups, which need names. Zero where nothing is known.
+    /// The channels of `aovs`, but for mattes and parts of the light, which need names. Zero where nothing is known.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
         image::develop_features(self, aovs)
     }

@@ -1,5 +1,5 @@
 use super::fixed::Narrow;
-use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, LightSum, Tile};
+use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
 /// Sums by name: those of [`Fixed`], of [`Narrow`], and of floats.
@@ -78,14 +78,14 @@ const FEATURES: [&str; FeatureSums::SUMS] = ["P.X", "P.Y", "P.Z", "uv.U", "uv.V"
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];
 
-/// Words of the light of one group.
+/// Words of one part of the light.
 const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 
-/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and, if there are any, the light of groups and features.
+/// The words of all that a film knows of a pixel: its sums, what its tile was promised, and, if there are any, parts of the light and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateLayout {
-    /// Groups of lights.
-    groups: usize,
+    /// Parts of the light that are summed by themselves.
+    parts: usize,
     /// How many objects and how many materials a pixel may name, where there are features.
     levels: Option<[usize; 2]>,
 }
@@ -96,7 +96,7 @@ impl StateLayout {
         let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
         let most = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
         Self {
-            groups: film.light_groups(),
+            parts: film.parts(),
             levels: film
                 .has_features()
                 .then(|| [most(|f| &f.objects), most(|f| &f.materials)]),
@@ -110,18 +110,18 @@ impl StateLayout {
             (0..).take_while(level).count()
         });
         let has_features = names.iter().any(|name| name == "P.X.0");
-        let groups = (0..).take_while(|i| names.contains(&format!("light.{i}.R.0"))).count();
+        let parts = (0..).take_while(|i| names.contains(&format!("light.{i}.R.0"))).count();
         let layout = Self {
-            groups,
+            parts,
             levels: has_features.then_some(levels),
         };
         let wanted = layout.names();
         (wanted.len() == names.len() && wanted.iter().all(|name| names.contains(name))).then_some(layout)
     }
 
-    /// Groups of lights.
-    pub fn light_groups(&self) -> usize {
-        self.groups
+    /// Parts of the light that are summed by themselves.
+    pub fn parts(&self) -> usize {
+        self.parts
     }
 
     /// Whether there are features.
@@ -134,8 +134,8 @@ impl StateLayout {
         let mut names = Accumulator::word_names();
         names.push("target".into());
         let words = |name: &str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
-        let of_group = |group: usize| ["R", "G", "B"].map(|c| format!("light.{group}.{c}"));
-        names.extend((0..self.groups).flat_map(of_group).flat_map(|name| words(&name)));
+        let of_part = |part: usize| ["R", "G", "B"].map(|c| format!("light.{part}.{c}"));
+        names.extend((0..self.parts).flat_map(of_part).flat_map(|name| words(&name)));
         if let Some(levels) = self.levels {
             names.extend(FEATURES.iter().flat_map(|name| words(name)));
             for (kind, levels) in COVERAGES.iter().zip(levels) {
@@ -147,11 +147,11 @@ impl StateLayout {
 
     /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has. The tile's film is the one that this is of.
     pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
-        debug_assert!(tile.light_groups() == self.groups && tile.has_features() == self.has_features());
+        debug_assert!(tile.parts() == self.parts && tile.has_features() == self.has_features());
         let sums = tile.sums(pixel).map(Accumulator::to_words);
         words.extend(sums.unwrap_or([0; Accumulator::WORDS]));
         words.push(tile.target());
-        let light = tile.light_sums(pixel).iter().flat_map(|LightSum(sum)| sum);
+        let light = tile.part_sums(pixel).iter().flat_map(|PartSum(sum)| sum);
         words.extend(light.flat_map(|sum| sum.to_words()));
         let (Some(features), Some(levels)) = (tile.features(pixel), self.levels) else {
             return;
@@ -174,9 +174,9 @@ impl StateLayout {
             *sums = Accumulator::from_words(own);
         }
         let fixed = |words: &[u32]| Fixed::from_words([words[0], words[1], words[2], words[3]]);
-        let (light, features) = further.split_at(self.groups * LIGHT_WORDS);
-        let groups = light.chunks_exact(LIGHT_WORDS);
-        for (LightSum(sum), words) in tile.light_sums_mut(pixel).iter_mut().zip(groups) {
+        let (light, features) = further.split_at(self.parts * LIGHT_WORDS);
+        let parts = light.chunks_exact(LIGHT_WORDS);
+        for (PartSum(sum), words) in tile.part_sums_mut(pixel).iter_mut().zip(parts) {
             *sum = [0, 1, 2].map(|c| fixed(&words[c * Fixed::WORDS..]));
         }
         let (Some(sums), Some([objects, _])) = (tile.features_mut(pixel), self.levels) else {
@@ -199,7 +199,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, FeatureBlock, Features, FirstSurface, LightBlock, Rect};
+    use crate::film::{Block, FeatureBlock, Features, FirstSurface, PartBlock, Rect};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -231,18 +231,18 @@ mod tests {
     }
 
     #[test]
-    fn words_hold_light_groups_and_features() {
+    fn words_hold_parts_and_features() {
         let size = UVec2::new(3, 2);
         let empty = || {
             let film = Film::new(size, Rect::full(size));
-            film.with_features().with_light_groups(2)
+            film.with_features().with_parts(2)
         };
         let mut film = empty();
         let tile = &mut film.tiles_mut()[0];
         for (i, pixel) in Rect::full(size).pixels().enumerate() {
-            let mut light = LightBlock::new(2);
+            let mut light = PartBlock::new(2);
             light.add(&[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)]);
-            light.add_to(tile.light_sums_mut(pixel));
+            light.add_to(tile.part_sums_mut(pixel));
             let mut features = FeatureBlock::default();
             features.add(&Features {
                 p: Vec3::new(0.3, -2.0, i as f32),
@@ -256,7 +256,7 @@ mod tests {
         let layout = StateLayout::of_film(&film);
         let names = layout.names();
         assert_eq!(StateLayout::of_names(&names), Some(layout));
-        assert!(names.contains(&"light.1.B.3".to_string()) && layout.light_groups() == 2);
+        assert!(names.contains(&"light.1.B.3".to_string()) && layout.parts() == 2);
         // A name that is missing is no layout.
         assert_eq!(StateLayout::of_names(&names[1..]), None);
 
@@ -267,7 +267,7 @@ mod tests {
             assert_eq!(words.len(), names.len());
             layout.put(&mut read.tiles_mut()[0], pixel, &words);
             let [a, b] = [&film, &read].map(|film| film.tile_at(pixel).unwrap());
-            assert_eq!(a.light_sums(pixel), b.light_sums(pixel));
+            assert_eq!(a.part_sums(pixel), b.part_sums(pixel));
             assert_eq!(a.features(pixel), b.features(pixel));
         }
     }

@@ -1,4 +1,4 @@
-use super::{Accumulator, FeatureSums, LightSum};
+use super::{Accumulator, FeatureSums, PartSum};
 use crate::math::UVec2;
 use std::ops::Range;
 
@@ -66,9 +66,9 @@ pub struct Tile {
     pixels: Vec<Accumulator>,
     /// One a pixel, or none.
     features: Vec<FeatureSums>,
-    /// Groups of lights that are told apart, and the sums of each, pixel by pixel.
-    light_groups: usize,
-    light_sums: Vec<LightSum>,
+    /// Parts of the light that are told apart, and the sums of each, pixel by pixel.
+    parts: usize,
+    part_sums: Vec<PartSum>,
 }
 
 impl Tile {
@@ -81,8 +81,8 @@ impl Tile {
             first,
             target: 0,
             features: Vec::new(),
-            light_groups: 0,
-            light_sums: Vec::new(),
+            parts: 0,
+            part_sums: Vec::new(),
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -123,31 +123,31 @@ impl Tile {
         self.features.get_mut(index)
     }
 
-    /// Sums the light of so many groups by themselves, from now on.
-    pub(super) fn sum_light_groups(&mut self, groups: usize) {
-        self.light_groups = groups;
-        self.light_sums = vec![LightSum::default(); groups * self.pixels.len()];
+    /// Sums so many parts of the light by themselves, from now on.
+    pub(super) fn sum_parts(&mut self, parts: usize) {
+        self.parts = parts;
+        self.part_sums = vec![PartSum::default(); parts * self.pixels.len()];
     }
 
     /// How many it has.
-    pub fn light_groups(&self) -> usize {
-        self.light_groups
+    pub fn parts(&self) -> usize {
+        self.parts
     }
 
-    /// Sums of the light of each group at `pixel`; empty where there are none.
-    pub fn light_sums(&self, pixel: UVec2) -> &[LightSum] {
-        let range = self.light_range(pixel);
-        self.light_sums.get(range).unwrap_or_default()
+    /// Sums of each part of the light at `pixel`; empty where there are none.
+    pub fn part_sums(&self, pixel: UVec2) -> &[PartSum] {
+        let range = self.part_range(pixel);
+        self.part_sums.get(range).unwrap_or_default()
     }
 
     /// The same, to add to them.
-    pub fn light_sums_mut(&mut self, pixel: UVec2) -> &mut [LightSum] {
-        let range = self.light_range(pixel);
-        self.light_sums.get_mut(range).unwrap_or_default()
+    pub fn part_sums_mut(&mut self, pixel: UVec2) -> &mut [PartSum] {
+        let range = self.part_range(pixel);
+        self.part_sums.get_mut(range).unwrap_or_default()
     }
 
-    fn light_range(&self, pixel: UVec2) -> Range<usize> {
-        let n = self.light_groups;
+    fn part_range(&self, pixel: UVec2) -> Range<usize> {
+        let n = self.parts;
         self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
     }
 

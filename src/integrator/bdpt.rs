@@ -29,6 +29,13 @@ impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
 
     fn join(&self, _: u32, _: Vec<()>) {}
 
+    fn strategies(&self) -> usize {
+        match self.max_depth {
+            Some(depth) if self.world.strategies => strategies(depth).count(),
+            _ => 0,
+        }
+    }
+
     fn sends_light(&self) -> bool {
         true
     }
@@ -52,11 +59,40 @@ impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {
+            if self.world.strategies {
+                let (s, t) = c.strategy;
+                out.strategy(strategy_index(s, t), c.film, c.radiance * c.weight, c.radiance);
+            }
             let radiance = Gathered::of_light(c.radiance * c.weight, c.light, self.world.scene);
             match c.film {
                 Some(film) => out.splat(film, radiance),
                 None => out.radiance(radiance),
             }
+        }
+    }
+}
+
+/// All strategies (s, t) for paths of up to so many scattering events: by the number of vertices, then by those from the camera.
+pub fn strategies(max_depth: u32) -> impl Iterator<Item = (usize, usize)> {
+    (2..=max_depth as usize + 2).flat_map(|n| (1..=n).map(move |t| (n - t, t)))
+}
+
+/// The place of (s, t) among them.
+fn strategy_index(s: usize, t: usize) -> usize {
+    let n = s + t;
+    n * (n - 1) / 2 - 1 + t - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strategies_have_their_places() {
+        let all: Vec<_> = strategies(5).collect();
+        assert_eq!(all.len(), 2 + 3 + 4 + 5 + 6 + 7);
+        for (place, &(s, t)) in all.iter().enumerate() {
+            assert_eq!(strategy_index(s, t), place, "({s}, {t})");
         }
     }
 }

@@ -57,6 +57,8 @@ pub(super) struct Subpaths<'a> {
 /// What a strategy finds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contribution {
+    /// Vertices from the light, and from the camera.
+    pub strategy: (usize, usize),
     /// Estimate of the light that comes by paths of this length, in the sample's own pixel or where `film` says.
     pub radiance: Spectrum,
     /// Share of it that the strategy has among all that could have made the path.
@@ -82,9 +84,9 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
 
     /// Follows both subpaths, the camera's along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
-        let (camera, escape) = self.from_camera(ray, sampler, out);
+        let (camera, escape) = self.camera_path(ray, sampler, out);
         Subpaths {
-            light: self.from_light(ray.time, sampler, out),
+            light: self.light_path(ray.time, sampler, out),
             camera,
             escape,
             time: ray.time,
@@ -92,7 +94,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath that starts along `ray`, and how it leaves the scene, if it does.
-    pub fn from_camera(
+    pub fn camera_path(
         &self,
         ray: Ray,
         sampler: &impl Sampler,
@@ -111,7 +113,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
     }
 
     /// The subpath of a light at `time`; empty where nothing emits.
-    pub fn from_light(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
+    pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let scene = self.world.scene;
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -198,6 +200,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             direct: before.density_at(light.pdf, last),
         };
         found(Contribution {
+            strategy: (0, camera.len()),
             radiance: last.beta * light.radiance,
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
@@ -222,6 +225,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
                 direct: light.pdf,
             };
             found(Contribution {
+                strategy: (0, camera.len()),
                 radiance: beta * light.radiance,
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
@@ -258,6 +262,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             let transmittance = self.world.transmittance(&ray, out);
             if transmittance > 0.0 {
                 found(Contribution {
+                    strategy: (1, camera.len()),
                     radiance: last.beta * f * sampled.radiance() * transmittance,
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: None,
@@ -291,6 +296,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             if transmittance > 0.0 {
                 let camera = std::slice::from_ref(&lens);
                 found(Contribution {
+                    strategy: (1, 1),
                     radiance: sampled.radiance() * (importance * transmittance),
                     weight: self.weight(camera, &[sampled.vertex()], None, time),
                     film: Some(film),
@@ -326,6 +332,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), 1),
                 radiance: radiance * transmittance,
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
@@ -359,6 +366,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
+                strategy: (light.len(), camera.len()),
                 radiance: radiance * transmittance,
                 weight: self.weight(camera, light, None, time),
                 film: None,

@@ -48,7 +48,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
 
         // A light's path, and each of its vertices seen by the camera
         let paths = Subpaths {
-            light: connector.from_light(ray.time, sampler, out),
+            light: connector.light_path(ray.time, sampler, out),
             time: ray.time,
             ..Subpaths::default()
         };

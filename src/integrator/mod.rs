@@ -8,13 +8,16 @@ mod density;
 mod direct;
 mod distributed;
 mod gathered;
+mod irradiance_cache;
 mod light_tracing;
+mod mlt;
 mod naive;
 mod path;
 mod photon_grid;
 mod photon_map;
 mod photon_tree;
 mod photons;
+mod pssmlt;
 mod reuse;
 mod roulette;
 mod sppm;
@@ -25,17 +28,22 @@ mod whitted;
 mod world;
 
 pub use ambient_occlusion::AmbientOcclusion;
-pub use bdpt::BidirectionalIntegrator;
+pub use bdpt::{BidirectionalIntegrator, strategies};
 pub use debug::{DebugIntegrator, DebugView};
 pub use distributed::DistributedIntegrator;
 pub use gathered::{ByGroup, Gathered};
+pub use irradiance_cache::{
+    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Place, Record, RecordMaker, Seen, Strata,
+};
 pub use light_tracing::LightIntegrator;
+pub use mlt::PathSpaceIntegrator;
 pub use naive::NaiveIntegrator;
 pub use path::PathIntegrator;
 pub use photon_grid::{PhotonGrid, Placed, Radii, SearchRadius};
 pub use photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
 pub use photon_tree::{Nearest, PhotonTree};
 pub use photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
+pub use pssmlt::{Metropolis, MetropolisDirect, PrimarySpaceIntegrator};
 pub use roulette::Roulette;
 pub use sppm::{FramePhotons, ProgressivePhotonIntegrator};
 pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
@@ -43,6 +51,7 @@ pub use vcm::{LightPaths, MergedPaths, VertexMergingIntegrator};
 pub use whitted::WhittedIntegrator;
 pub use world::World;
 
+use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::math::Vec2;
 use crate::sampler::{SampleKey, Sampler};
@@ -114,6 +123,11 @@ pub trait FrameIntegrator: Sync {
     /// Joins all of them, in their order.
     fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared;
 
+    /// Strategies that it tells apart.
+    fn strategies(&self) -> usize {
+        0
+    }
+
     /// Whether pixels send light to others, so that those that a crop leaves out count too.
     fn sends_light(&self) -> bool;
 
@@ -148,4 +162,11 @@ pub trait SplatSink: Sink {
     /// Adds to all pixels that see the place `film` (pixels, origin top left), to each as its filter says, what counts `radiance` in a pixel whose
     /// filter is 1 there.
     fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
+
+    /// Notes what one of [`FrameIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
+    /// itself.
+    fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
+
+    /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
+    fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
 }

@@ -36,13 +36,13 @@ pub struct PathIntegrator<'a, A> {
 const LEAST_SHARE: f32 = 0.5;
 
 /// The random numbers of one vertex.
-struct VertexNumbers<'a, S> {
+pub(super) struct VertexNumbers<'a, S> {
     light: LightNumbers<'a, S>,
     scatter: ScatterNumbers<'a, S>,
 }
 
 impl<'a, S: Sampler> VertexNumbers<'a, S> {
-    fn draw(sampler: &'a S, depth: u32) -> Self {
+    pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let (scatter, choice) = ScatterNumbers::draw(sampler, depth);
         Self {
             light: LightNumbers::with_choice(sampler, depth, choice),
@@ -95,20 +95,20 @@ impl<'a, S: Sampler> ScatterNumbers<'a, S> {
 }
 
 /// A path that has left the camera.
-struct Start<'a, S> {
-    key: SampleKey,
+pub(super) struct Start<'a, S> {
+    pub key: SampleKey,
     /// Turned to `key`.
-    sampler: &'a S,
-    path: Segment,
+    pub sampler: &'a S,
+    pub path: Segment,
     /// What it meets.
-    hit: Option<Hit>,
+    pub hit: Option<Hit>,
 }
 
 /// A path on its way from one vertex to the next.
-struct Segment {
-    ray: Ray,
+pub(super) struct Segment {
+    pub ray: Ray,
     /// Throughput: what the light that is met along `ray` counts in the pixel.
-    beta: Spectrum,
+    pub beta: Spectrum,
     /// What roulette multiplies `beta` by before it judges: squared indices of refraction that `beta` has been divided by, and
     /// what a path that serves several pixels counts in them.
     roulette_scale: f32,
@@ -118,7 +118,7 @@ struct Segment {
 
 impl Segment {
     /// The first one.
-    fn from_camera(ray: Ray) -> Self {
+    pub fn from_camera(ray: Ray) -> Self {
         Self {
             ray,
             beta: Spectrum::ONE,
@@ -128,7 +128,7 @@ impl Segment {
     }
 
     /// Whether it leaves a mirror, or the like.
-    fn is_delta(&self) -> bool {
+    pub fn is_delta(&self) -> bool {
         self.scattered.is_some_and(|s| s.is_delta)
     }
 
@@ -227,10 +227,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 radiance += emitted;
                 match second {
                     Some(second) if self.reuse && !next.is_delta() && End::<R>::can_be(&second) => {
-                        let light = self.scattered(&second, next.shared(), start.sampler, out);
+                        let light = self.scattered(&second, next.shared(), 1, start.sampler, out);
                         end = Some(End::new(&second, light));
                     }
-                    Some(second) => radiance += self.scattered(&second, next, start.sampler, out),
+                    Some(second) => radiance += self.scattered(&second, next, 1, start.sampler, out),
                     None => {}
                 }
             }
@@ -241,7 +241,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The light that `path` meets: what is emitted where it arrives, and the vertex that is there, if any.
     #[inline(always)]
-    fn arrive<'v, R: Gathered>(
+    pub(super) fn arrive<'v, R: Gathered>(
         &'v self,
         path: &Segment,
         hit: Option<Hit>,
@@ -269,18 +269,19 @@ impl<A: Accel> PathIntegrator<'_, A> {
         (radiance, Some(vertex))
     }
 
-    /// The light that `vertex`, the second one of `path`, scatters.
+    /// The light that `vertex`, which `path` has come to after `depth` scatterings, scatters.
     #[inline(always)]
-    fn scattered<S: Sampler, R: Gathered>(
+    pub(super) fn scattered<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         path: Segment,
+        depth: u32,
         sampler: &S,
         out: &mut impl Sink<Radiance = R>,
     ) -> R {
-        let u = VertexNumbers::draw(sampler, 1);
-        let (mut radiance, mut next) = self.step(vertex, &path, 1, &u, out);
-        for depth in 2.. {
+        let u = VertexNumbers::draw(sampler, depth);
+        let (mut radiance, mut next) = self.step(vertex, &path, depth, &u, out);
+        for depth in depth + 1.. {
             let Some(path) = next else { break };
             // A vertex's numbers do not depend on what is hit: they are drawn before the ray, and so while it is traced.
             let u = VertexNumbers::draw(sampler, depth);
@@ -298,7 +299,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// The step from the first vertex, where several light samples may be taken: of a pixel's `n` paths, `n` times as many.
     #[inline(always)]
-    fn first_step<S: Sampler, R: Gathered>(
+    pub(super) fn first_step<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         start: &Start<S>,
@@ -333,7 +334,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     /// Next-event estimation finds the light that arrives straight from a light, a scattered ray all other light. The
     /// shadow ray is traced last, so that the next one can follow it without delay.
     #[inline(always)]
-    fn step<S: Sampler, R: Gathered>(
+    pub(super) fn step<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
         path: &Segment,

@@ -147,7 +147,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
                 sample: frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path),
             });
             let time = time.unwrap_or_else(|| self.world.time(sampler));
-            found(connector.from_light(time, sampler, out));
+            found(connector.light_path(time, sampler, out));
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::{Incident, Scene};
 use std::borrow::Cow;
+use std::ops::Deref;
 
 /// Vertices of a path at most, both ends counted: what is scattered more often than this cannot be seen.
 pub(super) const MOST_VERTICES: usize = 66;
@@ -54,6 +55,23 @@ pub(super) struct LightEnd {
     pub is_delta: bool,
 }
 
+/// A BSDF, which is the scene's or, where it varies, the vertex's own.
+#[derive(Clone, Debug)]
+pub(super) enum Held<'a> {
+    ByScene(&'a Bsdf),
+    Here(Box<Bsdf>),
+}
+
+impl Deref for Held<'_> {
+    type Target = Bsdf;
+    fn deref(&self) -> &Bsdf {
+        match self {
+            Self::ByScene(bsdf) => bsdf,
+            Self::Here(bsdf) => bsdf,
+        }
+    }
+}
+
 /// A point of a surface, whoever looks at it.
 #[derive(Clone, Debug)]
 pub(super) struct Surface<'a> {
@@ -61,7 +79,7 @@ pub(super) struct Surface<'a> {
     /// With the shading normal as it is before it is bent to a viewer.
     pub point: SurfacePoint,
     frame: Frame,
-    pub bsdf: Cow<'a, Bsdf>,
+    pub bsdf: Held<'a>,
     /// Whether normals or material vary here.
     is_detailed: bool,
     /// Unit direction to the vertex before, world space.
@@ -77,7 +95,7 @@ impl<'a> Surface<'a> {
                 hit,
                 frame: Frame::from_z(point.ns),
                 point,
-                bsdf: Cow::Borrowed(bsdf),
+                bsdf: Held::ByScene(bsdf),
                 is_detailed: false,
                 back,
             };
@@ -89,7 +107,10 @@ impl<'a> Surface<'a> {
             hit,
             frame: world.scene.frame(&hit, &point),
             point,
-            bsdf: world.scene.bsdf_at(&hit, ray.time, footprint),
+            bsdf: match world.scene.bsdf_at(&hit, ray.time, footprint) {
+                Cow::Borrowed(bsdf) => Held::ByScene(bsdf),
+                Cow::Owned(bsdf) => Held::Here(Box::new(bsdf)),
+            },
             is_detailed: true,
             back,
         }
@@ -102,6 +123,14 @@ impl<'a> Surface<'a> {
         }
         let point = self.point.seen_from(wo);
         (point, scene.frame(&self.hit, &point))
+    }
+
+    /// The local frame for a path that comes from the direction `back`: one from a light does not know yet who looks.
+    pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
+        match mode {
+            TransportMode::Radiance => self.seen_from(scene, back).1,
+            TransportMode::Importance => self.frame,
+        }
     }
 
     /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
@@ -345,13 +374,13 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 true => 1.0,
                 false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
             };
-            beta = beta * next.weight;
+            beta *= next.weight;
             roulette_scale *= next.eta * next.eta;
             let u = sampler.get_2d(Dimension::bounce(block, Bounce::Decisions)).y;
             let Some(factor) = self.roulette.play(depth, beta * (roulette_scale / start), u) else {
                 break;
             };
-            beta = beta * factor;
+            beta *= factor;
             pdf = next.pdf;
             ray = next.ray;
         }
@@ -363,10 +392,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let scene = self.world.scene;
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
-        let (_, frame) = match is_from_camera {
-            true => surface.seen_from(scene, back),
-            false => (surface.point, surface.frame),
-        };
+        let frame = surface.frame_for(scene, back, self.mode);
         let sample = surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?;
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {

@@ -30,6 +30,8 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// Whether first surfaces come with their [`Features`].
     pub features: bool,
+    /// Whether bidirectional methods tell their strategies apart.
+    pub strategies: bool,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -48,6 +50,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
             ..
         } = self;
         World {
@@ -56,6 +59,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features,
+            strategies,
         }
     }
 
@@ -72,20 +76,30 @@ impl<'a, A: Accel> World<'a, A> {
         let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
         out.weight(weight);
         let film = key.pixel().as_vec2() + place;
-        let lens = match self.camera.has_lens() {
-            true => sampler.get_2d(Dimension::LENS),
-            false => Vec2::ZERO,
-        };
-        let time = time.unwrap_or_else(|| self.time(sampler));
-        self.camera.ray(film, lens, time)
+        self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler)
     }
 
-    /// A random time while the shutter is open, of the path that `sampler` is turned to; 0 where nothing moves.
+    /// A random time, where anything moves.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
         match self.scene.is_moving() || self.camera.is_moving() {
             true => self.camera.time(sampler.get_1d(Dimension::TIME)),
             false => 0.0,
         }
+    }
+
+    /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
+        let lens = match self.camera.has_lens() {
+            true => sampler.get_2d(Dimension::LENS),
+            false => Vec2::ZERO,
+        };
+        self.camera.ray(film, lens, time)
+    }
+
+    /// Whether surfaces and lights stay where they are while the camera looks.
+    pub fn stands_still(&self) -> bool {
+        let [open, close] = self.camera.shutter();
+        !self.scene.is_moving() || open == close
     }
 
     /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.

@@ -1,8 +1,7 @@
 use super::exr::{Header, RowChannel, write_rows};
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
-use crate::film::{Accumulator, Film, Rect, StateLayout};
-use crate::light::LightGroups;
+use crate::film::{Accumulator, Film, MOST_PARTS, Rect, StateLayout};
 use crate::math::UVec2;
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
@@ -246,8 +245,8 @@ impl Opened {
         let words: Vec<Option<String>> = header.channels.list.iter().map(word).collect();
         let names: Vec<String> = words.iter().flatten().cloned().collect();
         let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
-        if layout.light_groups() > LightGroups::MOST {
-            return Err(damaged(path, &"it has more groups of lights than there can be"));
+        if layout.parts() > MOST_PARTS {
+            return Err(damaged(path, &"it has more parts of the light than there can be"));
         }
         let names = layout.names();
         let place = |word: Option<String>| names.iter().position(|name| Some(name) == word.as_ref());
@@ -271,7 +270,7 @@ impl Opened {
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
-        film = film.with_light_groups(self.layout.light_groups());
+        film = film.with_parts(self.layout.parts());
         if self.layout.has_features() {
             film = film.with_features();
         }

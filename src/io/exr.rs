@@ -68,6 +68,9 @@ pub struct FeatureNames {
     /// Groups of lights, where these are told apart.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lights: Vec<String>,
+    /// Strategies of a bidirectional method, where these are told apart: `sS_tT`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub strategies: Vec<String>,
 }
 
 /// Without groups where there are none: checkpoints are signed by this text, and some are older than groups.
@@ -80,11 +83,21 @@ impl fmt::Debug for FeatureNames {
         if !self.lights.is_empty() {
             text.field("lights", &self.lights);
         }
+        if !self.strategies.is_empty() {
+            text.field("strategies", &self.strategies);
+        }
         text.finish()
     }
 }
 
 impl FeatureNames {
+    /// Layers of the parts of the light that a film sums by themselves, in their order.
+    pub fn parts(&self) -> Vec<String> {
+        let lights = self.lights.iter().map(|name| format!("light_{name}"));
+        let of_strategy = |name| [format!("strategy_{name}"), format!("unweighted_{name}")];
+        lights.chain(self.strategies.iter().flat_map(of_strategy)).collect()
+    }
+
     /// The channels that were asked for.
     pub fn aovs(&self) -> Vec<Aov> {
         let known = Aov::NAMES

@@ -126,8 +126,22 @@ pub struct RenderSection {
     pub photon_count: Option<Spanned<u32>>,
     /// Rays that gather.
     pub gather_rays: Option<Spanned<u32>>,
+    /// Likely error of a record of irradiance.
+    pub cache_error: Option<Spanned<f32>>,
+    /// Rays of a record of irradiance.
+    pub cache_rays: Option<Spanned<u32>>,
     /// What a debug picture shows.
     pub view: Option<Spanned<String>>,
+    /// Who finds direct light where Markov chains find the rest.
+    pub metropolis_direct: Option<Spanned<String>>,
+    /// Markov chains in a frame.
+    pub chains: Option<Spanned<u32>>,
+    /// Paths in a frame that tell where chains start.
+    pub bootstrap: Option<Spanned<u32>>,
+    /// Share of large steps.
+    pub large_step_probability: Option<Spanned<f32>>,
+    /// The longest small step, as a share of a random number's range.
+    pub mutation_size: Option<Spanned<f32>>,
     /// How lights are chosen.
     pub light_selection: Option<Spanned<String>>,
     /// How emitting triangles are sampled.

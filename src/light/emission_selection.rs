@@ -63,3 +63,71 @@ impl EmissionSelection {
         size_of_val(self.ends.as_slice())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::light::PointLight;
+    use crate::math::{Vec3, hash::mix};
+
+    fn lights(intensities: impl Iterator<Item = f32>) -> Vec<Light> {
+        let light = |intensity| {
+            Light::Point(PointLight {
+                position: Vec3::ZERO,
+                intensity: Spectrum::splat(intensity),
+            })
+        };
+        intensities.map(light).collect()
+    }
+
+    /// Over all numbers that may be drawn, each light comes as often as its probability says, which is that of its power but for a few steps.
+    #[test]
+    fn probabilities_are_exact() {
+        // Of many magnitudes, some of them dark
+        let intensity = |i: u64| match mix(i) % 7 {
+            0 => 0.0,
+            k => 10f32.powi(k as i32 - 6) * (1.0 + (mix(i) >> 48) as f32 / 65536.0),
+        };
+        for count in [1, 2, 5, 1000, 100_000] {
+            let lights = lights((0..count).map(|i| intensity(i + 1)));
+            let powers: Vec<f64> = lights.iter().map(|l| l.power(1.0)).collect();
+            let total: f64 = powers.iter().sum();
+            let selection = EmissionSelection::new(&lights, 1.0);
+            let steps = STEPS as f64;
+            let mut before = 0.0;
+            for (id, power) in (0..).map(LightId).zip(&powers) {
+                let pmf = selection.pmf(id) as f64;
+                let share = power / total;
+                assert_eq!(pmf > 0.0, share > 0.0);
+                assert!(
+                    (pmf - share).abs() <= (2.0 + share * count as f64) / steps,
+                    "{pmf} {share}"
+                );
+                if pmf > 0.0 {
+                    // The first and the last number of its interval
+                    for u in [before, before + pmf - 1.0 / steps] {
+                        assert_eq!(selection.sample(u as f32), Some((id, pmf as f32)));
+                    }
+                }
+                before += pmf;
+            }
+            assert_eq!(before, 1.0);
+        }
+    }
+
+    #[test]
+    fn without_light_none_is_chosen() {
+        for dark in [lights(std::iter::empty()), lights([0.0, 0.0].into_iter())] {
+            let selection = EmissionSelection::new(&dark, 1.0);
+            assert!(selection.sample(0.5).is_none());
+            assert_eq!((selection.pmf(LightId(0)), selection.bytes()), (0.0, 0));
+        }
+        // What is no number, or a light that is not there, is no panic.
+        let one = EmissionSelection::new(&lights([0.0, 2.0].into_iter()), 1.0);
+        for u in [f32::NAN, 1.0, -1.0, f32::INFINITY] {
+            assert_eq!(one.sample(u), Some((LightId(1), 1.0)));
+        }
+        assert_eq!((one.pmf(LightId(0)), one.pmf(LightId(9))), (0.0, 0.0));
+    }
+}

@@ -32,7 +32,7 @@ pub fn render_frames<I: FrameIntegrator, S: Sampler>(
             }
         }
         // A film that does not tell lights apart pays nothing for it.
-        let done = match film.light_groups() {
+        let done = match film.parts().saturating_sub(2 * integrator.strategies()) {
             0 => frame::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
             _ => frame::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
         };
@@ -86,6 +86,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
     let place = Place {
         filter,
+        groups: film.parts().saturating_sub(2 * integrator.strategies()),
         resolution: film.resolution(),
         crop: film.crop(),
     };
@@ -114,6 +115,8 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
 #[derive(Clone, Copy)]
 struct Place<'a> {
     filter: &'a Filter,
+    /// Groups of lights that are told apart: the first parts of the light, before strategies, weighed and alone.
+    groups: usize,
     resolution: UVec2,
     crop: Rect,
 }
@@ -122,6 +125,8 @@ struct Place<'a> {
 struct Piece<'a, R> {
     place: Place<'a>,
     light: Vec<(UVec2, R)>,
+    /// What parts of the light that are strategies get.
+    strategies: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
     statistics: Statistics,
     /// The sample in work, and what counts in its own pixel.
@@ -135,6 +140,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
         Self {
             place,
             light: Vec::new(),
+            strategies: Vec::new(),
             surfaces: Vec::new(),
             statistics: Statistics::default(),
             key: SampleKey::new(0, 0, 0),
@@ -191,7 +197,11 @@ impl<'a, R: Gathered> Piece<'a, R> {
     /// Adds its light to `frame`, and says what it counted.
     fn add_to(self, frame: &mut Frame) -> Statistics {
         for (pixel, radiance) in self.light {
-            frame.add(pixel, radiance.sum(), radiance.by_group());
+            let groups = radiance.by_group();
+            frame.add(pixel, radiance.sum(), &groups[..groups.len().min(self.place.groups)]);
+        }
+        for (pixel, part, radiance) in self.strategies {
+            frame.add_to_part(pixel, part, radiance);
         }
         for (pixel, surface) in self.surfaces {
             frame.see(pixel, surface);
@@ -233,21 +243,45 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
             self.drop(radiance.sum());
             return;
         }
-        // All pixels whose middle is within the filter's radius
-        let reach = self.place.filter.radius();
-        let size = self.place.resolution.as_vec2();
-        let first = (film - (reach + 0.5)).ceil().max(Vec2::ZERO);
-        let last = (film + (reach - 0.5)).floor().min(size - 1.0);
-        let (first, last) = (first.as_uvec2(), last.as_ivec2());
-        for y in first.y as i32..=last.y {
-            for x in first.x as i32..=last.x {
-                let pixel = UVec2::new(x as u32, y as u32);
-                let weight = self.place.filter.eval(film - (pixel.as_vec2() + 0.5));
-                if weight != 0.0 {
-                    self.fall_on(pixel, radiance * weight);
+        for (pixel, weight) in self.place.seen_by(film) {
+            self.fall_on(pixel, radiance * weight);
+        }
+    }
+
+    fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum) {
+        let first = self.place.groups + 2 * index;
+        let mut add = |pixel: UVec2, weight: f32| {
+            for (part, radiance) in [(first, weighed), (first + 1, alone)] {
+                let radiance = radiance * weight;
+                if self.place.crop.contains(pixel) && radiance.to_array().iter().all(|v| v.is_finite()) {
+                    self.strategies.push((pixel, part, radiance));
                 }
             }
+        };
+        match film {
+            Some(film) => self.place.seen_by(film).for_each(|(pixel, weight)| add(pixel, weight)),
+            None => add(self.key.pixel(), self.weight),
         }
+    }
+    fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
+        self.statistics.mutation(kind, proposed, accepted);
+    }
+}
+
+impl<'a> Place<'a> {
+    /// All pixels that see the place `film`, each with its filter's value there.
+    fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
+        // Those whose middle is within the filter's radius
+        let reach = self.filter.radius();
+        let size = self.resolution.as_vec2();
+        let first = (film - (reach + 0.5)).ceil().max(Vec2::ZERO).as_ivec2();
+        let last = (film + (reach - 0.5)).floor().min(size - 1.0).as_ivec2();
+        let pixels =
+            (first.y..=last.y).flat_map(move |y| (first.x..=last.x).map(move |x| UVec2::new(x as u32, y as u32)));
+        pixels.filter_map(move |pixel| {
+            let weight = self.filter.eval(film - (pixel.as_vec2() + 0.5));
+            (weight != 0.0).then_some((pixel, weight))
+        })
     }
 }
 

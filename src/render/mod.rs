@@ -6,6 +6,7 @@
 mod adaptive;
 mod frames;
 mod groups;
+mod irradiance;
 mod photons;
 mod schedule;
 mod statistics;
@@ -14,7 +15,8 @@ mod tiles;
 pub use adaptive::render_to_noise;
 pub use frames::render_frames;
 pub use groups::companions;
+pub use irradiance::Irradiance;
 pub use photons::photon_maps;
 pub use schedule::{last_cut, passes};
-pub use statistics::{DroppedSample, RayCounts, Statistics};
+pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
 pub use tiles::{Observer, Outcome, render};

@@ -1,5 +1,7 @@
 use crate::integrator::RayKind;
 use crate::sampler::SampleKey;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Rays traced, by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +43,15 @@ pub struct DroppedSample {
     pub radiance: [f32; 3],
 }
 
+/// How often mutations of one kind were proposed to Markov chains, and accepted by them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MutationCounts {
+    /// Proposals.
+    pub proposed: u64,
+    /// Those that became the chain's next state.
+    pub accepted: u64,
+}
+
 /// What a render did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
@@ -52,6 +63,8 @@ pub struct Statistics {
     pub dropped: u64,
     /// The first few of them in the order of their keys.
     pub first_dropped: Vec<DroppedSample>,
+    /// Mutations of Markov chains, by the names of their kinds.
+    pub mutations: BTreeMap<Cow<'static, str>, MutationCounts>,
 }
 
 impl Statistics {
@@ -62,6 +75,13 @@ impl Statistics {
     pub fn drop_sample(&mut self, sample: DroppedSample) {
         self.dropped += 1;
         self.keep(sample);
+    }
+
+    /// Counts `proposed` mutations of the kind `kind`, of which `accepted` were accepted.
+    pub fn mutation(&mut self, kind: impl Into<Cow<'static, str>>, proposed: u64, accepted: u64) {
+        let counts = self.mutations.entry(kind.into()).or_default();
+        counts.proposed += proposed;
+        counts.accepted += accepted;
     }
 
     /// Leaves out what `before` had found already when the same samples were taken once more: only its rays are traced twice.
@@ -89,6 +109,9 @@ impl Statistics {
         for sample in other.first_dropped {
             self.keep(sample);
         }
+        for (kind, counts) in other.mutations {
+            self.mutation(kind, counts.proposed, counts.accepted);
+        }
         self
     }
 }
@@ -112,5 +135,21 @@ mod tests {
         assert_eq!(forwards, backwards);
         assert_eq!((forwards.dropped, forwards.first_dropped.len()), (30, 10));
         assert_eq!(forwards.first_dropped[9].key.sample, 9);
+    }
+
+    #[test]
+    fn mutations_are_summed_by_kind_in_any_order_of_merging() {
+        let one = |(kind, accepted)| {
+            let mut s = Statistics::default();
+            s.mutation(kind, 10, accepted);
+            s
+        };
+        let parts = [("small", 7), ("large", 1), ("small", 5)];
+        let forwards = parts.into_iter().map(one).reduce(Statistics::merge).unwrap();
+        let backwards = parts.into_iter().rev().map(one).reduce(Statistics::merge).unwrap();
+        assert_eq!(forwards, backwards);
+        let counts = |proposed, accepted| MutationCounts { proposed, accepted };
+        let expected = [("large".into(), counts(10, 1)), ("small".into(), counts(20, 12))];
+        assert_eq!(forwards.mutations, BTreeMap::from(expected));
     }
 }

@@ -2,7 +2,7 @@ use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, FeatureBlock, Film, FirstSurface, LightBlock, Tile};
+use crate::film::{Block, FeatureBlock, Film, FirstSurface, PartBlock, Tile};
 use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -16,6 +16,9 @@ pub trait Observer: Sync {
     /// As things look now, `samples` more will be taken; the picture's relative error is estimated to be `error`. Told by renders whose
     /// number of samples is not known ahead.
     fn expect(&self, _samples: u64, _error: f64) {}
+
+    /// What has to be there before the first sample is being made: the irradiance cache has so many `records`.
+    fn prepared(&self, _records: u64) {}
 
     /// A pass over all tiles of `film` is done.
     fn passed(&self, _film: &Film) {}
@@ -79,7 +82,7 @@ pub fn render<I: Integrator, S: Sampler>(
 /// Adds the samples that `tile` lacks before the one with index `end`.
 pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, tile: &mut Tile, end: u32) -> Statistics {
     // A film that does not tell lights apart pays nothing for it.
-    match tile.light_groups() {
+    match tile.parts() {
         0 => advance_gathering::<Spectrum, _, _>(integrator, sampler, tile, end),
         _ => advance_gathering::<ByGroup, _, _>(integrator, sampler, tile, end),
     }
@@ -136,9 +139,9 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
         true => vec![FeatureBlock::default(); SAMPLES_AT_ONCE],
         false => Vec::new(),
     };
-    let mut light_blocks = match tile.light_groups() {
+    let mut part_blocks = match tile.parts() {
         0 => Vec::new(),
-        groups => vec![LightBlock::new(groups); SAMPLES_AT_ONCE],
+        groups => vec![PartBlock::new(groups); SAMPLES_AT_ONCE],
     };
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
@@ -148,7 +151,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
         }
         blocks[..group.len()].fill_with(Block::default);
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
-        light_blocks.iter_mut().for_each(LightBlock::clear);
+        part_blocks.iter_mut().for_each(PartBlock::clear);
         for start in samples.clone().step_by(samples_at_once) {
             let end = samples.end.min(start.saturating_add(samples_at_once as u32));
             let mut count = 0;
@@ -178,7 +181,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
                     block.add(features);
                 }
                 let radiance = sample.radiance * sample.weight;
-                if let Some(block) = light_blocks.get_mut(place) {
+                if let Some(block) = part_blocks.get_mut(place) {
                     block.add(radiance.by_group());
                 }
                 blocks[place].add(radiance.sum(), sample.surface.as_ref());
@@ -191,8 +194,8 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
                 (None, _) => {}
             }
         }
-        for (&pixel, block) in group.iter().zip(&light_blocks) {
-            let sums = tile.light_sums_mut(pixel);
+        for (&pixel, block) in group.iter().zip(&part_blocks) {
+            let sums = tile.part_sums_mut(pixel);
             match turn {
                 Turn::Add => block.add_to(sums),
                 Turn::TakeBack => block.take_back_from(sums),

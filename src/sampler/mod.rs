@@ -7,6 +7,7 @@ mod hash;
 mod independent;
 mod orthogonal;
 mod perturbed;
+mod primary;
 mod sobol;
 mod stratified;
 mod z_sobol;
@@ -17,6 +18,7 @@ pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
 pub use perturbed::PerturbedQmc;
+pub use primary::{PrimarySampler, Step};
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;
@@ -73,6 +75,8 @@ impl Dimension {
     pub const LENS: Self = Self(1);
     /// When, between the shutter's opening and closing.
     pub const TIME: Self = Self(2);
+    /// Which technique makes a path, where only one of several does.
+    pub const TECHNIQUE: Self = Self(3);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
@@ -106,6 +110,11 @@ impl Dimension {
             0 => within.min(OF_CAMERA - 1),
             _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
         }
+    }
+
+    /// A number above the index of any decision of paths that scatter `depth` times, but for those that repeat others.
+    pub fn end(depth: u32) -> u32 {
+        Self::BLOCK.saturating_mul(depth.saturating_add(2))
     }
 
     /// Number of the dimension: camera block first, then a block per bounce.

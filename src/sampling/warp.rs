@@ -214,6 +214,23 @@ mod tests {
     }
 
     #[test]
+    fn cones_are_uniform() {
+        for cos in [-1.0, -0.3, 0.5, 0.99, 0.999_99] {
+            let dirs = || grid(512).map(|u| uniform_cone(u, cos));
+            assert!(dirs().all(|d| (d.length() - 1.0).abs() < 1e-5 && d.z >= cos - 1e-6));
+            // z is uniform between the cosine and 1, and the squares of x and y share what it leaves.
+            let (low, span) = (cos as f64, 1.0 - cos as f64);
+            let depth = mean(dirs().map(|d| 1.0 - d.z as f64)) / span;
+            assert!((depth - 0.5).abs() < 1e-2, "{cos}: {depth}");
+            let second = (1.0 + low + low * low) / 3.0;
+            let across = mean(dirs().map(|d| (d.y as f64).powi(2))) / (0.5 * (1.0 - second));
+            assert!((across - 1.0).abs() < 1e-3, "{cos}: {across}");
+            let solid_angle = 2.0 * std::f64::consts::PI * span;
+            assert!((uniform_cone_pdf(cos) as f64 * solid_angle - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
     fn triangle_moments() {
         let n = 1024;
         assert!(

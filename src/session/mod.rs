@@ -23,7 +23,9 @@ pub use settings::{MOST_FOR_NOISE, Settings};
 pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
-pub(crate) use estimator::{DIRECT, DIRECTIONS, HEURISTICS, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS};
+pub(crate) use estimator::{
+    DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, Prepared, REUSES, SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS,
+};
 pub(crate) use settings::{DENOISERS, all_threads};
 
 use crate::camera::{Camera, CameraParameters};
@@ -61,6 +63,7 @@ impl Session {
         let (scene, memory) = within_memory(file, &settings, scene)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(settings.estimator.check_lights(&scene)?);
+        warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &parameters),
             filter: settings.filter(),
@@ -83,11 +86,15 @@ impl Session {
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = Forecast::new(&scene, settings.crop(), 0);
+        let description = format!("{camera:?}");
+        let camera = Camera::new(camera, settings.resolution)?;
+        let mut warnings: Vec<String> = settings.estimator.check_lights(&scene)?.into_iter().collect();
+        warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {
-            scene_hash: hash::scene_hash(&scene, &format!("{camera:?}")),
+            scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
-            camera: Camera::new(camera, settings.resolution)?,
-            warnings: settings.estimator.check_lights(&scene)?.into_iter().collect(),
+            camera,
+            warnings,
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
             settings,
@@ -138,6 +145,11 @@ impl Session {
         &self.pool
     }
 
+    /// What all samples of the picture look at, which is yet to be made.
+    pub(crate) fn prepared(&self) -> Prepared {
+        Prepared::new(self.settings.resolution, self.settings.seed)
+    }
+
     /// What integrators work in, where `accel` answers ray queries.
     pub(crate) fn world<'a, A>(&'a self, accel: &'a A) -> World<'a, A> {
         World {
@@ -146,6 +158,7 @@ impl Session {
             camera: &self.camera,
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
+            strategies: self.settings.aovs.contains(&Aov::Strategies),
         }
     }
 }
@@ -191,10 +204,15 @@ fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
     let crop = settings.crop();
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
     let groups = match settings.aovs.contains(&Aov::Lights) {
-        true => Film::light_group_bytes(crop, scene.light_groups().names().len()),
+        true => scene.light_groups().names().len(),
         false => 0,
     };
-    forecast.peak(settings.backend.name()) + denoising + groups
+    let strategies = match settings.aovs.contains(&Aov::Strategies) {
+        true => settings.estimator.strategies().len(),
+        false => 0,
+    };
+    let parts = Film::part_bytes(crop, groups + 2 * strategies);
+    forecast.peak(settings.backend.name()) + denoising + parts
 }
 
 /// An error where the lights of a scene that has no groups are to be told apart.

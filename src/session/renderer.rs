@@ -1,5 +1,5 @@
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, RenderState, Session};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
@@ -12,6 +12,7 @@ pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
     build_seconds: f64,
+    prepared: Prepared,
 }
 
 impl<'a> Renderer<'a> {
@@ -22,6 +23,7 @@ impl<'a> Renderer<'a> {
             session,
             accel,
             build_seconds: start.elapsed().as_secs_f64(),
+            prepared: session.prepared(),
         })
     }
 
@@ -31,12 +33,23 @@ impl<'a> Renderer<'a> {
             session,
             accel: AnyAccel::Audited(auditor),
             build_seconds,
+            prepared: session.prepared(),
         }
     }
 
     /// Who answers ray queries.
     pub(crate) fn accel(&self) -> &AnyAccel<'a> {
         &self.accel
+    }
+
+    /// What all samples look at: there, once [`Renderer::render`] has taken a sample, or after [`Renderer::prepare`].
+    pub(crate) fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+
+    /// Makes what has to be there before the first sample.
+    pub(crate) fn prepare(&self) {
+        self.accel.with(Prepare(self));
     }
 
     /// What it is a renderer of.
@@ -112,6 +125,7 @@ impl<'a> Renderer<'a> {
         let task = Render {
             session: self.session,
             estimator: &self.session.settings().estimator,
+            prepared: &self.prepared,
             film,
             observer,
         };
@@ -163,6 +177,10 @@ impl<'a> Renderer<'a> {
                 true => scene.light_groups().names().to_vec(),
                 false => Vec::new(),
             },
+            strategies: match aovs.contains(&Aov::Strategies) {
+                true => self.session.settings().estimator.strategies(),
+                false => Vec::new(),
+            },
         })
     }
 
@@ -204,6 +222,7 @@ impl<'a> Renderer<'a> {
 struct Render<'a, O> {
     session: &'a Session,
     estimator: &'a Estimator,
+    prepared: &'a Prepared,
     film: &'a mut Film,
     observer: &'a O,
 }
@@ -215,11 +234,32 @@ impl<O: Observer> AccelTask for Render<'_, O> {
         let Self {
             session,
             estimator,
+            prepared,
             film,
             observer,
         } = self;
         let settings = session.settings();
         let (sampler, end) = (settings.random_numbers(), settings.samples().end);
-        session.install(|| estimator.render(session.world(accel), &sampler, film, end, settings.noise, observer))
+        let world = session.world(accel);
+        session.install(|| estimator.render((world, prepared), &sampler, film, end, settings.noise, observer))
+    }
+}
+
+/// Makes what has to be there before the first sample.
+struct Prepare<'a>(&'a Renderer<'a>);
+
+impl AccelTask for Prepare<'_> {
+    type Output = ();
+
+    fn run<A: Accel>(self, accel: &A) {
+        let (session, prepared) = (self.0.session, &self.0.prepared);
+        let estimator = &session.settings().estimator;
+        session.install(|| {
+            estimator.prepare(
+                (session.world(accel), prepared),
+                &session.settings().random_numbers(),
+                &(),
+            )
+        });
     }
 }

@@ -1,5 +1,5 @@
 use super::camera::blame;
-use super::{Backend, CameraSettings, Error, Estimator, InvalidSetting};
+use super::{Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting};
 use crate::camera::Camera;
 use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
@@ -151,11 +151,17 @@ impl Settings {
             "light-samples" => render.light_samples.as_ref().map(Spanned::span),
             "branching" => render.branching.as_ref().map(Spanned::span),
             "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
+            "chains" => render.chains.as_ref().map(Spanned::span),
+            "bootstrap" => render.bootstrap.as_ref().map(Spanned::span),
+            "large-step-probability" => render.large_step_probability.as_ref().map(Spanned::span),
+            "mutation-size" => render.mutation_size.as_ref().map(Spanned::span),
             "photons" => render.photons.as_ref().map(Spanned::span),
             "photon-count" => render.photon_count.as_ref().map(Spanned::span),
             "gather-rays" => render.gather_rays.as_ref().map(Spanned::span),
             "photon-radius" => render.photon_radius.as_ref().map(Spanned::span),
             "photon-alpha" => render.photon_alpha.as_ref().map(Spanned::span),
+            "cache-error" => render.cache_error.as_ref().map(Spanned::span),
+            "cache-rays" => render.cache_rays.as_ref().map(Spanned::span),
             _ => None,
         };
         let message = match (wrong.setting, side) {
@@ -214,8 +220,15 @@ impl Settings {
         self.denoiser.map(Denoiser::version).transpose()?;
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
         if self.aovs.contains(&Aov::Lights) && !self.estimator.gathers_light() {
-            let value = format!("lights: --integrator {} gathers no light", self.estimator.name());
+            let does = match self.estimator.kind {
+                IntegratorKind::IrradianceCache => "tells no lights apart",
+                _ => "gathers no light",
+            };
+            let value = format!("lights: --integrator {} {does}", self.estimator.name());
             return refused("aov", value, "use path, naive, whitted, distributed or direct".into());
+        }
+        if self.aovs.contains(&Aov::Strategies) {
+            self.estimator.check_strategies()?;
         }
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);

@@ -1,9 +1,9 @@
-use crate::film::{Aov, Film, Image};
+use crate::film::{Aov, Film, Image, MOST_PARTS};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
-use crate::light::LightGroups;
-use crate::render::{DroppedSample, RayCounts, Statistics};
+use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
 use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// All that a render knows: sums and counts so far, over all runs of the program.
 #[derive(Clone, Debug)]
@@ -20,7 +20,7 @@ impl RenderState {
     /// Nothing yet, on an empty film, which is to sum all that `features` are of.
     pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
         if let Some(names) = features {
-            film = film.with_light_groups(names.lights.len().min(LightGroups::MOST));
+            film = film.with_parts(names.parts().len().min(MOST_PARTS));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {
                 film = film.with_features();
             }
@@ -50,7 +50,7 @@ impl RenderState {
         if let Some(names) = features {
             let aovs = names.aovs();
             image.channels.extend(self.film.develop_features(&aovs));
-            image.channels.extend(self.film.develop_light_groups(&names.lights));
+            image.channels.extend(self.film.develop_parts(&names.parts()));
             if aovs.contains(&Aov::Cryptomatte) {
                 image.channels.extend(cryptomattes(&self.film, names));
             }
@@ -108,6 +108,9 @@ struct Counted {
     samples: u64,
     dropped: u64,
     first_dropped: Vec<CountedSample>,
+    /// Proposed and accepted, by kind.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    mutations: BTreeMap<String, [u64; 2]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -126,12 +129,17 @@ impl Counted {
             sample: d.key.sample,
             radiance: d.radiance.map(f32::to_bits),
         });
+        let mutations = statistics
+            .mutations
+            .iter()
+            .map(|(kind, counts)| (kind.to_string(), [counts.proposed, counts.accepted]));
         Self {
             seconds,
             rays: [camera, bounce, shadow],
             samples: statistics.samples,
             dropped: statistics.dropped,
             first_dropped: dropped.collect(),
+            mutations: mutations.collect(),
         }
     }
 
@@ -141,11 +149,16 @@ impl Counted {
             key: SampleKey::new(d.pixel[0], d.pixel[1], d.sample),
             radiance: d.radiance.map(f32::from_bits),
         });
+        let mutations = self
+            .mutations
+            .iter()
+            .map(|(kind, &[proposed, accepted])| (kind.clone().into(), MutationCounts { proposed, accepted }));
         Statistics {
             rays: RayCounts { camera, bounce, shadow },
             samples: self.samples,
             dropped: self.dropped,
             first_dropped: dropped.collect(),
+            mutations: mutations.collect(),
         }
     }
 }

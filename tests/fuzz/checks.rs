@@ -319,6 +319,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
             camera: &camera,
             filter: &Filter::BOX,
             features: false,
+            strategies: false,
         },
         strategy: Strategy::default(),
         max_depth: Some(3),

@@ -8,11 +8,11 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
-use embrasure::integrator::{Integrator, PathIntegrator, Roulette, Strategy, World};
+use embrasure::integrator::{FrameIntegrator, Integrator, PathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, render};
+use embrasure::render::{Outcome, render, render_frames};
 use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::{Path, PathBuf};
@@ -52,6 +52,7 @@ pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Bac
         camera: &camera,
         filter: &Filter::BOX,
         features: false,
+        strategies: false,
     })
 }
 
@@ -98,6 +99,15 @@ pub fn film_of(integrator: &impl Integrator, resolution: UVec2, spp: u32, seed: 
 pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution: UVec2, spp: u32) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
     let (outcome, statistics) = render(integrator, sampler, &mut film, spp, &());
+    assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
+    film
+}
+
+/// Renders by an integrator that makes frames, with independent samples.
+pub fn film_of_frames(integrator: &impl FrameIntegrator, resolution: UVec2, frames: u32, seed: u64) -> Film {
+    let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(2 * integrator.strategies());
+    let numbers = (&Independent::new(seed), &Filter::BOX);
+    let (outcome, statistics) = render_frames(integrator, numbers, &mut film, (frames, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

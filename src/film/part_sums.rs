@@ -1,17 +1,17 @@
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of the radiance of each group of lights, over samples of one pixel that one task takes, of a block at most.
+/// Sums of parts of the light that are told apart, such as that of each group of lights, over samples of one pixel that one task takes, of a block at most.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LightBlock(Vec<[f64; 3]>);
+pub struct PartBlock(Vec<[f64; 3]>);
 
-impl LightBlock {
-    /// Nothing yet of so many groups.
-    pub fn new(groups: usize) -> Self {
-        Self(vec![[0.0; 3]; groups])
+impl PartBlock {
+    /// Nothing yet of so many parts.
+    pub fn new(parts: usize) -> Self {
+        Self(vec![[0.0; 3]; parts])
     }
 
-    /// Adds one sample, by group.
+    /// Adds one sample, part by part.
     pub fn add(&mut self, radiance: &[Spectrum]) {
         for (sum, radiance) in self.0.iter_mut().zip(radiance) {
             for (sum, value) in sum.iter_mut().zip(radiance.to_array()) {
@@ -25,26 +25,26 @@ impl LightBlock {
         self.0.fill([0.0; 3]);
     }
 
-    /// Adds it to the sums of its pixel, by group.
-    pub fn add_to(&self, sums: &mut [LightSum]) {
+    /// Adds it to the sums of its pixel, part by part.
+    pub fn add_to(&self, sums: &mut [PartSum]) {
         for (sum, block) in sums.iter_mut().zip(&self.0) {
-            *sum = sum.plus(LightSum(block.map(Fixed::new)));
+            *sum = sum.plus(PartSum(block.map(Fixed::new)));
         }
     }
 
     /// Takes it out of them again.
-    pub fn take_back_from(&self, sums: &mut [LightSum]) {
-        for (LightSum(sum), block) in sums.iter_mut().zip(&self.0) {
+    pub fn take_back_from(&self, sums: &mut [PartSum]) {
+        for (PartSum(sum), block) in sums.iter_mut().zip(&self.0) {
             *sum = [0, 1, 2].map(|c| sum[c].minus(Fixed::new(block[c])));
         }
     }
 }
 
-/// Sum of what the lights of one group give to a pixel, exact as that of all light in [`Accumulator`](super::Accumulator).
+/// Sum of one part of a pixel's light, exact as that of all light in [`Accumulator`](super::Accumulator).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LightSum(pub(super) [Fixed; 3]);
+pub struct PartSum(pub(super) [Fixed; 3]);
 
-impl LightSum {
+impl PartSum {
     /// Both sums.
     pub fn plus(self, other: Self) -> Self {
         Self([0, 1, 2].map(|c| self.0[c].plus(other.0[c])))
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
         let block = |range: std::ops::Range<u32>| {
-            let mut block = LightBlock::new(2);
+            let mut block = PartBlock::new(2);
             for i in range {
                 block.add(&[
                     Spectrum::rgb(0.1, i as f32, 1e9),
@@ -72,8 +72,8 @@ mod tests {
             }
             block
         };
-        let sum = |blocks: &[LightBlock]| {
-            let mut sums = [LightSum::default(); 2];
+        let sum = |blocks: &[PartBlock]| {
+            let mut sums = [PartSum::default(); 2];
             blocks.iter().for_each(|block| block.add_to(&mut sums));
             sums
         };
@@ -86,15 +86,15 @@ mod tests {
         assert!((all[0].mean(1, 100) - 49.5).abs() < 1e-9 && (all[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);
         blocks[1..].iter().for_each(|block| block.take_back_from(&mut all));
         assert_eq!(all, sum(&blocks[..1]));
-        assert_eq!(LightSum::default().mean(0, 0), 0.0);
+        assert_eq!(PartSum::default().mean(0, 0), 0.0);
     }
 
     #[test]
     fn a_block_that_is_cleared_is_a_new_one() {
-        let mut block = LightBlock::new(3);
+        let mut block = PartBlock::new(3);
         block.add(&[Spectrum::ONE; 16]);
-        assert_ne!(block, LightBlock::new(3));
+        assert_ne!(block, PartBlock::new(3));
         block.clear();
-        assert_eq!(block, LightBlock::new(3));
+        assert_eq!(block, PartBlock::new(3));
     }
 }

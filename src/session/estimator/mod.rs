@@ -1,18 +1,16 @@
+mod run;
+
+pub(crate) use run::Prepared;
+
 use super::settings::ABOVE_0;
 use super::{Error, InvalidSetting};
-use crate::accel::Accel;
-use crate::film::{Film, Filter};
+use crate::camera::Camera;
 use crate::integrator::{
-    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DebugView, DirectLight, Directions,
-    DistributedIntegrator, FrameIntegrator, Heuristic, Integrator, LightIntegrator, NaiveIntegrator, PathIntegrator,
-    PhotonMapIntegrator, PhotonMaps, PhotonTracer, ProgressivePhotonIntegrator, Roulette, SearchRadius, Sink, Strategy,
-    VertexMergingIntegrator, WhittedIntegrator, World,
+    DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, Roulette, Strategy, strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
-use crate::math::UVec2;
-use crate::render::{self, Observer, Outcome, RayCounts, Statistics, companions};
-use crate::sampler::{PerturbedQmc, RenderSampler, SampleKey, Sampler, SamplerKind};
+use crate::sampler::{PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::{Scene, SceneBuilder};
 use std::fmt::Display;
 use toml::Spanned;
@@ -40,8 +38,14 @@ pub struct Estimator {
     pub branching: u32,
     /// How far away occludes, scene units; `None`: the size of the scene.
     pub ao_distance: Option<f32>,
+    /// Likely error of a record of irradiance, as a share, up to which it has a say: Ward's `a`.
+    pub cache_error: f32,
+    /// Rays that a record of irradiance is made of, about.
+    pub cache_rays: u32,
     /// What a debug picture shows.
     pub view: DebugView,
+    /// How Markov chains go.
+    pub metropolis: Metropolis,
     /// Paths of photons; `None`: as many as is usual.
     pub photons: Option<u32>,
     /// How far away photons count, in the first frame where frames differ, scene units; `None`: by the width of a pixel.
@@ -57,30 +61,36 @@ pub struct Estimator {
 /// Integrators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
-    /// [`PathIntegrator`]
+    /// [`PathIntegrator`](crate::integrator::PathIntegrator)
     Path,
-    /// [`NaiveIntegrator`]
+    /// [`NaiveIntegrator`](crate::integrator::NaiveIntegrator)
     Naive,
-    /// [`WhittedIntegrator`]
+    /// [`WhittedIntegrator`](crate::integrator::WhittedIntegrator)
     Whitted,
-    /// [`DistributedIntegrator`]
+    /// [`DistributedIntegrator`](crate::integrator::DistributedIntegrator)
     Distributed,
-    /// A [`PathIntegrator`] that scatters once.
+    /// A [`PathIntegrator`](crate::integrator::PathIntegrator) that scatters once.
     Direct,
-    /// [`AmbientOcclusion`]
+    /// [`AmbientOcclusion`](crate::integrator::AmbientOcclusion)
     AmbientOcclusion,
-    /// [`DebugIntegrator`]
+    /// [`DebugIntegrator`](crate::integrator::DebugIntegrator)
     Debug,
-    /// [`LightIntegrator`]
+    /// [`LightIntegrator`](crate::integrator::LightIntegrator)
     Light,
-    /// [`BidirectionalIntegrator`]
+    /// [`BidirectionalIntegrator`](crate::integrator::BidirectionalIntegrator)
     Bidirectional,
-    /// [`ProgressivePhotonIntegrator`]
+    /// [`PrimarySpaceIntegrator`](crate::integrator::PrimarySpaceIntegrator)
+    PrimarySpace,
+    /// [`ProgressivePhotonIntegrator`](crate::integrator::ProgressivePhotonIntegrator)
     ProgressivePhotons,
-    /// [`PhotonMapIntegrator`]
+    /// [`PhotonMapIntegrator`](crate::integrator::PhotonMapIntegrator)
     PhotonMap,
-    /// [`VertexMergingIntegrator`]
+    /// [`VertexMergingIntegrator`](crate::integrator::VertexMergingIntegrator)
     VertexMerging,
+    /// [`PathSpaceIntegrator`](crate::integrator::PathSpaceIntegrator)
+    PathSpace,
+    /// [`IrradianceCacheIntegrator`](crate::integrator::IrradianceCacheIntegrator)
+    IrradianceCache,
 }
 
 impl IntegratorKind {
@@ -95,9 +105,12 @@ impl IntegratorKind {
         ("debug", Self::Debug),
         ("light", Self::Light),
         ("bdpt", Self::Bidirectional),
+        ("pssmlt", Self::PrimarySpace),
         ("sppm", Self::ProgressivePhotons),
         ("photon-map", Self::PhotonMap),
         ("vcm", Self::VertexMerging),
+        ("mlt", Self::PathSpace),
+        ("irradiance-cache", Self::IrradianceCache),
     ];
 }
 
@@ -131,6 +144,14 @@ pub(crate) const VIEWS: &[(&str, DebugView)] = &[
     ("ids", DebugView::Ids),
 ];
 
+/// Scatterings at most where the strategies of all lengths are told apart.
+const MOST_STRATEGIES_DEPTH: u32 = 6;
+
+pub(crate) const METROPOLIS_DIRECT: &[(&str, MetropolisDirect)] = &[
+    ("ordinary", MetropolisDirect::Ordinary),
+    ("metropolis", MetropolisDirect::Metropolis),
+];
+
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
@@ -151,6 +172,11 @@ const MOST_PHOTON_COUNT: u32 = 1 << 16;
 const DEFAULT_GATHER_RAYS: u32 = 4;
 /// Rays that gather at most: their random numbers have so many places.
 const MOST_GATHER_RAYS: u32 = 100;
+/// Error and rays of a record of irradiance; errors above 1 say nothing, and with fewer rays gradients are noise.
+const DEFAULT_CACHE_ERROR: f32 = 0.3;
+const DEFAULT_CACHE_RAYS: u32 = 1024;
+const LEAST_CACHE_RAYS: u32 = 16;
+const MOST_CACHE_RAYS: u32 = 1 << 20;
 /// Rays that the last vertices of one sample may send at most: seconds for a single sample.
 const MOST_BRANCHES: f64 = 1e7;
 
@@ -168,7 +194,10 @@ impl Default for Estimator {
             light_samples: None,
             branching: DEFAULT_BRANCHING,
             ao_distance: None,
+            cache_error: DEFAULT_CACHE_ERROR,
+            cache_rays: DEFAULT_CACHE_RAYS,
             view: DebugView::default(),
+            metropolis: Metropolis::default(),
             photons: None,
             photon_radius: None,
             photon_alpha: DEFAULT_ALPHA,
@@ -183,6 +212,7 @@ impl Estimator {
     pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
         let (best, render) = (Self::default(), &file.render);
         let number = |key: &Option<Spanned<u32>>| key.as_ref().map(|n| *n.get_ref());
+        let share = |key: &Option<Spanned<f32>>, best| key.as_ref().map_or(best, |share| *share.get_ref());
         Ok(Self {
             kind: named(file, "integrator", &render.integrator, IntegratorKind::NAMES)?.unwrap_or(best.kind),
             strategy: Strategy {
@@ -199,7 +229,17 @@ impl Estimator {
             light_samples: number(&render.light_samples),
             branching: number(&render.branching).unwrap_or(best.branching),
             ao_distance: render.ao_distance.as_ref().map(|d| *d.get_ref()),
+            cache_error: render.cache_error.as_ref().map_or(best.cache_error, |e| *e.get_ref()),
+            cache_rays: number(&render.cache_rays).unwrap_or(best.cache_rays),
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
+            metropolis: Metropolis {
+                direct: named(file, "metropolis-direct", &render.metropolis_direct, METROPOLIS_DIRECT)?
+                    .unwrap_or_default(),
+                chains: number(&render.chains),
+                bootstrap: number(&render.bootstrap),
+                large_step_probability: share(&render.large_step_probability, best.metropolis.large_step_probability),
+                mutation_size: share(&render.mutation_size, best.metropolis.mutation_size),
+            },
             photons: number(&render.photons),
             photon_radius: render.photon_radius.as_ref().map(|r| *r.get_ref()),
             photon_alpha: render.photon_alpha.as_ref().map_or(best.photon_alpha, |a| *a.get_ref()),
@@ -213,6 +253,15 @@ impl Estimator {
         if let Some(n) = self.light_samples.filter(|&n| n > MOST_LIGHT_SAMPLES) {
             let help = format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything");
             return Some(InvalidSetting::new("light-samples", n, help));
+        }
+        // NaN is none of them.
+        if !(self.cache_error > 0.0 && self.cache_error <= 1.0) {
+            let help = "use a share above 0, 1 at most: smaller ones are more exact";
+            return Some(InvalidSetting::new("cache-error", self.cache_error, help));
+        }
+        if !(LEAST_CACHE_RAYS..=MOST_CACHE_RAYS).contains(&self.cache_rays) {
+            let help = format!("use a number from {LEAST_CACHE_RAYS} to {MOST_CACHE_RAYS}");
+            return Some(InvalidSetting::new("cache-rays", self.cache_rays, help));
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
@@ -241,6 +290,32 @@ impl Estimator {
             (Some(0), ..) => above_0("light-samples", &0),
             (_, 0, _) => above_0("branching", &0),
             (_, _, Some(d)) if !is_length(d) => above_0("ao-distance", &d),
+            _ => self.wrong_chains(),
+        }
+    }
+
+    /// The first value of Markov chains that cannot be.
+    fn wrong_chains(&self) -> Option<InvalidSetting> {
+        let Metropolis {
+            chains,
+            bootstrap,
+            large_step_probability: large,
+            mutation_size: size,
+            ..
+        } = self.metropolis;
+        match (chains, bootstrap) {
+            (Some(0), _) => Some(InvalidSetting::new("chains", 0, ABOVE_0)),
+            (_, Some(0)) => Some(InvalidSetting::new("bootstrap", 0, ABOVE_0)),
+            // NaN is in no range.
+            _ if !(0.0..=1.0).contains(&large) => Some(InvalidSetting::new(
+                "large-step-probability",
+                large,
+                "use a share from 0 to 1",
+            )),
+            _ if !(size > 0.0 && size <= 0.5) => {
+                let help = "above 0, and 0.5 at most, which is as far as a number in [0, 1) can go either way";
+                Some(InvalidSetting::new("mutation-size", size, help))
+            }
             _ => None,
         }
     }
@@ -254,10 +329,13 @@ impl Estimator {
         self.max_depth.map_or(Some(usual), |depth| depth.0)
     }
 
-    /// Light samples at the first vertex. Where paths are shared its own light is much of the error that is left.
+    /// Light samples at the first vertex. Where paths are shared, or indirect light is in a cache, its own light is much of the error that is left.
     fn light_samples(&self) -> u32 {
-        let is_shared = self.kind == IntegratorKind::Path && self.reuse;
-        self.light_samples.unwrap_or(if is_shared { 2 } else { 1 })
+        let is_alone = match self.kind {
+            IntegratorKind::Path => self.reuse,
+            kind => kind == IntegratorKind::IrradianceCache,
+        };
+        self.light_samples.unwrap_or(if is_alone { 2 } else { 1 })
     }
 
     /// Refuses trees that nobody can wait for.
@@ -292,10 +370,13 @@ impl Estimator {
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
             | IntegratorKind::PhotonMap
-            | IntegratorKind::ProgressivePhotons => self.strategy.samples_lights(),
+            | IntegratorKind::ProgressivePhotons
+            | IntegratorKind::IrradianceCache => self.strategy.samples_lights(),
             IntegratorKind::Light
             | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace
             | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace
             | IntegratorKind::Whitted
             | IntegratorKind::AmbientOcclusion
             | IntegratorKind::Debug => true,
@@ -322,9 +403,51 @@ impl Estimator {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// Whether it gathers the light of lights, which can then be told apart.
+    /// Says so where an irradiance cache knows nothing: a record holds for its time alone.
+    pub(crate) fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
+        let [open, close] = camera.shutter();
+        let is_in_vain = self.kind == IntegratorKind::IrradianceCache && scene.is_moving() && open < close;
+        let words = "the scene moves while the shutter is open: the irradiance cache stays empty, and the picture is that of paths alone";
+        is_in_vain.then(|| words.into())
+    }
+
+    /// Whether it gathers the light of lights, which can then be told apart. Records of irradiance are of all lights together.
     pub(crate) fn gathers_light(&self) -> bool {
-        !matches!(self.kind, IntegratorKind::AmbientOcclusion | IntegratorKind::Debug)
+        !matches!(
+            self.kind,
+            IntegratorKind::AmbientOcclusion | IntegratorKind::Debug | IntegratorKind::IrradianceCache
+        )
+    }
+
+    /// Names of its strategies by vertices from the light and from the camera, in the order in which frames tell them apart.
+    pub(crate) fn strategies(&self) -> Vec<String> {
+        match (self.kind, self.max_depth()) {
+            (IntegratorKind::Bidirectional, Some(depth)) => {
+                strategies(depth).map(|(s, t)| format!("s{s}_t{t}")).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether strategies can be told apart.
+    pub(crate) fn tells_strategies(&self) -> bool {
+        self.check_strategies().is_ok()
+    }
+
+    /// Refuses to tell strategies apart where there are none, or too many.
+    pub(super) fn check_strategies(&self) -> Result<(), InvalidSetting> {
+        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
+        if self.kind != IntegratorKind::Bidirectional {
+            let value = format!("--integrator {} has none", self.name());
+            return wrong(&value, "use --integrator bdpt");
+        }
+        match self.max_depth() {
+            Some(depth) if depth <= MOST_STRATEGIES_DEPTH => Ok(()),
+            _ => wrong(
+                "every length of paths has as many as vertices, and each takes 120 bytes a pixel",
+                &format!("use a --max-depth of {MOST_STRATEGIES_DEPTH} at most"),
+            ),
+        }
     }
 
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
@@ -356,7 +479,8 @@ impl Estimator {
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
             | IntegratorKind::PhotonMap
-            | IntegratorKind::ProgressivePhotons => {
+            | IntegratorKind::ProgressivePhotons
+            | IntegratorKind::IrradianceCache => {
                 text += &format!(
                     " directions={} direct={} mis={}",
                     name_of(DIRECTIONS, strategy.directions),
@@ -366,21 +490,24 @@ impl Estimator {
             }
             IntegratorKind::AmbientOcclusion => text += &format!(" ao_distance={:?}", self.ao_distance),
             IntegratorKind::Debug => text += &format!(" view={}", name_of(VIEWS, self.view)),
-            IntegratorKind::Bidirectional | IntegratorKind::VertexMerging => {
-                text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic))
+            IntegratorKind::Bidirectional | IntegratorKind::PrimarySpace | IntegratorKind::VertexMerging => {
+                text += &format!(" mis={}", name_of(HEURISTICS, strategy.heuristic));
             }
-            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light => {}
+            IntegratorKind::Naive | IntegratorKind::Whitted | IntegratorKind::Light | IntegratorKind::PathSpace => {}
         }
         let samples_lights = match self.kind {
             IntegratorKind::Path
             | IntegratorKind::Direct
             | IntegratorKind::Distributed
             | IntegratorKind::PhotonMap
-            | IntegratorKind::ProgressivePhotons => strategy.samples_lights(),
+            | IntegratorKind::ProgressivePhotons
+            | IntegratorKind::IrradianceCache => strategy.samples_lights(),
             IntegratorKind::Whitted
             | IntegratorKind::Light
             | IntegratorKind::Bidirectional
-            | IntegratorKind::VertexMerging => true,
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::PathSpace => true,
             IntegratorKind::Naive | IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => false,
         };
         if samples_lights {
@@ -419,215 +546,49 @@ impl Estimator {
                     self.gather_rays
                 )
             }
+            IntegratorKind::IrradianceCache => {
+                let (roulette, lights) = (self.roulette.depth, self.light_samples());
+                let (error, rays) = (self.cache_error, self.cache_rays);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} cache_error={error} cache_rays={rays}"
+                )
+            }
             IntegratorKind::Distributed => text + &format!(" max_depth={depth} branching={}", self.branching),
+            IntegratorKind::PrimarySpace => {
+                let lights = self.light_samples();
+                text + &format!(" max_depth={depth} light_samples={lights} {}", self.chains())
+            }
+            IntegratorKind::PathSpace => {
+                let (lights, roulette) = (self.light_samples(), self.roulette.depth);
+                text + &format!(
+                    " max_depth={depth} roulette_depth={roulette} light_samples={lights} {}",
+                    self.chains()
+                )
+            }
             IntegratorKind::Whitted => text + &format!(" max_depth={depth}"),
             IntegratorKind::Direct => text + &format!(" light_samples={}", self.light_samples()),
             IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => text,
         }
     }
 
-    /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
-    /// enough.
-    pub(crate) fn render<A: Accel>(
-        &self,
-        world: World<A>,
-        sampler: &impl Sampler,
-        film: &mut Film,
-        end: u32,
-        noise: Option<f64>,
-        observer: &impl Observer,
-    ) -> (Outcome, Statistics) {
-        struct Render<'a, S, O> {
-            sampler: &'a S,
-            film: &'a mut Film,
-            end: u32,
-            noise: Option<f64>,
-            filter: &'a Filter,
-            observer: &'a O,
-        }
-        impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
-            type Output = (Outcome, Statistics);
-            fn run(self, integrator: &impl Integrator) -> Self::Output {
-                let Self {
-                    sampler,
-                    film,
-                    end,
-                    noise,
-                    observer,
-                    ..
-                } = self;
-                match noise {
-                    None => render::render(integrator, sampler, film, end, observer),
-                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, observer),
-                }
-            }
-            fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
-                let numbers = (self.sampler, self.filter);
-                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
-            }
-        }
-        let Some((maps, rays)) = self.photon_maps(world, sampler, observer) else {
-            return (Outcome::Stopped, Statistics::default());
-        };
-        let render = Render {
-            sampler,
-            film,
-            end,
-            noise,
-            filter: world.filter,
-            observer,
-        };
-        let (outcome, mut statistics) = self.with_integrator(world, &maps, render);
-        statistics.rays = statistics.rays.plus(rays);
-        (outcome, statistics)
+    /// How Markov chains go, likewise.
+    fn chains(&self) -> String {
+        let number = |n: Option<u32>| n.map_or("auto".into(), |n| n.to_string());
+        let metropolis = &self.metropolis;
+        format!(
+            "metropolis_direct={} chains={} bootstrap={} large_step_probability={:?} mutation_size={:?}",
+            name_of(METROPOLIS_DIRECT, metropolis.direct),
+            number(metropolis.chains),
+            number(metropolis.bootstrap),
+            metropolis.large_step_probability,
+            metropolis.mutation_size
+        )
     }
+}
 
-    /// What all samples look at, and the rays that it took: photons, or nothing. `None` where the observer asked to stop.
-    fn photon_maps<A: Accel>(
-        &self,
-        world: World<A>,
-        sampler: &impl Sampler,
-        observer: &impl Observer,
-    ) -> Option<(PhotonMaps, RayCounts)> {
-        if self.kind != IntegratorKind::PhotonMap {
-            return Some((PhotonMaps::new(Vec::new(), 1), RayCounts::default()));
-        }
-        let tracer = PhotonTracer {
-            world,
-            max_depth: self.max_depth(),
-            roulette: self.roulette,
-            least_scatterings: 0,
-        };
-        render::photon_maps(&tracer, self.mapped_photons(), sampler, observer)
-    }
-
-    /// How far away photons count in the first frame.
-    fn search_radius(&self) -> SearchRadius {
-        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
-        self.photon_radius.map_or(usual, SearchRadius::Fixed)
-    }
-
+impl Estimator {
     /// Paths of photons that are sent once.
     fn mapped_photons(&self) -> u32 {
         self.photons.unwrap_or(DEFAULT_PHOTONS)
     }
-
-    /// Traces the sample `key`, and those that a render traces together with it; `sink` makes the sinks, told whether it is for
-    /// `key` itself.
-    pub(crate) fn sample<A: Accel, O: Sink>(
-        &self,
-        world: World<A>,
-        (resolution, key): (UVec2, SampleKey),
-        sampler: &mut impl Sampler,
-        sink: impl Fn(bool) -> O,
-    ) {
-        struct Sample<'a, S, F> {
-            resolution: UVec2,
-            key: SampleKey,
-            sampler: &'a mut S,
-            sink: F,
-        }
-        impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
-            type Output = ();
-            fn run(self, integrator: &impl Integrator) {
-                let keys = companions(integrator, self.resolution, self.key);
-                let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
-                integrator.samples(&keys, self.sampler, &mut sinks);
-            }
-            // Refused before (`Estimator::has_samples_of_pixels`)
-            fn run_frames(self, _: &impl FrameIntegrator) {}
-        }
-        let Some((maps, _)) = self.photon_maps(world, sampler, &()) else {
-            return;
-        };
-        let sample = Sample {
-            resolution,
-            key,
-            sampler,
-            sink,
-        };
-        self.with_integrator(world, &maps, sample);
-    }
-
-    /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, world: World<A>, maps: &PhotonMaps, task: T) -> T::Output {
-        let Self { strategy, roulette, .. } = *self;
-        let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
-        let path = |max_depth, reuse| PathIntegrator {
-            world,
-            strategy,
-            max_depth,
-            roulette,
-            light_samples,
-            reuse,
-        };
-        match self.kind {
-            IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
-            // One scattering is a path of depth 1, which has nothing to share.
-            IntegratorKind::Direct => task.run(&path(Some(1), false)),
-            IntegratorKind::Naive => task.run(&NaiveIntegrator {
-                world,
-                max_depth,
-                roulette,
-            }),
-            IntegratorKind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
-            IntegratorKind::Distributed => task.run(&DistributedIntegrator {
-                world,
-                strategy,
-                max_depth: max_depth.unwrap_or(DEFAULT_DEPTH_BRANCHING),
-                branching: self.branching,
-            }),
-            IntegratorKind::AmbientOcclusion => task.run(&AmbientOcclusion {
-                world,
-                distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
-            }),
-            IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
-            IntegratorKind::Light => task.run_frames(&LightIntegrator {
-                world,
-                max_depth,
-                roulette,
-            }),
-            IntegratorKind::Bidirectional => task.run_frames(&BidirectionalIntegrator {
-                world,
-                heuristic: strategy.heuristic,
-                max_depth,
-                roulette,
-            }),
-            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
-                world,
-                strategy,
-                max_depth,
-                roulette,
-                photons: self.photons,
-                radius: self.search_radius(),
-                alpha: self.photon_alpha,
-            }),
-            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
-                world,
-                heuristic: strategy.heuristic,
-                max_depth,
-                roulette,
-                photons: self.photons,
-                radius: self.search_radius(),
-                alpha: self.photon_alpha,
-            }),
-            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
-                world,
-                maps,
-                strategy,
-                max_depth,
-                roulette,
-                photon_count: self.photon_count,
-                radius: self.photon_radius,
-                gather_rays: self.gather_rays,
-            }),
-        }
-    }
-}
-
-/// What is done with an integrator, whichever it is.
-trait Task {
-    type Output;
-    fn run(self, integrator: &impl Integrator) -> Self::Output;
-    fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output;
 }

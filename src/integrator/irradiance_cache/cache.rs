@@ -1,0 +1,341 @@
+use super::record::Record;
+use crate::color::Spectrum;
+use crate::math::{Bounds3, Vec3};
+
+/// Records of irradiance, in an octree, and what is interpolated between them (Ward, Rubinstein and Clear 1988).
+#[derive(Clone, Debug)]
+pub struct IrradianceCache {
+    /// Centre and half the side of the cube that holds all.
+    center: Vec3,
+    half: f32,
+    /// Likely error of a record, as a share, up to which it has a say: Ward's `a`.
+    error: f32,
+    records: Vec<Record>,
+    nodes: Vec<Node>,
+    /// Root of the records that were found after so many scatterings.
+    roots: Vec<u32>,
+}
+
+/// A cube of the octree.
+#[derive(Clone, Debug, Default)]
+struct Node {
+    /// The eighths, by the signs of x, y and z; 0 where there is none.
+    children: [u32; 8],
+    /// Records whose reach is half of the side to a whole one, and meets the cube.
+    records: Vec<u32>,
+}
+
+/// Where a record is made although others have a say: their likely error, as a share of that at which they have none. So records overlap, and
+/// few points of the picture fall between them.
+const COVERED: f32 = 0.7;
+
+/// Within how many times their reach records make each other smaller.
+const NEIGHBOURHOOD: f32 = 2.0;
+
+/// Levels of the octree at most: floats tell no smaller cubes apart.
+const MOST_LEVELS: u32 = 24;
+
+impl IrradianceCache {
+    /// One without records, for places inside `bounds`; a record's likely `error` may be so much, as a share.
+    pub fn new(error: f32, bounds: Bounds3) -> Self {
+        Self {
+            center: bounds.center(),
+            half: bounds.radius(),
+            error,
+            records: Vec::new(),
+            nodes: Vec::new(),
+            roots: Vec::new(),
+        }
+    }
+
+    /// Number of records.
+    pub fn len(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.records.is_empty()
+    }
+
+    /// The records, in the order in which they came.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// The irradiance at the point `p` with unit normal `n`, seen after scatterings that count as `layer`; `None` where no record has a say.
+    ///
+    /// Each counts by how far below the limit its likely error is, so that its say ends without an edge (Tabellion and Lamorlette 2004).
+    pub fn irradiance(&self, p: Vec3, n: Vec3, layer: u32) -> Option<Spectrum> {
+        let mut sum = Spectrum::ZERO;
+        let mut weights = 0.0;
+        self.visit(p, layer, |record| {
+            if let Some(error) = record.error(p, n, self.error) {
+                let weight = 1.0 - error / self.error;
+                sum += record.at(p, n) * weight;
+                weights += weight;
+            }
+        });
+        (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
+    }
+
+    /// Whether records are so near to that place that it needs none.
+    pub fn covers(&self, p: Vec3, n: Vec3, layer: u32) -> bool {
+        let mut is_covered = false;
+        self.visit(p, layer, |record| {
+            is_covered |= record.error(p, n, self.error * COVERED).is_some();
+        });
+        is_covered
+    }
+
+    /// Shows `look` all records that may have a say at `p`.
+    #[inline(always)]
+    fn visit(&self, p: Vec3, layer: u32, mut look: impl FnMut(&Record)) {
+        let (mut center, mut half) = (self.center, self.half);
+        let mut next = self.roots.get(layer as usize).copied();
+        while let Some(node) = next.and_then(|node| self.nodes.get(node as usize)) {
+            for &index in &node.records {
+                look(&self.records[index as usize]);
+            }
+            let octant = octant_of(p - center);
+            half *= 0.5;
+            center = child_center(center, half, octant);
+            next = Some(node.children[octant]).filter(|&child| child != 0);
+        }
+    }
+
+    /// Adds `record` to those of `layer`. Where its radius, or that of a neighbour, is larger than the other's and the way between them, it shrinks
+    /// to that: what one of them sees nearby the other one has missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
+    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record that is nowhere, or reaches nowhere, is left out.
+    pub fn insert(&mut self, mut record: Record, layer: u32) {
+        if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
+            return;
+        }
+        while self.roots.len() <= layer as usize {
+            self.roots.push(self.nodes.len() as u32);
+            self.nodes.push(Node::default());
+        }
+        let root = self.roots[layer as usize] as usize;
+
+        // Neighbours
+        let mut neighbours = Vec::new();
+        let cube = (root, self.center, self.half);
+        self.find_neighbours(cube, &record, &mut neighbours);
+        let way = |index: u32| self.records[index as usize].p.distance(record.p);
+        let ways: Vec<f32> = neighbours.iter().map(|&index| way(index)).collect();
+        for (&index, way) in neighbours.iter().zip(&ways) {
+            record.radius = record.radius.min(self.records[index as usize].radius + way);
+        }
+        for (&index, way) in neighbours.iter().zip(&ways) {
+            let other = &mut self.records[index as usize];
+            other.radius = other.radius.min(record.radius + way);
+        }
+
+        // All cubes of its size that it reaches
+        let index = self.records.len() as u32;
+        self.records.push(record);
+        self.insert_into(cube, index, 0);
+    }
+
+    fn insert_into(&mut self, (node, center, half): (usize, Vec3, f32), index: u32, level: u32) {
+        let record = &self.records[index as usize];
+        let (p, reach) = (record.p, self.error * record.radius);
+        if half <= reach || level == MOST_LEVELS {
+            self.nodes[node].records.push(index);
+            return;
+        }
+        let half = 0.5 * half;
+        for octant in 0..8 {
+            let center = child_center(center, half, octant);
+            if distance_to_cube(p, center, half) > reach {
+                continue;
+            }
+            let mut child = self.nodes[node].children[octant] as usize;
+            if child == 0 {
+                child = self.nodes.len();
+                self.nodes.push(Node::default());
+                self.nodes[node].children[octant] = child as u32;
+            }
+            self.insert_into((child, center, half), index, level + 1);
+        }
+    }
+
+    /// Records so near to `record` that they concern each other; some come several times.
+    fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
+        // Those of a cube and below reach no farther than its side.
+        let reach = (self.error * record.radius).max(2.0 * half);
+        if distance_to_cube(record.p, center, half) > NEIGHBOURHOOD * reach {
+            return;
+        }
+        let node = &self.nodes[node];
+        let is_near = |other: &Record| {
+            let reach = self.error * record.radius.max(other.radius);
+            other.p.distance_squared(record.p) <= (NEIGHBOURHOOD * reach).powi(2) && other.n.dot(record.n) > 0.0
+        };
+        found.extend(node.records.iter().filter(|&&i| is_near(&self.records[i as usize])));
+        let half = 0.5 * half;
+        for (octant, &child) in node.children.iter().enumerate().filter(|(_, child)| **child != 0) {
+            self.find_neighbours(
+                (child as usize, child_center(center, half, octant), half),
+                record,
+                found,
+            );
+        }
+    }
+}
+
+/// The eighth of a cube in which the point `d` from its centre is.
+#[inline(always)]
+fn octant_of(d: Vec3) -> usize {
+    d.cmpge(Vec3::ZERO).bitmask() as usize
+}
+
+/// The centre of an eighth of a cube; `half` is half of its own side.
+#[inline(always)]
+fn child_center(center: Vec3, half: f32, octant: usize) -> Vec3 {
+    let sign = |bit: usize| if octant >> bit & 1 == 1 { half } else { -half };
+    center + Vec3::new(sign(0), sign(1), sign(2))
+}
+
+/// How far `p` is from a cube; 0 inside.
+fn distance_to_cube(p: Vec3, center: Vec3, half: f32) -> f32 {
+    ((p - center).abs() - Vec3::splat(half)).max(Vec3::ZERO).length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::record::Gradients;
+    use super::*;
+    use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
+    use crate::sampling::warp::uniform_sphere;
+
+    const BOUNDS: Bounds3 = Bounds3 {
+        min: Vec3::NEG_ONE,
+        max: Vec3::ONE,
+    };
+
+    /// Points all over the box, with normals to everywhere and a number each.
+    fn places(seed: u64, count: u32) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
+        (0..count).map(move |i| {
+            let mut sampler = Independent::new(seed);
+            sampler.start(SampleKey::new(0, 0, i));
+            let (xy, z) = (sampler.get_2d(Dimension::PIXEL), sampler.get_1d(Dimension::TIME));
+            let n = uniform_sphere(sampler.get_2d(Dimension::LENS));
+            (
+                2.0 * xy.extend(z).to_vec3a() - Vec3::ONE,
+                n,
+                sampler.get_1d(Dimension::bounce(0, crate::sampler::Bounce::Lobe)),
+            )
+        })
+    }
+
+    fn record(p: Vec3, n: Vec3, radius: f32, irradiance: Spectrum) -> Record {
+        Record {
+            p,
+            n,
+            radius,
+            irradiance,
+            gradients: Gradients::default(),
+        }
+    }
+
+    /// A cache of many records of all sizes, which turn to three sides.
+    fn full_cache() -> IrradianceCache {
+        let mut cache = IrradianceCache::new(0.3, BOUNDS);
+        for (i, (p, _, u)) in places(1, 3000).enumerate() {
+            let n = [Vec3::X, Vec3::Y, Vec3::Z][i % 3];
+            cache.insert(record(p, n, 0.01 + u * u, Spectrum::splat(u)), i as u32 % 2);
+        }
+        cache
+    }
+
+    /// The octree finds whom a look at all records finds.
+    #[test]
+    fn no_record_is_overlooked() {
+        let cache = full_cache();
+        let mut found = 0;
+        for (p, _, _) in places(2, 2000) {
+            for layer in 0..2 {
+                let n = Vec3::Y;
+                let mut visited = Vec::new();
+                cache.visit(p, layer, |record| visited.push(record.p));
+                let mine = (layer as usize..cache.len()).step_by(2).map(|i| &cache.records[i]);
+                for record in mine.filter(|record| record.error(p, n, cache.error).is_some()) {
+                    assert!(visited.contains(&record.p), "{record:?} at {p}");
+                    found += 1;
+                }
+                assert!(
+                    visited.iter().enumerate().all(|(i, p)| !visited[..i].contains(p)),
+                    "twice at {p}"
+                );
+            }
+        }
+        assert!(found > 1000, "{found}");
+    }
+
+    /// Where one place is near to something, its neighbours are too.
+    #[test]
+    fn radii_change_no_quicker_than_the_way() {
+        let cache = full_cache();
+        let mut looked = 0;
+        for (i, a) in cache.records.iter().enumerate() {
+            let near = |b: &&Record| a.n == b.n && a.p.distance(b.p) < cache.error * a.radius.max(b.radius);
+            for b in cache.records[..i].iter().rev().skip(1).step_by(2).filter(near) {
+                looked += 1;
+                assert!((a.radius - b.radius).abs() <= a.p.distance(b.p) * 1.0001, "{a:?} {b:?}");
+            }
+        }
+        assert!(looked > 1000, "{looked}");
+    }
+
+    /// What changes linearly is right everywhere, since the gradients tell it.
+    #[test]
+    fn linear_fields_are_interpolated_exactly() {
+        let field = |p: Vec3| 3.0 + p.x - 0.5 * p.y;
+        let mut cache = IrradianceCache::new(0.2, BOUNDS);
+        let on_plane = |(p, ..): (Vec3, Vec3, f32)| Vec3::new(p.x, p.y, 0.0);
+        for p in places(3, 2000).map(on_plane) {
+            if !cache.covers(p, Vec3::Z, 0) {
+                let gradients = Gradients {
+                    translational: [Vec3::new(1.0, -0.5, 0.0); 3],
+                    ..Gradients::default()
+                };
+                let irradiance = Spectrum::splat(field(p));
+                cache.insert(
+                    Record {
+                        gradients,
+                        ..record(p, Vec3::Z, 1.0, irradiance)
+                    },
+                    0,
+                );
+            }
+        }
+        assert!(cache.len() < 400, "{}", cache.len());
+        let mut known = 0;
+        for p in places(4, 500).map(on_plane) {
+            if let Some(irradiance) = cache.irradiance(p, Vec3::Z, 0) {
+                assert!((irradiance.mean() - field(p)).abs() < 1e-5, "{p}: {irradiance:?}");
+                known += 1;
+            }
+            // The other side, another plane, another layer
+            assert_eq!(cache.irradiance(p, Vec3::NEG_Z, 0), None);
+            assert_eq!(cache.irradiance(p - 0.5 * Vec3::Z, Vec3::Z, 0), None);
+            assert_eq!(cache.irradiance(p, Vec3::Z, 1), None);
+        }
+        assert!(known > 490, "{known}");
+    }
+
+    /// Nothing is where it should not be, and nothing ends the program.
+    #[test]
+    fn odd_records_do_no_harm() {
+        for bounds in [BOUNDS, Bounds3::EMPTY] {
+            let mut cache = IrradianceCache::new(1.0, bounds);
+            for radius in [0.0, 1e-38, 1e38, f32::INFINITY, f32::NAN] {
+                cache.insert(record(Vec3::ZERO, Vec3::Z, radius, Spectrum::ONE), 3);
+                cache.insert(record(Vec3::splat(f32::NAN), Vec3::Z, radius, Spectrum::ONE), 3);
+            }
+            cache.irradiance(Vec3::ONE, Vec3::Z, 3);
+            assert_eq!(cache.irradiance(Vec3::ONE, Vec3::Z, u32::MAX), None);
+        }
+    }
+}

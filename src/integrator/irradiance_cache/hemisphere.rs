@@ -1,0 +1,144 @@
+use super::record::Gradients;
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use std::array::from_fn;
+use std::f32::consts::PI;
+
+/// A hemisphere cut into strata of equal projected solid angle: rows from the normal (the local +z) to the horizon, columns about it (Ward and
+/// Heckbert 1992, "Irradiance Gradients").
+#[derive(Clone, Copy, Debug)]
+pub struct Strata {
+    rows: u32,
+    columns: u32,
+}
+
+/// What a ray has met.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Radiance that comes from there.
+    pub radiance: Spectrum,
+    /// How far away that is, scene units; infinite where nothing is.
+    pub distance: f32,
+}
+
+impl Seen {
+    /// Nothing.
+    pub const NOTHING: Self = Self {
+        radiance: Spectrum::ZERO,
+        distance: f32::INFINITY,
+    };
+}
+
+/// What a whole hemisphere sends.
+#[derive(Clone, Copy, Debug)]
+pub struct GatheredHemisphere {
+    /// Irradiance, W·m⁻².
+    pub irradiance: Spectrum,
+    /// How it changes, in the local frame.
+    pub gradients: Gradients,
+    /// Harmonic mean of the distances, cosine-weighted; infinite where nothing is near.
+    pub distance: f32,
+}
+
+impl Strata {
+    /// For about so many rays: strata are about as wide as high at half height, which takes π times as many columns as rows.
+    pub fn new(rays: u32) -> Self {
+        let rows = (rays as f32 / PI).sqrt().round().max(2.0);
+        Self {
+            rows: rows as u32,
+            columns: (rays as f32 / rows).round().max(4.0) as u32,
+        }
+    }
+
+    /// Number of rays: one for each stratum.
+    pub fn rays(&self) -> u32 {
+        self.rows * self.columns
+    }
+
+    /// The local direction of the ray `index`, at `u` within its stratum.
+    pub fn direction(&self, index: u32, u: Vec2) -> Vec3 {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let squared = (row as f32 + u.x) / self.rows as f32;
+        let (sin, cos) = (2.0 * PI * (column as f32 + u.y) / self.columns as f32).sin_cos();
+        let r = squared.sqrt();
+        Vec3::new(r * cos, r * sin, (1.0 - squared).max(0.0).sqrt())
+    }
+
+    /// Sums up what the rays have `seen`, in their order; a ray that is missing has seen nothing.
+    pub fn gather(&self, seen: &[Seen]) -> GatheredHemisphere {
+        let count = self.rays() as f32;
+        let radiance = seen.iter().fold(Spectrum::ZERO, |sum, ray| sum + ray.radiance);
+        let nearness: f32 = seen.iter().map(|ray| 1.0 / ray.distance).sum();
+        GatheredHemisphere {
+            irradiance: radiance * (PI / count),
+            gradients: Gradients {
+                rotational: self.rotational(seen),
+                translational: self.translational(seen),
+            },
+            distance: count / nearness,
+        }
+    }
+
+    /// The change by turns (Ward and Heckbert 1992, the rotation gradient). The axis that turns the normal towards a direction is a quarter of a turn beyond its
+    /// azimuth, and the cosine of the angle with it grows by its sine.
+    fn rotational(&self, seen: &[Seen]) -> [Vec3; 3] {
+        let Self { rows, columns } = *self;
+        let mut sums = [Vec3::ZERO; 3];
+        for column in 0..columns {
+            let mut sum = Spectrum::ZERO;
+            for row in 0..rows {
+                let squared = (row as f32 + 0.5) / rows as f32;
+                let tan = (squared / (1.0 - squared)).sqrt();
+                if let Some(ray) = seen.get((row * columns + column) as usize) {
+                    sum += ray.radiance * tan;
+                }
+            }
+            let axis = self.tangent(column as f32 + 0.5, 0.25);
+            add(&mut sums, sum * (PI / (rows * columns) as f32), axis);
+        }
+        sums
+    }
+
+    /// The change by moves (Ward and Heckbert 1992, the translation gradient): what is seen on the two sides of the boundary between strata differs, and the boundary
+    /// wanders against the move, the faster the nearer it is. It belongs to the nearer side, which hides the other one.
+    fn translational(&self, seen: &[Seen]) -> [Vec3; 3] {
+        let Self { rows, columns } = *self;
+        let ray = |row: u32, column: u32| seen.get((row * columns + column) as usize).unwrap_or(&Seen::NOTHING);
+        let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
+        let mut sums = [Vec3::ZERO; 3];
+        for column in 0..columns {
+            // Boundaries between rows, which moves along the azimuth bring nearer to the normal
+            let mut along = Spectrum::ZERO;
+            for row in 1..rows {
+                let (inner, outer) = (ray(row - 1, column), ray(row, column));
+                let sin = sin_to(row);
+                let rate = 2.0 * PI / columns as f32 * sin * (1.0 - sin * sin) / inner.distance.min(outer.distance);
+                along += (outer.radiance - inner.radiance) * rate;
+            }
+            add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
+
+            // Boundaries with the column before, which moves across it turn away
+            let mut across = Spectrum::ZERO;
+            let before = (column + columns - 1) % columns;
+            for row in 0..rows {
+                let (last, next) = (ray(row, before), ray(row, column));
+                let rate = (sin_to(row + 1) - sin_to(row)) / last.distance.min(next.distance);
+                across += (next.radiance - last.radiance) * rate;
+            }
+            add(&mut sums, across, self.tangent(column as f32, 0.25));
+        }
+        sums
+    }
+
+    /// The unit vector in the surface at the azimuth of `column`, so many `turns` on.
+    fn tangent(&self, column: f32, turns: f32) -> Vec3 {
+        let (sin, cos) = (2.0 * PI * (column / self.columns as f32 + turns)).sin_cos();
+        Vec3::new(cos, sin, 0.0)
+    }
+}
+
+/// Adds `direction` to each channel's sum, times what is in the channel.
+fn add(sums: &mut [Vec3; 3], factor: Spectrum, direction: Vec3) {
+    let factor = factor.to_array();
+    *sums = from_fn(|c| sums[c] + direction * factor[c]);
+}

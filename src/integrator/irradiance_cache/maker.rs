@@ -1,0 +1,179 @@
+use super::hemisphere::{Seen, Strata};
+use super::record::Record;
+use super::{MOST_MIRRORS, layer};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::integrator::direct::Vertex;
+use crate::integrator::path::Segment;
+use crate::integrator::{PathIntegrator, RayKind, Sink};
+use crate::material::BsdfSlot;
+use crate::math::{Frame, Ray, Vec2, Vec3};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Radius of a record in widths of a pixel, at least and at most (Křivánek et al. 2006; Tabellion and Lamorlette 2004). Smaller ones cost more
+/// rays than the paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
+const PIXELS: [f32; 2] = [20.0, 200.0];
+
+/// Makes records of irradiance: says where there may be one, and what is in it.
+#[derive(Debug)]
+pub struct RecordMaker<'a, A> {
+    /// Follows the light that rays of the hemisphere meet; shares no paths.
+    pub path: PathIntegrator<'a, A>,
+    /// Rays of the hemisphere, about.
+    pub rays: u32,
+}
+
+/// Where a record may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    point: SurfacePoint,
+    /// The side of the shading normal from which it is seen: 1 or −1.
+    side: f32,
+    /// Scatterings between the camera and it.
+    depth: u32,
+    /// How wide a pixel is there, scene units.
+    pixel: f32,
+    /// The sample that has found it.
+    key: SampleKey,
+}
+
+impl Place {
+    /// Its position in world space.
+    pub fn p(&self) -> Vec3 {
+        self.point.p
+    }
+
+    /// The sample that has found it.
+    pub fn key(&self) -> SampleKey {
+        self.key
+    }
+
+    /// Its unit normal, on the side from which it is seen.
+    pub fn n(&self) -> Vec3 {
+        self.point.ns * self.side
+    }
+}
+
+impl<A: Accel> RecordMaker<'_, A> {
+    /// Number of scatterings as [`IrradianceCache`](super::IrradianceCache) tells them apart.
+    pub fn layer(&self, place: &Place) -> u32 {
+        layer(self.path.max_depth, place.depth)
+    }
+
+    /// The first matte surface that is seen in the sample `key` through the point `film` (pixels), behind mirrors and glass; `None` where light comes
+    /// another way.
+    pub fn find<S: Sampler>(&self, key: SampleKey, film: Vec2, sampler: &mut S, out: &mut impl Sink) -> Option<Place> {
+        let world = &self.path.world;
+        sampler.start(key);
+        let time = world.time(sampler);
+        let first = world.camera.ray(film, sampler.get_2d(Dimension::LENS), time);
+        let (mut ray, mut length) = (first, 0.0);
+        for depth in 0..=MOST_MIRRORS {
+            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+            let hit = world.intersect(&ray, kind, out)?;
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
+            length += hit.t;
+            if is_cached(&vertex, depth, self.path.max_depth) {
+                return Some(Place {
+                    point: vertex.point,
+                    side: 1f32.copysign(vertex.wo.z),
+                    depth,
+                    // As if the way were straight
+                    pixel: world.camera.pixel_width(first.at(length), time),
+                    key,
+                });
+            }
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let directions = self.path.strategy.directions;
+            let sample = directions.sample(vertex.bsdf, vertex.wo, u_lobe, u)?;
+            if !sample.is_delta() {
+                return None;
+            }
+            ray = vertex.ray_along(sample.wi);
+        }
+        None
+    }
+
+    /// The record at `place`, and how many rays came back with light that is none; `None` where there can be no record.
+    ///
+    /// Lights that rays meet first are left out: they are direct light.
+    pub fn make<S: Sampler>(
+        &self,
+        place: &Place,
+        sampler: &mut S,
+        out: &mut impl Sink<Radiance = Spectrum>,
+    ) -> (Option<Record>, u64) {
+        let strata = Strata::new(self.rays);
+        let frame = Frame::from_z(place.n());
+        let side = match place.side < 0.0 {
+            true => Side::Back,
+            false => Side::Front,
+        };
+        let origin = offset_to(&place.point, side);
+
+        // What comes from everywhere
+        let mut dropped = 0;
+        let look = |index| {
+            let sample = index;
+            sampler.start(SampleKey { sample, ..place.key });
+            let u = sampler.get_2d(Dimension::bounce(place.depth, Bounce::Direction));
+            let direction = frame.to_world(strata.direction(index, u));
+            let ray = Ray::new(origin, direction).when(place.point.time);
+            let mut seen = self.look(&ray, place.depth + 1, sampler, out);
+            // What is nearer than that changes within the pixel.
+            seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
+            if !seen.radiance.is_valid() {
+                seen.radiance = Spectrum::ZERO;
+                dropped += 1;
+            }
+            seen
+        };
+        let seen: Vec<Seen> = (0..strata.rays()).map(look).collect();
+        let gathered = strata.gather(&seen);
+        let gradients = gathered.gradients.to_world(&frame);
+
+        // Where gradients are steep a record holds less far, but not less than some pixels; nor may it then say that there is less than no light.
+        let luminance = gathered.irradiance.luminance();
+        let [least, most] = PIXELS.map(|pixels| pixels * place.pixel);
+        let steepness = gradients.steepness();
+        let radius = gathered.distance.min(luminance / steepness).min(most).max(least);
+        let most_steepness = luminance / radius;
+        let record = Record {
+            p: place.p(),
+            n: place.n(),
+            radius,
+            irradiance: gathered.irradiance,
+            gradients: match steepness > most_steepness {
+                true => gradients.with_translation_scaled(most_steepness / steepness),
+                false => gradients,
+            },
+        };
+        let is_usable = radius > 0.0 && radius.is_finite() && record.at(place.p(), place.n()).is_valid();
+        (is_usable.then_some(record), dropped)
+    }
+
+    /// What `ray`, which has left a surface after `depth` scatterings, that one included, meets.
+    fn look<S: Sampler>(&self, ray: &Ray, depth: u32, sampler: &S, out: &mut impl Sink<Radiance = Spectrum>) -> Seen {
+        let world = &self.path.world;
+        let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
+            return Seen::NOTHING;
+        };
+        let slot = BsdfSlot::new();
+        let vertex = world.vertex(&hit, ray, &slot);
+        Seen {
+            radiance: self
+                .path
+                .scattered(&vertex, Segment::from_camera(*ray), depth, sampler, out),
+            distance: hit.t,
+        }
+    }
+}
+
+/// Whether the indirect light of `vertex`, which was met after `depth` scatterings by mirrors and the like, may be in a cache: it is the same for all
+/// directions, and there is any.
+pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
+    depth <= MOST_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
+}

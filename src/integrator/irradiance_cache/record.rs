@@ -1,0 +1,87 @@
+use crate::color::Spectrum;
+use crate::math::{Frame, Vec3};
+use std::array::from_fn;
+
+/// The irradiance of indirect light at a place, with what tells how it changes around it (Ward, Rubinstein and Clear 1988; Ward and Heckbert
+/// 1992, "Irradiance Gradients").
+#[derive(Clone, Copy, Debug)]
+pub struct Record {
+    /// Where it was found, world space.
+    pub p: Vec3,
+    /// Unit normal, on the side from which the light comes.
+    pub n: Vec3,
+    /// How far away it would be wrong by as much as it is, about: scene units.
+    pub radius: f32,
+    /// What was found, W·m⁻².
+    pub irradiance: Spectrum,
+    /// How it changes.
+    pub gradients: Gradients,
+}
+
+/// How irradiance changes from a place, in every channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gradients {
+    /// By a turn of the normal: along the axis of the turn, per radian.
+    pub rotational: [Vec3; 3],
+    /// By a move: along the way, per scene unit. It lies in the surface.
+    pub translational: [Vec3; 3],
+}
+
+/// How far behind a record's place, in shares of its reach, a point may lie that it is asked about: curved surfaces are made of flat triangles.
+const BEHIND: f32 = 0.1;
+
+impl Record {
+    /// How wrong the record is likely to be at the point `p` with normal `n`, as a share: the distance over the radius, and the root of one less
+    /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `most`, or where
+    /// the point lies behind the record's place and so may not see what that does.
+    #[inline(always)]
+    pub fn error(&self, p: Vec3, n: Vec3, most: f32) -> Option<f32> {
+        let d = p - self.p;
+        let reach = most * self.radius;
+        let squared = d.length_squared();
+        if squared > reach * reach {
+            return None;
+        }
+        let turn = (1.0 - n.dot(self.n)).max(0.0).sqrt();
+        let error = squared.sqrt() / self.radius + turn;
+        let is_behind = d.dot(n + self.n) < -2.0 * BEHIND * reach;
+        (error < most && !is_behind).then_some(error)
+    }
+
+    /// What the record says of the point `p` with normal `n`: its irradiance, changed as the gradients say (Ward and Heckbert 1992). May be
+    /// negative.
+    #[inline(always)]
+    pub fn at(&self, p: Vec3, n: Vec3) -> Spectrum {
+        let (axis, d) = (self.n.cross(n), p - self.p);
+        let Gradients {
+            rotational,
+            translational,
+        } = &self.gradients;
+        let change = from_fn(|c| axis.dot(rotational[c]) + d.dot(translational[c]));
+        self.irradiance + Spectrum::from(change)
+    }
+}
+
+impl Gradients {
+    /// Those of local directions in `frame`, in world space.
+    pub fn to_world(self, frame: &Frame) -> Self {
+        Self {
+            rotational: self.rotational.map(|g| frame.to_world(g)),
+            translational: self.translational.map(|g| frame.to_world(g)),
+        }
+    }
+
+    /// The same with less change by moves.
+    pub fn with_translation_scaled(self, factor: f32) -> Self {
+        Self {
+            translational: self.translational.map(|g| g * factor),
+            ..self
+        }
+    }
+
+    /// The largest change by a move of a scene unit, in the channels' luminance.
+    pub fn steepness(&self) -> f32 {
+        let luminance = |along: Vec3| Spectrum::from(self.translational.map(|g| g.dot(along))).luminance();
+        Vec3::new(luminance(Vec3::X), luminance(Vec3::Y), luminance(Vec3::Z)).length()
+    }
+}

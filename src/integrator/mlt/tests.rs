@@ -1,0 +1,251 @@
+//! Each mutation by itself leaves paths as frequent as they are bright.
+
+use super::*;
+use crate::accel::brute::BruteForce;
+use crate::camera::{Camera, CameraParameters};
+use crate::color::Spectrum;
+use crate::film::Filter;
+use crate::geometry::Mesh;
+use crate::material::Material;
+use crate::math::{UVec2, Vec3};
+use crate::render::RayCounts;
+use crate::sampler::Independent;
+use crate::scene::{Scene, SceneBuilder};
+
+/// A rectangle with a corner at `p` and the edges `a` and `b`, its front towards `a × b`.
+fn quad(p: Vec3, a: Vec3, b: Vec3) -> Mesh {
+    Mesh {
+        positions: vec![p, p + a, p + a + b, p + b],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+fn matte(diffuse: Spectrum) -> Material {
+    Material {
+        name: "m".into(),
+        diffuse,
+        ..Material::default()
+    }
+}
+
+fn add(b: &mut SceneBuilder, mesh: Mesh, material: Material) {
+    let id = b.add_material(material).unwrap();
+    b.add_mesh(mesh, id).unwrap();
+}
+
+/// A floor, two walls, a wide lamp.
+fn corner(b: &mut SceneBuilder) {
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::Z, 2.0 * Vec3::X),
+        matte(Spectrum::rgb(0.7, 0.6, 0.5)),
+    );
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y),
+        matte(Spectrum::rgb(0.3, 0.6, 0.3)),
+    );
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::Y, 2.0 * Vec3::Z),
+        matte(Spectrum::rgb(0.7, 0.2, 0.2)),
+    );
+}
+
+fn lamp(b: &mut SceneBuilder) {
+    let material = Material {
+        emission: Spectrum::splat(3.0),
+        ..matte(Spectrum::splat(0.4))
+    };
+    add(
+        b,
+        quad(Vec3::new(0.6, 1.8, 0.6), 0.8 * Vec3::X, 0.8 * Vec3::Z),
+        material,
+    );
+}
+
+/// A mirror that leans on the wall, and a pane of glass before the floor.
+fn mirror_and_glass(b: &mut SceneBuilder) {
+    let mirror = Material {
+        specular: Spectrum::splat(0.6),
+        gloss: crate::material::Gloss::Mirror(crate::bsdf::Fresnel::Full),
+        ..matte(Spectrum::splat(0.3))
+    };
+    add(
+        b,
+        quad(Vec3::new(0.4, 0.0, 0.5), 1.4 * Vec3::X, Vec3::new(0.0, 1.3, -0.4)),
+        mirror,
+    );
+    let glass = Material {
+        transmission: Spectrum::rgb(0.9, 1.0, 0.8),
+        ..matte(Spectrum::ZERO)
+    };
+    add(
+        b,
+        quad(
+            Vec3::new(0.3, 0.5, 0.7),
+            Vec3::new(0.2, 0.1, 1.2),
+            Vec3::new(1.2, 0.05, 0.0),
+        ),
+        glass,
+    );
+}
+
+fn look<T>(
+    build: impl FnOnce(&mut SceneBuilder),
+    lens_radius: f32,
+    with: impl FnOnce(&PathSpaceIntegrator<BruteForce>) -> T,
+) -> T {
+    let mut b = SceneBuilder::new();
+    build(&mut b);
+    let (scene, _): (Scene, _) = b.build().unwrap();
+    let accel = BruteForce::new(&scene);
+    let parameters = CameraParameters {
+        position: Vec3::new(1.7, 1.5, 2.6),
+        look_at: Vec3::new(0.8, 0.6, 0.6),
+        up: Vec3::Y,
+        vertical_fov: 60.0,
+        lens_radius,
+        focus_distance: 2.0,
+    };
+    let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
+    let metropolis = Metropolis {
+        direct: MetropolisDirect::Metropolis,
+        ..Metropolis::default()
+    };
+    with(&PathSpaceIntegrator {
+        world: World {
+            scene: &scene,
+            accel: &accel,
+            camera: &camera,
+            filter: &Filter::BOX,
+            features: false,
+            strategies: false,
+        },
+        max_depth: Some(4),
+        roulette: Roulette::default(),
+        light_samples: 1,
+        metropolis,
+    })
+}
+
+/// What a path is asked: its length, where it falls, where it scatters first, from where its light comes, and its deltas.
+fn features(path: &Path) -> Vec<f64> {
+    let n = path.len();
+    let mut of = vec![0.0; 10];
+    of[n - 2] = 1.0;
+    let [first, last] = [1, n - 2].map(|i| path.vertices[i.min(n - 1)].p);
+    of.extend([path.film.x, path.film.y, first.x, first.y, first.z, last.x, last.y].map(f64::from));
+    of.push(path.vertices.iter().filter(|v| v.is_delta).count() as f64);
+    of.push((path.vertices.iter().map(|v| v.p.length()).sum::<f32>() as f64).min(20.0));
+    of
+}
+
+/// A step of a chain from where its paths are as frequent as they are bright must leave them so. Over independent seeds, whatever is asked of x and y,
+/// the mean of `w a (h(y) − h(x))` is 0; what the balance of each pair of paths says is more: of `w a φ(x, y)` for antisymmetric φ.
+fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, kinds: &[usize], samples: u32) {
+    let space = integrator.space();
+    let mut rays = RayCounts::default();
+    let mut sampler = Independent::new(7);
+    let found: Vec<Found> = (0..512)
+        .map(|i| {
+            let seed = integrator.seed(&space, 0, i, &mut sampler, &mut rays);
+            seed.iter().map(|(path, light)| (*light, path.len())).collect()
+        })
+        .collect();
+    let seeds = Seeds::new(&found, (space.least, space.most));
+    let mut sums = vec![[0.0f64; 2]; 0];
+    let mut moved = [0u32; NAMES.len()];
+    for i in 0..samples {
+        let mut numbers = Numbers::of(SampleKey::new(i, 3, 1), &mut sampler);
+        let mut sample: Vec<f64> = Vec::new();
+        for (x, light) in integrator.seed(&space, 1, i, &mut sampler, &mut rays) {
+            let (name, proposal) = integrator.mutate(&space, &seeds, &x, &mut numbers, &mut rays);
+            let Some(Proposal { path: y, acceptance }) = proposal.filter(|_| kinds.contains(&name)) else {
+                continue;
+            };
+            moved[name] += u32::from(acceptance > 0.0);
+            let (of_x, of_y) = (features(&x), features(&y));
+            let m = of_x.len();
+            sample.resize(2 * m, 0.0);
+            for j in 0..m {
+                let (a, b) = (of_x[j], of_y[j]);
+                sample[j] += light * acceptance * (b - a);
+                sample[m + j] += light * acceptance * (b * of_x[(j + 1) % m] - a * of_y[(j + 1) % m]);
+            }
+        }
+        sums.resize(sums.len().max(sample.len()), [0.0; 2]);
+        for (sum, value) in sums.iter_mut().zip(sample) {
+            *sum = [sum[0] + value, sum[1] + value * value];
+        }
+    }
+    let z: Vec<f64> = sums
+        .iter()
+        .map(|[sum, squares]| sum / squares.sqrt().max(1e-12))
+        .collect();
+    let tests = z.len();
+    let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
+    println!("{what}: moved {moved:?}, worst of {tests} z-scores {worst:.2}: {z:.1?}");
+    assert!(kinds.iter().all(|&kind| moved[kind] > 200), "{what}: {moved:?}");
+    assert!(worst < 4.5, "{what}: {z:.1?}");
+}
+
+const REPLACE: usize = 0;
+const BIDIRECTIONAL: usize = 1;
+const LENS: usize = 2;
+const MULTI_CHAIN: usize = 3;
+const CAUSTIC: usize = 4;
+
+#[test]
+fn mutations_balance_between_matte_surfaces() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+    };
+    for kind in [REPLACE, BIDIRECTIONAL, LENS, CAUSTIC] {
+        look(build, 0.0, |integrator| {
+            is_balanced(&format!("matte, {}", NAMES[kind]), integrator, &[kind], 4000)
+        });
+    }
+}
+
+#[test]
+fn mutations_balance_through_mirrors_and_glass() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+        mirror_and_glass(b);
+    };
+    for kind in [REPLACE, BIDIRECTIONAL, LENS, MULTI_CHAIN, CAUSTIC] {
+        look(build, 0.1, |integrator| {
+            is_balanced(&format!("mirror, {}", NAMES[kind]), integrator, &[kind], 4000)
+        });
+    }
+}
+
+#[test]
+fn mutations_balance_where_light_comes_from_points_and_from_afar() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        mirror_and_glass(b);
+        b.add_point_light(Vec3::new(1.2, 1.6, 1.2), Spectrum::splat(1.0))
+            .unwrap();
+        b.add_spot_light(
+            Vec3::new(1.5, 1.5, 1.5),
+            Vec3::new(-1.0, -1.0, -1.2),
+            Spectrum::splat(2.0),
+            30.0,
+            20.0,
+        )
+        .unwrap();
+        b.add_constant_light(Spectrum::splat(0.4)).unwrap();
+        b.add_directional_light(Vec3::new(-0.5, -1.0, -0.4), Spectrum::splat(0.7))
+            .unwrap();
+    };
+    for kind in [REPLACE, BIDIRECTIONAL, LENS, MULTI_CHAIN, CAUSTIC] {
+        look(build, 0.0, |integrator| {
+            is_balanced(&format!("far, {}", NAMES[kind]), integrator, &[kind], 4000)
+        });
+    }
+}

@@ -1,0 +1,303 @@
+use super::{Dimension, SampleKey, Sampler, hash};
+use crate::math::Vec2;
+use crate::math::hash::{GOLDEN_GAMMA, mix};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Kinds of mutations of primary samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// All numbers are drawn anew.
+    Large,
+    /// Each number moves a little.
+    Small,
+}
+
+/// How many times the largest small step is as long as the least.
+const STEP_RATIO: f32 = 16.0;
+
+/// The numbers of a Markov chain in the space of primary samples: a point of the unit cube of all random numbers that a path might ask for, and
+/// the step from it that is proposed (Kelemen, Szirmay-Kalos, Antal and Csonka 2002).
+///
+/// A small step moves each number, either way and around the end of the unit interval, by `size · 16^−u` with a uniform u: distances from
+/// `size / 16` to `size`, the shorter ones more often, as there §3.2 has them from 1/1024 to 1/64. All steps of a chain, and what is decided at them,
+/// are hashes of its key, the step's number and the dimension: a number that is not asked for needs not be moved, and is where it would be when it is
+/// asked for at last. Numbers are whole multiples of 2⁻³², of which a step is a permutation, so that a chain which accepts all steps stays uniform.
+#[derive(Debug)]
+pub struct PrimarySampler {
+    /// Of all that the chain decides.
+    key: u64,
+    /// Steps proposed so far.
+    proposed: u32,
+    /// Where the last large step has led.
+    origin: u64,
+    /// Small steps accepted since then.
+    steps: Vec<u64>,
+    /// The step that is looked at.
+    proposal: Option<(Step, u64)>,
+    /// The longest small step.
+    size: f32,
+    /// Of the first coordinates what they are after some of `steps`, in the upper half, and in the lower half, counted through all of the
+    /// chain from 1 on, after which. It saves taking those steps again, and decides no bit. Samplers are asked by shared reference: hence words that
+    /// such a reference may change.
+    known: Vec<AtomicU64>,
+    /// Steps of the chain, counted likewise, up to the last large one.
+    restarted: u32,
+}
+
+impl PrimarySampler {
+    /// The point of the name `origin`.
+    pub fn new(origin: u64) -> Self {
+        Self::chain(origin, origin, 0.0, 0)
+    }
+
+    /// A chain of the name `key` from there on, with small steps up to `size`, for paths that mostly ask for dimensions of an index below
+    /// `dimensions`.
+    pub fn chain(origin: u64, key: u64, size: f32, dimensions: u32) -> Self {
+        Self {
+            key,
+            proposed: 0,
+            origin,
+            steps: Vec::new(),
+            proposal: None,
+            size,
+            known: (0..2 * dimensions).map(|_| AtomicU64::new(0)).collect(),
+            restarted: 0,
+        }
+    }
+
+    /// Proposes a step, a large one with a probability: numbers are then those of the proposal.
+    pub fn propose(&mut self, large_step_probability: f32) -> Step {
+        let step = hash::numbered(self.key, self.proposed);
+        self.proposed = self.proposed.wrapping_add(1);
+        let kind = match unit(step, WHICH_STEP) < large_step_probability {
+            true => Step::Large,
+            false => Step::Small,
+        };
+        self.proposal = Some((kind, step));
+        kind
+    }
+
+    /// Accepts the step with a probability, and says whether it did; else numbers are again what they were.
+    pub fn decide(&mut self, probability: f32) -> bool {
+        let Some((kind, step)) = self.proposal.take() else {
+            return false;
+        };
+        let is_accepted = unit(step, WHETHER) < probability;
+        match (is_accepted, kind) {
+            (true, Step::Large) => {
+                self.restarted = self.restarted.wrapping_add(self.steps.len() as u32 + 1);
+                self.steps.clear();
+                self.origin = step;
+            }
+            (true, Step::Small) => self.steps.push(step),
+            (false, _) => {}
+        }
+        is_accepted
+    }
+
+    /// One of the numbers, in 2⁻³².
+    fn number(&self, dimension: Dimension, component: u32) -> u32 {
+        let coordinate = coordinate(dimension).wrapping_mul(2).wrapping_add(component);
+        match self.proposal {
+            Some((Step::Large, step)) => drawn(step, coordinate),
+            Some((Step::Small, step)) => self.accepted(coordinate).wrapping_add(self.way(step, coordinate)),
+            None => self.accepted(coordinate),
+        }
+    }
+
+    /// A coordinate of the point where the chain is.
+    fn accepted(&self, coordinate: u32) -> u32 {
+        let known = self.known.get(coordinate as usize);
+        let word = known.map_or(0, |word| word.load(Ordering::Relaxed));
+        // What is known may be of before the last large step.
+        let (mut value, taken) = match (word as u32).checked_sub(self.restarted + 1) {
+            Some(taken) => ((word >> 32) as u32, taken as usize),
+            None => (drawn(self.origin, coordinate), 0),
+        };
+        for &step in &self.steps[taken..] {
+            value = value.wrapping_add(self.way(step, coordinate));
+        }
+        if let Some(known) = known {
+            let now = self.restarted + self.steps.len() as u32 + 1;
+            known.store(((value as u64) << 32) | now as u64, Ordering::Relaxed);
+        }
+        value
+    }
+
+    /// How far a small step moves a coordinate.
+    fn way(&self, step: u64, coordinate: u32) -> u32 {
+        let bits = hash::numbered(step, coordinate);
+        let u = hash::unit_f32((bits >> 32) as u32);
+        let way = self.size * (-STEP_RATIO.log2() * u).exp2();
+        let way = (way as f64 * 2f64.powi(32)) as u32;
+        if bits & 1 == 0 { way } else { way.wrapping_neg() }
+    }
+}
+
+/// Numbers of a step that belong to no dimension.
+const WHICH_STEP: u32 = u32::MAX;
+const WHETHER: u32 = u32::MAX - 1;
+
+fn unit(step: u64, which: u32) -> f32 {
+    hash::unit_f32((hash::numbered(step, which) >> 32) as u32)
+}
+
+/// A coordinate of the point named `origin`.
+fn drawn(origin: u64, coordinate: u32) -> u32 {
+    (hash::numbered(origin, coordinate) >> 32) as u32
+}
+
+/// A technique that draws a point of the lens for a path from a light has the one that a path from the camera would have: only one of them is there,
+/// and the point stays where the other takes over.
+fn coordinate(dimension: Dimension) -> u32 {
+    match dimension.index() {
+        index if index & 0xffff == Dimension::LENS.index() => Dimension::LENS.index(),
+        index => index,
+    }
+}
+
+impl Clone for PrimarySampler {
+    fn clone(&self) -> Self {
+        let word = |word: &AtomicU64| AtomicU64::new(word.load(Ordering::Relaxed));
+        Self {
+            steps: self.steps.clone(),
+            known: self.known.iter().map(word).collect(),
+            ..*self
+        }
+    }
+}
+
+impl Sampler for PrimarySampler {
+    /// Turns to a point of its own for each key.
+    fn start(&mut self, key: SampleKey) {
+        let origin = mix(hash::pixel(self.key, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
+        *self = Self::chain(origin, self.key, self.size, self.known.len() as u32 / 2);
+    }
+
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        hash::unit_f32(self.number(dimension, 0))
+    }
+
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        let [x, y] = [0, 1].map(|component| hash::unit_f32(self.number(dimension, component)));
+        Vec2::new(x, y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Bounce;
+
+    const HERE: Dimension = Dimension::PIXEL;
+
+    fn there() -> Dimension {
+        Dimension::bounce(3, Bounce::Direction)
+    }
+
+    /// χ² of the places, among 256, of chains that have gone `steps` small steps, and in between large ones with a probability.
+    fn assert_uniform(steps: u32, large: f32) {
+        const CHAINS: u32 = 51_200;
+        let mut counts = [[0.0f64; 256]; 2];
+        for i in 0..CHAINS {
+            let mut chain = PrimarySampler::chain(i as u64, !(i as u64), 1.0 / 64.0, if i % 2 == 0 { 100 } else { 0 });
+            for _ in 0..steps {
+                chain.propose(large);
+                assert!(chain.decide(1.0));
+            }
+            let (p, q) = (chain.get_2d(HERE), chain.get_1d(there()));
+            counts[0][(p.x * 16.0) as usize * 16 + (p.y * 16.0) as usize] += 1.0;
+            counts[1][(q * 256.0) as usize] += 1.0;
+        }
+        for counts in counts {
+            let expected = CHAINS as f64 / 256.0;
+            let chi2: f64 = counts.iter().map(|c| (c - expected).powi(2) / expected).sum();
+            // 255 degrees of freedom: standard deviation 22.6
+            assert!(chi2 < 255.0 + 5.0 * 22.6, "{steps} steps, {large}: χ² = {chi2}");
+        }
+    }
+
+    #[test]
+    fn steps_that_are_all_accepted_stay_uniform() {
+        assert_uniform(0, 0.0);
+        assert_uniform(1, 0.0);
+        assert_uniform(40, 0.0);
+        assert_uniform(20, 0.2);
+    }
+
+    /// The middle number of one long chain: steps lead everywhere, and as often.
+    #[test]
+    fn a_long_chain_is_everywhere_equally_often() {
+        const STEPS: u32 = 400_000;
+        let mut chain = PrimarySampler::chain(1, 2, 1.0 / 16.0, 10);
+        let mut counts = [0.0f64; 16];
+        for _ in 0..STEPS {
+            chain.propose(0.1);
+            chain.decide(1.0);
+            counts[(chain.get_1d(HERE) * 16.0) as usize] += 1.0;
+        }
+        // Large steps make it forget within ten: so many times the variance of independent numbers, and less than twice that.
+        let expected = STEPS as f64 / 16.0;
+        let z = |count: f64| (count - expected) / (20.0 * expected).sqrt();
+        assert!(counts.iter().all(|&count| z(count).abs() < 4.0), "{counts:?}");
+    }
+
+    /// Distances have a density of 1 / distance, from a sixteenth of the size to the size, to either side.
+    #[test]
+    fn small_steps_are_as_long_as_they_should_be() {
+        const N: usize = 100_000;
+        const SIZE: f64 = 1.0 / 64.0;
+        let mut counts = [[0.0f64; 16]; 2];
+        for i in 0..N as u64 {
+            let mut chain = PrimarySampler::chain(i, !i, SIZE as f32, 0);
+            let before = chain.get_1d(there());
+            chain.propose(0.0);
+            let way = (chain.get_1d(there()) - before) as f64;
+            let way = way - way.round();
+            let bin = 16.0 + 4.0 * (way.abs() / SIZE).log2();
+            assert!((-0.01..16.01).contains(&bin), "{way}");
+            counts[usize::from(way < 0.0)][bin.clamp(0.0, 15.9) as usize] += 1.0;
+        }
+        let expected = N as f64 / 32.0;
+        let chi2: f64 = counts.iter().flatten().map(|c| (c - expected).powi(2) / expected).sum();
+        // 31 degrees of freedom: standard deviation 7.9
+        assert!(chi2 < 31.0 + 5.0 * 7.9, "χ² = {chi2}");
+    }
+
+    /// Neither what was asked for before, nor what is remembered, changes a number.
+    #[test]
+    fn numbers_do_not_depend_on_what_was_drawn() {
+        let mut chains = [100, 100, 0, 30].map(|dimensions| PrimarySampler::chain(5, 6, 0.1, dimensions));
+        for i in 0..300 {
+            let kinds = [0, 1, 2, 3].map(|c| chains[c].propose(0.1));
+            assert!(kinds.iter().all(|kind| *kind == kinds[0]));
+            // The first is asked all the time, the others now and then
+            chains[0].get_2d(there());
+            if i % 7 == 0 {
+                chains[1].get_2d(there());
+                let all = chains
+                    .each_ref()
+                    .map(|chain| [chain.get_2d(HERE), chain.get_2d(there())]);
+                assert!(all.iter().all(|numbers| *numbers == all[0]), "step {i}");
+            }
+            for chain in &mut chains {
+                chain.decide(0.5);
+            }
+        }
+        let copy = chains[1].clone();
+        assert_eq!(copy.get_2d(there()), chains[2].get_2d(there()));
+    }
+
+    #[test]
+    fn what_is_not_accepted_changes_nothing() {
+        let mut chain = PrimarySampler::chain(7, 8, 0.1, 30);
+        let numbers = |chain: &PrimarySampler| [HERE, there()].map(|dimension| chain.get_2d(dimension));
+        let before = numbers(&chain);
+        for large in [0.0, 1.0] {
+            chain.propose(large);
+            assert_ne!(numbers(&chain), before);
+            assert!(!chain.decide(0.0));
+            assert_eq!(numbers(&chain), before);
+        }
+    }
+}

@@ -1,0 +1,280 @@
+use super::{DEFAULT_DEPTH_BRANCHING, DEFAULT_RADIUS_PIXELS, Estimator, IntegratorKind};
+use crate::accel::Accel;
+use crate::film::{Film, Filter};
+use crate::integrator::{
+    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Integrator,
+    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, NaiveIntegrator, PathIntegrator, PathSpaceIntegrator,
+    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker,
+    SearchRadius, Sink, VertexMergingIntegrator, WhittedIntegrator, World,
+};
+use crate::math::UVec2;
+use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
+use crate::sampler::{SampleKey, Sampler};
+use std::sync::OnceLock;
+
+/// What all samples of a picture look at, and which is made once, before the first of them.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    irradiance: Irradiance,
+    photons: OnceLock<PhotonMaps>,
+}
+
+impl Prepared {
+    /// Nothing yet, for a picture of `resolution` pixels.
+    pub fn new(resolution: UVec2, seed: u64) -> Self {
+        Self {
+            irradiance: Irradiance::new(resolution, seed),
+            photons: OnceLock::new(),
+        }
+    }
+}
+
+impl Estimator {
+    /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
+    /// enough.
+    pub(crate) fn render<A: Accel>(
+        &self,
+        (world, prepared): (World<A>, &Prepared),
+        sampler: &impl Sampler,
+        film: &mut Film,
+        end: u32,
+        noise: Option<f64>,
+        observer: &impl Observer,
+    ) -> (Outcome, Statistics) {
+        struct Render<'a, S, O> {
+            sampler: &'a S,
+            film: &'a mut Film,
+            end: u32,
+            noise: Option<f64>,
+            filter: &'a Filter,
+            observer: &'a O,
+        }
+        impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
+            type Output = (Outcome, Statistics);
+            fn run(self, integrator: &impl Integrator) -> Self::Output {
+                let Self {
+                    sampler,
+                    film,
+                    end,
+                    noise,
+                    observer,
+                    ..
+                } = self;
+                match noise {
+                    None => render::render(integrator, sampler, film, end, observer),
+                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, observer),
+                }
+            }
+            fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
+                let numbers = (self.sampler, self.filter);
+                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
+            }
+        }
+        let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
+        if outcome == Outcome::Stopped {
+            return (outcome, preparing);
+        }
+        let render = Render {
+            sampler,
+            film,
+            end,
+            noise,
+            filter: world.filter,
+            observer,
+        };
+        let (outcome, statistics) = self.with_integrator((world, prepared), render);
+        (outcome, preparing.merge(statistics))
+    }
+
+    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, or nothing.
+    pub(crate) fn prepare<A: Accel>(
+        &self,
+        (world, prepared): (World<A>, &Prepared),
+        sampler: &impl Sampler,
+        observer: &impl Observer,
+    ) -> (Outcome, Statistics) {
+        match self.kind {
+            IntegratorKind::IrradianceCache => {
+                let maker = RecordMaker {
+                    path: self.plain_path(world),
+                    rays: self.cache_rays,
+                };
+                prepared.irradiance.fill(&maker, self.cache_error, observer)
+            }
+            IntegratorKind::PhotonMap if prepared.photons.get().is_none() => {
+                let tracer = PhotonTracer {
+                    world,
+                    max_depth: self.max_depth(),
+                    roulette: self.roulette,
+                    least_scatterings: 0,
+                };
+                let mut statistics = Statistics::default();
+                let Some((maps, rays)) = render::photon_maps(&tracer, self.mapped_photons(), sampler, observer) else {
+                    return (Outcome::Stopped, statistics);
+                };
+                statistics.rays = rays;
+                // Whoever comes first has what all have.
+                drop(prepared.photons.set(maps));
+                (Outcome::Complete, statistics)
+            }
+            _ => (Outcome::Complete, Statistics::default()),
+        }
+    }
+
+    /// The paths beside an irradiance cache, each by itself.
+    fn plain_path<'a, A: Accel>(&self, world: World<'a, A>) -> PathIntegrator<'a, A> {
+        PathIntegrator {
+            world,
+            strategy: self.strategy,
+            max_depth: self.max_depth(),
+            roulette: self.roulette,
+            light_samples: self.light_samples(),
+            reuse: false,
+        }
+    }
+
+    /// How far away photons count in the first frame.
+    fn search_radius(&self) -> SearchRadius {
+        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
+        self.photon_radius.map_or(usual, SearchRadius::Fixed)
+    }
+
+    /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told whether it is for
+    /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
+    pub(crate) fn sample<A: Accel, O: Sink>(
+        &self,
+        (world, prepared): (World<A>, &Prepared),
+        (resolution, key): (UVec2, SampleKey),
+        sampler: &mut impl Sampler,
+        sink: impl Fn(bool) -> O,
+    ) -> bool {
+        struct Sample<'a, S, F> {
+            resolution: UVec2,
+            key: SampleKey,
+            sampler: &'a mut S,
+            sink: F,
+        }
+        impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
+            type Output = bool;
+            fn run(self, integrator: &impl Integrator) -> bool {
+                let keys = companions(integrator, self.resolution, self.key);
+                let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
+                integrator.samples(&keys, self.sampler, &mut sinks);
+                true
+            }
+            fn run_frames(self, _: &impl FrameIntegrator) -> bool {
+                false
+            }
+        }
+        let sample = Sample {
+            resolution,
+            key,
+            sampler,
+            sink,
+        };
+        self.with_integrator((world, prepared), sample)
+    }
+
+    /// The one place that chooses the integrator.
+    fn with_integrator<A: Accel, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
+        let Self { strategy, roulette, .. } = *self;
+        let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
+        let path = |max_depth, reuse| PathIntegrator {
+            world,
+            strategy,
+            max_depth,
+            roulette,
+            light_samples,
+            reuse,
+        };
+        match self.kind {
+            IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
+            // One scattering is a path of depth 1, which has nothing to share.
+            IntegratorKind::Direct => task.run(&path(Some(1), false)),
+            IntegratorKind::Naive => task.run(&NaiveIntegrator {
+                world,
+                max_depth,
+                roulette,
+            }),
+            IntegratorKind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
+            IntegratorKind::Distributed => task.run(&DistributedIntegrator {
+                world,
+                strategy,
+                max_depth: max_depth.unwrap_or(DEFAULT_DEPTH_BRANCHING),
+                branching: self.branching,
+            }),
+            IntegratorKind::AmbientOcclusion => task.run(&AmbientOcclusion {
+                world,
+                distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
+            }),
+            IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
+            IntegratorKind::Light => task.run_frames(&LightIntegrator {
+                world,
+                max_depth,
+                roulette,
+            }),
+            IntegratorKind::Bidirectional => task.run_frames(&BidirectionalIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+            }),
+            IntegratorKind::PrimarySpace => task.run_frames(&PrimarySpaceIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                light_samples,
+                metropolis: self.metropolis,
+            }),
+            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
+                world,
+                strategy,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
+                world,
+                heuristic: strategy.heuristic,
+                max_depth,
+                roulette,
+                photons: self.photons,
+                radius: self.search_radius(),
+                alpha: self.photon_alpha,
+            }),
+            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
+                world,
+                maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1)),
+                strategy,
+                max_depth,
+                roulette,
+                photon_count: self.photon_count,
+                radius: self.photon_radius,
+                gather_rays: self.gather_rays,
+            }),
+            IntegratorKind::IrradianceCache => {
+                let empty = IrradianceCache::new(self.cache_error, world.scene.bounds());
+                task.run(&IrradianceCacheIntegrator {
+                    path: self.plain_path(world),
+                    cache: prepared.irradiance.cache().unwrap_or(&empty),
+                })
+            }
+            IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
+                world,
+                max_depth,
+                roulette,
+                light_samples,
+                metropolis: self.metropolis,
+            }),
+        }
+    }
+}
+
+/// What is done with an integrator, whichever it is.
+trait Task {
+    type Output;
+    fn run(self, integrator: &impl Integrator) -> Self::Output;
+    fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output;
+}

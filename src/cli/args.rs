@@ -556,8 +556,8 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub photons: Option<u32>,
 
-    /// How far away photons count: in the first sample of sppm and vcm, at most with photon-map [default: three pixels at the point's distance;
-    /// photon-map: 0.1 of the scene's radius, 0.02 of it for caustics]
+    /// How far away photons count: in the first sample of sppm and vcm, at most with photon-map [default: three pixels at the point's distance, one
+    /// with vcm; photon-map: 0.1 of the scene's radius, 0.02 of it for caustics]
     #[arg(long, value_name = "LENGTH", help_heading = "Estimator")]
     pub photon_radius: Option<f32>,
 

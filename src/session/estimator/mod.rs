@@ -162,6 +162,8 @@ const DEFAULT_BRANCHING: u32 = 4;
 const DEFAULT_ALPHA: f32 = 2.0 / 3.0;
 /// Pixels that a disk of photons reaches in the first frame (docs/benchmarks.md).
 const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
+/// The same where connections find most of the light: merging loses light at edges at every vertex, that of lamps too.
+const DEFAULT_MERGING_PIXELS: f32 = 1.0;
 /// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
 const MOST_PHOTONS: u32 = 1 << 26;
 /// Paths of photons that are sent once.
@@ -317,6 +319,14 @@ impl Estimator {
                 Some(InvalidSetting::new("mutation-size", size, help))
             }
             _ => None,
+        }
+    }
+
+    /// Pixels that a disk of photons reaches in the first frame where no length is given.
+    fn radius_pixels(&self) -> f32 {
+        match self.kind {
+            IntegratorKind::VertexMerging => DEFAULT_MERGING_PIXELS,
+            _ => DEFAULT_RADIUS_PIXELS,
         }
     }
 
@@ -532,7 +542,7 @@ impl Estimator {
                     self.roulette.depth,
                     self.photons.map_or("pixels".into(), |n| n.to_string()),
                     self.photon_radius
-                        .map_or(format!("{DEFAULT_RADIUS_PIXELS}px"), |r| r.to_string()),
+                        .map_or(format!("{}px", self.radius_pixels()), |r| r.to_string()),
                     self.photon_alpha
                 )
             }

@@ -1,4 +1,4 @@
-use super::{DEFAULT_DEPTH_BRANCHING, DEFAULT_RADIUS_PIXELS, Estimator, IntegratorKind};
+use super::{DEFAULT_DEPTH_BRANCHING, Estimator, IntegratorKind};
 use crate::accel::Accel;
 use crate::film::{Film, Filter};
 use crate::integrator::{
@@ -135,7 +135,7 @@ impl Estimator {
 
     /// How far away photons count in the first frame.
     fn search_radius(&self) -> SearchRadius {
-        let usual = SearchRadius::Pixels(DEFAULT_RADIUS_PIXELS);
+        let usual = SearchRadius::Pixels(self.radius_pixels());
         self.photon_radius.map_or(usual, SearchRadius::Fixed)
     }
 

@@ -298,12 +298,12 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
                 None => (2, None),
                 Some(chain) => (
                     if chain.is_multiple { 3 } else { 2 },
-                    perturbation.from_camera(x, chain, chosen, numbers, out),
+                    perturbation.move_film_point(x, chain, chosen, numbers, out),
                 ),
             },
             Mutation::FromLight => (
                 4,
-                caustic_start(x).and_then(|start| perturbation.from_light(x, start, chosen, numbers, out)),
+                caustic_start(x).and_then(|start| perturbation.move_light(x, start, chosen, numbers, out)),
             ),
         }
     }

@@ -3,6 +3,7 @@ use crate::color::Spectrum;
 use crate::integrator::subpath::Surface;
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
+use std::rc::Rc;
 
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
 ///
@@ -63,8 +64,8 @@ pub(super) struct Vertex<'a> {
 pub(super) enum Place<'a> {
     /// On the lens.
     Lens,
-    /// On a surface that scatters.
-    Surface(Surface<'a>),
+    /// On a surface that scatters; paths that go on from there have it in common.
+    Surface(Rc<Surface<'a>>),
     /// On a light.
     Light(Source),
 }

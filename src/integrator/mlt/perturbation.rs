@@ -69,7 +69,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     }
 
     /// Moves the film point of `x`, and all that `chain` says. `chosen` is the probability with which this kind of mutation is chosen for a path.
-    pub fn from_camera(
+    pub fn move_film_point(
         &self,
         x: &Path<'a>,
         chain: CameraChain,
@@ -120,7 +120,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     }
 
     /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
-    pub fn from_light(
+    pub fn move_light(
         &self,
         x: &Path<'a>,
         start: usize,

@@ -9,6 +9,7 @@ use crate::integrator::{RayKind, RaySink, World};
 use crate::light::{Emission, Light, LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
+use std::rc::Rc;
 
 /// The space of all paths that matter, and the steps of which subpaths are made there.
 #[derive(Debug)]
@@ -62,7 +63,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let hit = self.world.intersect(ray, kind, out)?;
         let surface = Surface::new(self.world, hit, ray);
         let (p, ng) = (surface.point.p, surface.point.ng);
-        Some(Vertex::new(Place::Surface(surface), p, ng))
+        Some(Vertex::new(Place::Surface(Rc::new(surface)), p, ng))
     }
 
     /// The light that `ray` meets: on the surface `met`, or where it meets none an infinitely distant one, of which `u` chooses.
@@ -306,7 +307,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let mut color = Spectrum::ONE;
         for i in 0..n {
             let factors = self.factors(&vertices, i, time, seen as f64)?;
-            color = color * factors.value;
+            color *= factors.value;
             vertices[i].factors = factors;
         }
         let luminance = color.luminance();

@@ -1,4 +1,5 @@
-//! Methods whose light falls on any pixel make frames: the picture has the same bits however the frames were made, and files say what they should.
+//! Methods whose light falls on any pixel make frames, others look at what was prepared for all pixels: the picture has the same bits however it was made, and
+//! files say what they should.
 
 mod support;
 
@@ -8,7 +9,16 @@ use support::read_channel;
 use tempfile::TempDir;
 
 /// Each with what it is asked for besides.
-const METHODS: &[&str] = &["light --aov P,lights", "bdpt --max-depth 3 --aov strategies,lights,id"];
+const METHODS: &[&str] = &[
+    "light --aov P,lights",
+    "bdpt --max-depth 3 --aov strategies,lights,id",
+    "pssmlt --max-depth 5 --chains 8 --aov lights",
+    "mlt --max-depth 5 --chains 8",
+    "sppm --max-depth 5 --aov lights",
+    "vcm --max-depth 4",
+    "photon-map --max-depth 4 --photons 4000 --gather-rays 1",
+    "irradiance-cache --max-depth 4 --cache-rays 64",
+];
 
 /// A lit floor behind a lens, a mirror, a glass tetrahedron, and a sky.
 fn scene() -> TempDir {

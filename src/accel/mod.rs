@@ -53,6 +53,33 @@ pub trait Accel: Send + Sync {
     fn bytes(&self) -> u64;
 }
 
+/// Whoever it is: a call for each query, which is a hundredth of what a query takes. What is compiled for this is compiled once.
+impl Accel for &dyn Accel {
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        (**self).intersect(ray)
+    }
+
+    fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        (**self).intersect_coherent(rays, hits);
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        (**self).occluded(ray)
+    }
+
+    fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
+        (**self).occluded_coherent(rays, occluded);
+    }
+
+    fn info(&self) -> BackendInfo {
+        (**self).info()
+    }
+
+    fn bytes(&self) -> u64 {
+        (**self).bytes()
+    }
+}
+
 /// Describes a backend to users.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {

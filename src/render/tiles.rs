@@ -36,6 +36,29 @@ impl Observer for () {
     }
 }
 
+/// Whoever it is, for what is compiled once.
+impl Observer for &dyn Observer {
+    fn progress(&self, samples: u64) {
+        (**self).progress(samples);
+    }
+
+    fn prepared(&self, records: u64) {
+        (**self).prepared(records);
+    }
+
+    fn expect(&self, samples: u64, error: f64) {
+        (**self).expect(samples, error);
+    }
+
+    fn passed(&self, film: &Film) {
+        (**self).passed(film);
+    }
+
+    fn should_stop(&self) -> bool {
+        (**self).should_stop()
+    }
+}
+
 /// How a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {

@@ -67,7 +67,8 @@ impl Estimator {
             }
             fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
                 let numbers = (self.sampler, self.filter);
-                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), self.observer)
+                let observer: &dyn Observer = self.observer;
+                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), &observer)
             }
         }
         let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
@@ -93,6 +94,9 @@ impl Estimator {
         sampler: &impl Sampler,
         observer: &impl Observer,
     ) -> (Outcome, Statistics) {
+        // Compiled once, as below
+        let accel: &dyn Accel = world.accel;
+        let world = world.with_accel(&accel);
         match self.kind {
             IntegratorKind::IrradianceCache => {
                 let maker = RecordMaker {
@@ -187,6 +191,9 @@ impl Estimator {
             light_samples,
             reuse,
         };
+        // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
+        let accel: &dyn Accel = world.accel;
+        let any = world.with_accel(&accel);
         match self.kind {
             IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
             // One scattering is a path of depth 1, which has nothing to share.
@@ -209,25 +216,25 @@ impl Estimator {
             }),
             IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
             IntegratorKind::Light => task.run_frames(&LightIntegrator {
-                world,
+                world: any,
                 max_depth,
                 roulette,
             }),
             IntegratorKind::Bidirectional => task.run_frames(&BidirectionalIntegrator {
-                world,
+                world: any,
                 heuristic: strategy.heuristic,
                 max_depth,
                 roulette,
             }),
             IntegratorKind::PrimarySpace => task.run_frames(&PrimarySpaceIntegrator {
-                world,
+                world: any,
                 heuristic: strategy.heuristic,
                 max_depth,
                 light_samples,
                 metropolis: self.metropolis,
             }),
             IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
-                world,
+                world: any,
                 strategy,
                 max_depth,
                 roulette,
@@ -236,7 +243,7 @@ impl Estimator {
                 alpha: self.photon_alpha,
             }),
             IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
-                world,
+                world: any,
                 heuristic: strategy.heuristic,
                 max_depth,
                 roulette,
@@ -245,7 +252,7 @@ impl Estimator {
                 alpha: self.photon_alpha,
             }),
             IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
-                world,
+                world: any,
                 maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1)),
                 strategy,
                 max_depth,
@@ -255,14 +262,14 @@ impl Estimator {
                 gather_rays: self.gather_rays,
             }),
             IntegratorKind::IrradianceCache => {
-                let empty = IrradianceCache::new(self.cache_error, world.scene.bounds());
+                let empty = IrradianceCache::new(self.cache_error, any.scene.bounds());
                 task.run(&IrradianceCacheIntegrator {
-                    path: self.plain_path(world),
+                    path: self.plain_path(any),
                     cache: prepared.irradiance.cache().unwrap_or(&empty),
                 })
             }
             IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
-                world,
+                world: any,
                 max_depth,
                 roulette,
                 light_samples,

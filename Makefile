@@ -19,7 +19,7 @@ FLAGS_none    := -p embrasure --no-default-features --lib --test closed_forms --
 OBVHS_SETS  := both obvhs
 FLAGS_both  := -p embrasure --features obvhs --lib --test backends --test command_line --test memory
 FLAGS_obvhs := -p embrasure --no-default-features --features obvhs --lib \
-  $(addprefix --test ,backends check closed_forms command_line lights memory motion surfaces)
+  $(addprefix --test ,backends check closed_forms command_line frames lights memory motion surfaces)
 HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi

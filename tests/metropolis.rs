@@ -1,5 +1,7 @@
 //! Metropolis light transport: frames against closed forms and against path tracing, and how they come about.
 
+#![cfg(any(feature = "embree", feature = "obvhs"))]
+
 mod support;
 
 use embrasure::bsdf::Fresnel;
@@ -102,7 +104,7 @@ fn closed_box_shows_the_geometric_series() {
 }
 
 // Brute force would take minutes.
-#[cfg(any(feature = "embree", feature = "obvhs"))]
+
 #[test]
 fn white_furnace_hides_a_white_object() {
     let mut b = SceneBuilder::new();
@@ -128,7 +130,7 @@ fn white_furnace_hides_a_white_object() {
 
 /// A point light anywhere in a diffuse sphere: what has been scattered once lights all of it evenly (the integrating sphere), with ρ Φ / (4 π R²),
 /// and each further scattering with ρ times as much.
-#[cfg(any(feature = "embree", feature = "obvhs"))]
+
 #[test]
 fn a_point_light_in_a_sphere_lights_it_evenly() {
     let (rho, intensity, radius) = (0.6, 3.0, 2.0);

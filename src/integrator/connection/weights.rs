@@ -152,7 +152,7 @@ struct Densities {
     from_light: [f32; MOST_VERTICES],
     /// Where the path goes on by a delta lobe, to which nothing can be joined.
     is_delta: [bool; MOST_VERTICES],
-    /// [`Merging::acceptance`] at the vertex; 0 where nothing is merged.
+    /// [`super::Merging::acceptance`] at the vertex; 0 where nothing is merged.
     acceptance: [f64; MOST_VERTICES],
 }
 

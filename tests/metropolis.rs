@@ -8,7 +8,9 @@ use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
-use embrasure::integrator::{FrameIntegrator, Heuristic, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World};
+use embrasure::integrator::{
+    FrameIntegrator, Heuristic, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, TestPicture, World,
+};
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
@@ -21,7 +23,11 @@ use support::*;
 const BOTH: [MetropolisDirect; 2] = [MetropolisDirect::Ordinary, MetropolisDirect::Metropolis];
 
 /// Few chains and bootstrap paths, so that much depends on them.
-fn pssmlt<'a>(world: World<'a, Backend<'a>>, max_depth: u32) -> PrimarySpaceIntegrator<'a, Backend<'a>> {
+fn pssmlt<'a>(
+    world: World<'a, Backend<'a>>,
+    max_depth: u32,
+    test: &'a TestPicture,
+) -> PrimarySpaceIntegrator<'a, Backend<'a>> {
     PrimarySpaceIntegrator {
         world,
         heuristic: Heuristic::Power,
@@ -32,6 +38,7 @@ fn pssmlt<'a>(world: World<'a, Backend<'a>>, max_depth: u32) -> PrimarySpaceInte
             bootstrap: Some(256),
             ..Metropolis::default()
         },
+        test,
     }
 }
 
@@ -92,7 +99,8 @@ fn closed_box_shows_the_geometric_series() {
     with_world(&scene, camera, resolution, |world| {
         for direct in BOTH {
             for (max_depth, frames) in [(0, 400), (1, 400), (5, 600)] {
-                let mut integrator = pssmlt(world, max_depth);
+                let test = rough_picture(world, max_depth);
+                let mut integrator = pssmlt(world, max_depth, &test);
                 integrator.metropolis.direct = direct;
                 integrator.metropolis.bootstrap = Some(1024);
                 let means = means_of_frames(&integrator, resolution, frames);
@@ -119,7 +127,8 @@ fn white_furnace_hides_a_white_object() {
             (MetropolisDirect::Ordinary, 20, 200),
             (MetropolisDirect::Metropolis, 1, 800),
         ] {
-            let mut integrator = pssmlt(world, max_depth);
+            let test = rough_picture(world, max_depth);
+            let mut integrator = pssmlt(world, max_depth, &test);
             integrator.metropolis.direct = direct;
             integrator.metropolis.bootstrap = Some(1024);
             let means = means_of_frames(&integrator, resolution, frames);
@@ -144,7 +153,8 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
     with_world(&scene, camera, resolution, |world| {
         let most = 4;
         let means = |max_depth| {
-            let mut integrator = pssmlt(world, max_depth);
+            let test = rough_picture(world, max_depth);
+            let mut integrator = pssmlt(world, max_depth, &test);
             integrator.metropolis.bootstrap = Some(2048);
             means_of_frames(&integrator, resolution, 400)
         };
@@ -168,7 +178,8 @@ fn single_frames_are_unbiased() {
     let resolution = UVec2::splat(4);
     with_world(&scene, camera, resolution, |world| {
         for (bootstrap, chains, frames) in [(1, 1, 40_000), (6, 4, 20_000), (40, 16, 8_000)] {
-            let mut integrator = pssmlt(world, 2);
+            let test = rough_picture(world, 2);
+            let mut integrator = pssmlt(world, 2, &test);
             integrator.metropolis = Metropolis {
                 direct: MetropolisDirect::Metropolis,
                 chains: Some(chains),
@@ -224,7 +235,8 @@ fn assert_agrees_with_paths(
     };
 
     for direct in BOTH {
-        let mut integrator = pssmlt(world, max_depth);
+        let test = rough_picture(world, max_depth);
+        let mut integrator = pssmlt(world, max_depth, &test);
         integrator.metropolis.direct = direct;
         set(&mut integrator.metropolis);
         let frame = |index: u32| {
@@ -333,7 +345,8 @@ fn threads_crops_and_parts_change_no_bit() {
     let resolution = UVec2::new(40, 24);
     let full = Rect::full(resolution);
     with_world(&scene, camera, resolution, |world| {
-        let integrator = pssmlt(world, 4);
+        let test = rough_picture(world, 4);
+        let integrator = pssmlt(world, 4, &test);
         let film = |threads, crop, samples| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let numbers = (&Sobol::new(1), &Filter::BOX);
@@ -382,7 +395,8 @@ fn groups_of_lights_add_up_and_change_no_bit() {
     let camera = pinhole(Vec3::new(0.1, -0.2, 0.9), Vec3::new(-0.2, 0.1, -1.0), 70.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, camera, resolution, |world| {
-        let integrator = pssmlt(world, 4);
+        let test = rough_picture(world, 4);
+        let integrator = pssmlt(world, 4, &test);
         let film = |groups| {
             let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(groups);
             let numbers = (&Independent::new(1), &Filter::BOX);
@@ -411,7 +425,8 @@ fn darkness_is_dark() {
     with_world(&scene, pinhole(Vec3::ZERO, Vec3::X, 60.0), resolution, |world| {
         for direct in BOTH {
             for max_depth in [0, 1, 5] {
-                let mut integrator = pssmlt(world, max_depth);
+                let test = rough_picture(world, max_depth);
+                let mut integrator = pssmlt(world, max_depth, &test);
                 integrator.metropolis.direct = direct;
                 assert!(
                     means_of_frames(&integrator, resolution, 3)

@@ -6,7 +6,9 @@ mod support;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Rect};
-use embrasure::integrator::{Metropolis, MetropolisDirect, PathSpaceIntegrator, Roulette, World};
+use embrasure::integrator::{
+    Metropolis, MetropolisDirect, MetropolisTarget, PathSpaceIntegrator, Roulette, TestPicture, World,
+};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::render::{Outcome, render_frames};
@@ -16,19 +18,26 @@ use support::*;
 
 const ALL_LIGHT: Metropolis = Metropolis {
     direct: MetropolisDirect::Metropolis,
+    target: MetropolisTarget::Relative,
     chains: None,
     bootstrap: None,
     large_step_probability: 0.3,
     mutation_size: 1.0 / 64.0,
 };
 
-fn mlt<A>(world: World<A>, max_depth: u32, metropolis: Metropolis) -> PathSpaceIntegrator<A> {
+fn mlt<'a, A>(
+    world: World<'a, A>,
+    max_depth: u32,
+    metropolis: Metropolis,
+    test: &'a TestPicture,
+) -> PathSpaceIntegrator<'a, A> {
     PathSpaceIntegrator {
         world,
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
         light_samples: 1,
         metropolis,
+        test,
     }
 }
 
@@ -36,7 +45,8 @@ fn mlt<A>(world: World<A>, max_depth: u32, metropolis: Metropolis) -> PathSpaceI
 fn frames(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis), seed: u64, end: u32) -> Film {
     let resolution = world.camera.resolution();
     let mut film = Film::new(resolution, Rect::full(resolution));
-    let integrator = mlt(world, max_depth, metropolis);
+    let test = rough_picture(world, max_depth);
+    let integrator = mlt(world, max_depth, metropolis, &test);
     let numbers = (&Independent::new(seed), world.filter);
     let (outcome, statistics) = render_frames(&integrator, numbers, &mut film, (end, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));

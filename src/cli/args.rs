@@ -588,6 +588,10 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub metropolis_direct: Option<String>,
 
+    /// What Markov chains visit paths in proportion to: relative (their light over a rough picture's there) or luminance [default: relative]
+    #[arg(long, value_name = "NAME", help_heading = "Estimator")]
+    pub metropolis_target: Option<String>,
+
     /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, mlt: 1024; at least 16]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub chains: Option<u32>,

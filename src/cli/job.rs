@@ -8,8 +8,8 @@ use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, Scen
 use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{
-    Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT, MOST_FOR_NOISE,
-    REUSES, SELECTIONS, Settings, TRIANGLE_SAMPLINGS, VIEWS,
+    Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT,
+    METROPOLIS_TARGETS, MOST_FOR_NOISE, REUSES, SELECTIONS, Settings, TRIANGLE_SAMPLINGS, VIEWS,
 };
 use crate::texture::TextureFilter;
 use std::path::{Path, PathBuf};
@@ -131,6 +131,12 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
         "metropolis-direct",
         &args.metropolis_direct,
         METROPOLIS_DIRECT,
+    )?;
+    set_named(
+        &mut metropolis.target,
+        "metropolis-target",
+        &args.metropolis_target,
+        METROPOLIS_TARGETS,
     )?;
     metropolis.chains = args.chains.or(metropolis.chains);
     metropolis.bootstrap = args.bootstrap.or(metropolis.bootstrap);

@@ -12,12 +12,12 @@ mod tests;
 use super::subpath::MOST_VERTICES;
 use super::{
     FrameIntegrator, Gathered, Integrator, Metropolis, MetropolisDirect, PathIntegrator, RaySink, Roulette, SplatSink,
-    Strategy, World,
+    Strategy, TestPicture, World,
 };
 use crate::accel::Accel;
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
-use bidirectional::Bidirectional;
+use bidirectional::{Bidirectional, Lengths};
 use numbers::Numbers;
 use path::Path;
 use perturbation::{CameraChain, Perturbation, caustic_start};
@@ -25,7 +25,7 @@ use seed::{Found, Seeds};
 use space::PathSpace;
 
 /// Metropolis light transport: Markov chains of paths, each of which is a mutation of the one before. Paths are visited in proportion to the luminance that
-/// they bring to the picture, and so each visit brings as much as any other (Veach and Guibas 1997; Veach 1997, ch. 11).
+/// they bring to the picture, over that of the test picture, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
 /// Every frame has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
 /// found for the frame, which also tell how bright the picture is: every frame is an unbiased estimate by itself.
@@ -41,12 +41,14 @@ pub struct PathSpaceIntegrator<'a, A> {
     pub light_samples: u32,
     /// How chains go; the steps have sizes of their own here.
     pub metropolis: Metropolis,
+    /// What the light of paths is compared with.
+    pub test: &'a TestPicture,
 }
 
 /// Mutations, one for each pixel of the image in a frame, for which there is a chain.
-const MUTATIONS_PER_CHAIN: u64 = 1024;
+const MUTATIONS_PER_CHAIN: u64 = 256;
 /// Mutations for which there is a sample of bidirectional path tracing, all of whose paths a chain may start from.
-const MUTATIONS_PER_SEED: u64 = 16;
+const MUTATIONS_PER_SEED: u64 = 8;
 /// Of either, so many in a frame at least.
 const LEAST_CHAINS: u64 = 16;
 const LEAST_SEEDS: u64 = 512;
@@ -110,11 +112,15 @@ struct Proposal<'a> {
 }
 
 impl<'a> Proposal<'a> {
-    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the fraction.
+    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the fraction. Where rounding leaves no number nothing is accepted.
     fn of(path: Path<'a>, ratio: f64) -> Self {
         Self {
             path,
-            acceptance: if ratio > 0.0 { ratio.min(1.0) } else { 0.0 },
+            acceptance: if ratio > 0.0 && ratio.is_finite() {
+                ratio.min(1.0)
+            } else {
+                0.0
+            },
         }
     }
 }
@@ -122,14 +128,11 @@ impl<'a> Proposal<'a> {
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     /// The paths that chains go along.
     fn space(&self) -> PathSpace<'_, 'a, A> {
-        let least = match self.metropolis.direct {
-            MetropolisDirect::Ordinary => 4,
-            MetropolisDirect::Metropolis => 2,
-        };
+        let least = self.metropolis.least_vertices();
         let most = self.max_depth.map_or(MOST_VERTICES, |depth| {
             MOST_VERTICES.min((depth as usize).saturating_add(2))
         });
-        PathSpace::new(&self.world, least, most)
+        PathSpace::new(&self.world, self.test, (least, most))
     }
 
     /// Mutations of a frame: one for each pixel.
@@ -230,6 +233,8 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
             return;
         };
 
+        let lengths = seeds.lengths(seed);
+
         // What a visit brings
         let share = |i: u64| self.mutations() * i / chains;
         let mutations = share(index as u64 + 1) - share(index as u64);
@@ -237,7 +242,7 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
         let mut counts = [[0u64; 2]; NAMES.len()];
         let mut stay = 0.0;
         for _ in 0..mutations {
-            let (name, proposal) = self.mutate(&space, seeds, &x, &mut numbers, out);
+            let (name, proposal) = self.mutate(&space, lengths, &x, &mut numbers, out);
             counts[name][0] += 1;
             let Some(Proposal { path: y, acceptance }) = proposal else {
                 stay += 1.0;
@@ -267,29 +272,26 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     fn mutate(
         &self,
         space: &PathSpace<'_, 'a, A>,
-        seeds: &Seeds,
+        lengths: &Lengths,
         x: &Path<'a>,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
         let choice = numbers.choose(Mutation::weights(x).into_iter()).unwrap_or(0);
-        self.mutate_by(Mutation::ALL[choice].0, (space, seeds), x, numbers, out)
+        self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
     }
 
     /// The same of the kind `kind`.
     fn mutate_by(
         &self,
         kind: Mutation,
-        (space, seeds): (&PathSpace<'_, 'a, A>, &Seeds),
+        (space, lengths): (&PathSpace<'_, 'a, A>, &Lengths),
         x: &Path<'a>,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
         let chosen = |path: &Path| kind.probability(path);
-        let bidirectional = Bidirectional {
-            space,
-            lengths: &seeds.lengths,
-        };
+        let bidirectional = Bidirectional { space, lengths };
         let perturbation = Perturbation { space };
         match kind {
             Mutation::Replace => (0, bidirectional.replace(x, chosen, numbers, out)),
@@ -311,7 +313,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     /// Adds `light` where `x` falls on the film, in its colour.
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
-            let radiance = x.color * (light / x.luminance()) as f32;
+            let radiance = x.color * (light / x.target) as f32;
             out.splat(x.film, Gathered::of_light(radiance, source.id, self.world.scene));
         }
     }

@@ -1,6 +1,8 @@
 use super::connection::{Connector, Contribution, Subpaths};
+use super::metropolis::{name, unit};
 use super::{
-    FrameIntegrator, Gathered, Heuristic, Integrator, PathIntegrator, RaySink, Roulette, SplatSink, Strategy, World,
+    FrameIntegrator, Gathered, Heuristic, Integrator, Metropolis, MetropolisDirect, PathIntegrator, RaySink, Roulette,
+    SplatSink, Strategy, TestPicture, World,
 };
 use crate::accel::Accel;
 use crate::material::BsdfSlot;
@@ -14,7 +16,7 @@ use std::ops::RangeInclusive;
 ///
 /// The state of a chain is the random numbers u of a path of a fixed number of vertices n; one of them chooses among the n ways in which
 /// bidirectional path tracing makes such a path. What the way finds, times its weight and n, is f(u), which integrates to the light that comes by
-/// paths of n vertices. The chain's target is its luminance f*(u), and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
+/// paths of n vertices. The chain's target f*(u) is its luminance, over that of the test picture where it falls, and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
 /// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
 /// (Veach and Guibas 1997).
 ///
@@ -37,44 +39,8 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub light_samples: u32,
     /// How chains go.
     pub metropolis: Metropolis,
-}
-
-/// How Metropolis light transport is done.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Metropolis {
-    /// Who finds the light that is scattered once, or not at all.
-    pub direct: MetropolisDirect,
-    /// Chains in a frame; `None`: as many as serve its number of pixels well.
-    pub chains: Option<u32>,
-    /// Paths in a frame that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
-    pub bootstrap: Option<u32>,
-    /// Share of large steps, 0 to 1.
-    pub large_step_probability: f32,
-    /// The longest small step, as a share of the range of a random number, above 0 and 0.5 at most.
-    pub mutation_size: f32,
-}
-
-impl Default for Metropolis {
-    /// Steps as Kelemen et al. have them.
-    fn default() -> Self {
-        Self {
-            direct: MetropolisDirect::Ordinary,
-            chains: None,
-            bootstrap: None,
-            large_step_probability: 0.3,
-            mutation_size: 1.0 / 64.0,
-        }
-    }
-}
-
-/// Who finds direct light, and light that is not scattered at all.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum MetropolisDirect {
-    /// Path tracing, a sample a pixel: chains would go where it is bright, and do no better (Veach and Guibas 1997, §5.4).
-    #[default]
-    Ordinary,
-    /// Chains, as all other light.
-    Metropolis,
+    /// What the light of paths is compared with.
+    pub test: &'a TestPicture,
 }
 
 /// Mutations, one for each pixel of the image in a frame, for which there is a chain.
@@ -109,8 +75,8 @@ pub struct Seed {
 struct State {
     /// Each with its place on the film.
     found: Vec<Contribution>,
-    /// Luminance of all that.
-    luminance: f32,
+    /// Luminance of all that, over that of the test picture.
+    target: f32,
     /// The share of the chain's mean that the path has, so far.
     share: f64,
 }
@@ -135,8 +101,8 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
             let origin = mix(name.wrapping_add((i as u64 + 1).wrapping_mul(GOLDEN_GAMMA)));
             let (length, probability) = self.length((i as f64 + unit(origin)) / count as f64);
             let state = self.state(length, &PrimarySampler::new(origin), out);
-            if state.luminance > 0.0 {
-                let weight = state.luminance as f64 / (probability * count as f64);
+            if state.target > 0.0 {
+                let weight = state.target as f64 / (probability * count as f64);
                 seeds.push(Seed { origin, length, weight });
             }
         }
@@ -201,8 +167,8 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
         for _ in 0..mutations {
             let step = numbers.propose(large_step_probability);
             let mut proposal = self.state(length, &numbers, out);
-            let acceptance = match current.luminance > 0.0 {
-                true => (proposal.luminance / current.luminance).min(1.0),
+            let acceptance = match current.target > 0.0 {
+                true => (proposal.target / current.target).min(1.0),
                 false => 1.0,
             };
             current.share += 1.0 - acceptance as f64;
@@ -240,11 +206,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Numbers of vertices of the paths that chains carry.
     fn lengths(&self) -> RangeInclusive<usize> {
-        let least = match self.metropolis.direct {
-            MetropolisDirect::Ordinary => 4,
-            MetropolisDirect::Metropolis => 2,
-        };
-        least..=self.connector(self.max_depth).most_vertices()
+        self.metropolis.least_vertices()..=self.connector(self.max_depth).most_vertices()
     }
 
     /// The number of vertices of a bootstrap path, drawn with `u`, and its probability: a geometric distribution.
@@ -288,16 +250,17 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     fn state(&self, length: usize, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         self.trace(length, numbers, out, &mut state.found);
-        let mut luminance = 0.0;
+        let mut target = 0.0;
         for contribution in &state.found {
+            let film = contribution.film.unwrap_or_default();
             match contribution.radiance.is_valid() {
-                true => luminance += contribution.radiance.luminance(),
+                true => target += contribution.radiance.luminance() / self.test.at(film),
                 false => return state,
             }
         }
         // Of numbers below these the reciprocal need not be finite.
-        if luminance >= f32::MIN_POSITIVE && luminance.is_finite() {
-            state.luminance = luminance;
+        if target >= f32::MIN_POSITIVE && target.is_finite() {
+            state.target = target;
         }
         state
     }
@@ -367,25 +330,13 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         for contribution in &state.found {
             let mut radiance = contribution.radiance;
             if radiance.is_valid() {
-                if state.luminance == 0.0 || state.share == 0.0 {
+                if state.target == 0.0 || state.share == 0.0 {
                     continue;
                 }
-                radiance = radiance * (1.0 / state.luminance) * (scale * state.share) as f32;
+                radiance = radiance * (1.0 / state.target) * (scale * state.share) as f32;
             }
             let film = contribution.film.unwrap_or_default();
             out.splat(film, Gathered::of_light(radiance, contribution.light, self.world.scene));
         }
     }
-}
-
-/// A name for what the sampler stands at: chains draw all of their own numbers from it.
-fn name(sampler: &impl Sampler) -> u64 {
-    let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
-    let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;
-    mix(mix(word(a.x, a.y).wrapping_add(GOLDEN_GAMMA)) ^ word(b.x, b.y))
-}
-
-/// A number in [0, 1) made of a hash.
-fn unit(hash: u64) -> f64 {
-    (mix(hash) >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }

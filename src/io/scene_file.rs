@@ -134,6 +134,8 @@ pub struct RenderSection {
     pub view: Option<Spanned<String>>,
     /// Who finds direct light where Markov chains find the rest.
     pub metropolis_direct: Option<Spanned<String>>,
+    /// What Markov chains visit paths in proportion to.
+    pub metropolis_target: Option<Spanned<String>>,
     /// Markov chains in a frame.
     pub chains: Option<Spanned<u32>>,
     /// Paths in a frame that tell where chains start.

@@ -1,3 +1,4 @@
+use super::pieces::in_pieces;
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use super::tiles::{Observer, Outcome};
 use crate::color::Spectrum;
@@ -63,18 +64,12 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     observer: &impl Observer,
 ) -> Option<(Frame, Statistics)> {
     // What all of the rest looks at
-    let parts = (0..integrator.preparations()).into_par_iter().map(|part| {
-        if observer.should_stop() {
-            return None;
-        }
-        let mut rays = RayCounts::default();
-        let part = integrator.prepare(index, part, &mut sampler.clone(), &mut rays);
-        Some((part, rays))
-    });
-    let parts: Vec<(I::Part, RayCounts)> = parts.collect::<Option<_>>()?;
-    let mut statistics = Statistics::default();
-    let (parts, rays): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
-    statistics.rays = rays.into_iter().fold(statistics.rays, RayCounts::plus);
+    let prepare = |part, sampler: &mut S, rays: &mut RayCounts| integrator.prepare(index, part, sampler, rays);
+    let (parts, rays) = in_pieces(integrator.preparations(), sampler, observer, prepare)?;
+    let mut statistics = Statistics {
+        rays,
+        ..Statistics::default()
+    };
     let prepared = integrator.join(index, parts);
 
     // All pieces, some at a time

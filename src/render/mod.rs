@@ -8,8 +8,10 @@ mod frames;
 mod groups;
 mod irradiance;
 mod photons;
+mod pieces;
 mod schedule;
 mod statistics;
+mod test_picture;
 mod tiles;
 
 pub use adaptive::render_to_noise;
@@ -19,4 +21,5 @@ pub use irradiance::Irradiance;
 pub use photons::photon_maps;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
+pub use test_picture::test_picture;
 pub use tiles::{Observer, Outcome, render};

@@ -1,9 +1,9 @@
+use super::pieces::in_pieces;
 use super::statistics::RayCounts;
 use super::tiles::Observer;
 use crate::accel::Accel;
-use crate::integrator::{Photon, PhotonMaps, PhotonTracer};
+use crate::integrator::{PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
-use rayon::prelude::*;
 
 /// Sends `paths` paths of photons, and makes maps of what they leave; what `tracer` leaves out is not in them. `None` where the observer asked to
 /// stop.
@@ -15,18 +15,12 @@ pub fn photon_maps<A: Accel, S: Sampler>(
     sampler: &S,
     observer: &impl Observer,
 ) -> Option<(PhotonMaps, RayCounts)> {
-    let pieces = (0..PhotonTracer::<A>::pieces(paths)).into_par_iter().map(|index| {
-        if observer.should_stop() {
-            return None;
-        }
-        let mut rays = RayCounts::default();
-        let photons = tracer.piece((0, index), paths, None, &mut sampler.clone(), &mut rays);
-        Some((photons, rays))
-    });
-    let pieces: Vec<(Vec<Photon>, RayCounts)> = pieces.collect::<Option<_>>()?;
-    let rays = pieces
-        .iter()
-        .fold(RayCounts::default(), |sum, (_, rays)| sum.plus(*rays));
-    let photons = pieces.into_iter().flat_map(|(photons, _)| photons).collect();
+    let (pieces, rays) = in_pieces(
+        PhotonTracer::<A>::pieces(paths),
+        sampler,
+        observer,
+        |index, sampler, rays| tracer.piece((0, index), paths, None, sampler, rays),
+    )?;
+    let photons = pieces.into_iter().flatten().collect();
     Some((PhotonMaps::new(photons, paths), rays))
 }

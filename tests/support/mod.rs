@@ -8,11 +8,13 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
-use embrasure::integrator::{FrameIntegrator, Integrator, PathIntegrator, Roulette, Strategy, World};
+use embrasure::integrator::{
+    FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
+};
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, render, render_frames};
+use embrasure::render::{Outcome, render, render_frames, test_picture};
 use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::{Path, PathBuf};
@@ -88,6 +90,17 @@ pub fn load(path: &Path) -> Scene {
 /// One of the project's own scenes.
 pub fn own(name: &str) -> Scene {
     load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(name))
+}
+
+/// What chains compare light with, made as a render makes it.
+pub fn rough_picture(world: World<Backend>, max_depth: u32) -> TestPicture {
+    let maker = TestPictureMaker {
+        world,
+        heuristic: Heuristic::Power,
+        max_depth: Some(max_depth),
+        roulette: Roulette::default(),
+    };
+    test_picture(&maker, &Independent::new(0x7e57), &()).unwrap().0
 }
 
 /// Renders by any integrator, with independent samples.

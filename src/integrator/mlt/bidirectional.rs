@@ -16,7 +16,7 @@ pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub lengths: &'s Lengths,
 }
 
-/// How probable each number of vertices is for a path that is made anew, by that number: as large as the light that such paths carry.
+/// How probable each number of vertices is for a path that is made anew, by that number: about as large as the light that such paths carry.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lengths(Vec<f64>);
 
@@ -27,11 +27,13 @@ impl Lengths {
     /// Of paths of `least` to `most` vertices, where those of each number were found to carry so much light.
     pub fn new(light: &[f64], (least, most): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
+        let even = 1.0 / (most + 1).saturating_sub(least) as f64;
         let of = |n: usize| {
             let share = light.get(n).map_or(0.0, |light| light / total);
-            match n >= least && total > 0.0 {
-                true => (1.0 - Self::EVEN) * share + Self::EVEN / (most + 1 - least) as f64,
-                false => 0.0,
+            match total > 0.0 {
+                _ if n < least => 0.0,
+                true => (1.0 - Self::EVEN) * share + Self::EVEN * even,
+                false => even,
             }
         };
         Self((0..=most).map(of).collect())
@@ -71,7 +73,7 @@ impl Cut {
         match count + 1 {
             1 => 0.25,
             2 => 0.5,
-            edges => 0.5f64.powi(edges as i32),
+            edges => 1.0 / (1u128 << edges) as f64,
         }
     }
 }
@@ -90,7 +92,7 @@ impl Added {
             _ if count < self.least || count > self.most => 0.0,
             0 => 0.5,
             1 => 0.15,
-            difference => 0.2 * 0.5f64.powi(difference as i32),
+            difference => 0.2 / (1u128 << difference) as f64,
         }
     }
 
@@ -159,14 +161,17 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
     ) -> Option<Path<'a>> {
         // A lens whose vertex is deleted has another point.
         let lens = if cut.kept == 0 { numbers.next_2d() } else { lens };
-        let mut camera = x.vertices[..cut.kept].to_vec();
-        let mut light: Vec<_> = x.vertices[cut.kept + cut.count..].iter().rev().cloned().collect();
+        let n = x.len() - cut.count + count;
+        let [mut camera, mut light] = [Vec::with_capacity(n), Vec::with_capacity(n)];
+        camera.extend_from_slice(&x.vertices[..cut.kept]);
+        light.extend(x.vertices[cut.kept + cut.count..].iter().rev().cloned());
         let to_light = t == cut.kept + count && light.is_empty();
         self.space
             .extend_from_camera(&mut camera, (t - cut.kept, to_light), (lens, time), numbers, out)?;
         self.space
             .extend_from_light(&mut light, cut.kept + count - t, time, numbers, out)?;
-        self.space.join(camera, light, (lens, time), out)
+        let fresh = cut.kept..cut.kept + count;
+        self.space.join(camera, light.into_iter(), fresh, (lens, time), out)
     }
 
     /// How many vertices may come in the place of those of `cut`.
@@ -200,9 +205,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
 
     /// The sum over all ways to split `made` between both ends.
     fn made(&self, y: &Path<'a>, made: Cut) -> f64 {
-        let ways = self.space.inverse_contributions(y, made.kept, made.count);
-        let sum: f64 = ways.map(|(_, inverse)| inverse).sum();
-        sum / splits(made.kept, made.count) as f64
+        self.space.inverse_contribution(y, made.kept, made.count) / splits(made.kept, made.count) as f64
     }
 }
 

@@ -20,14 +20,11 @@ pub(super) struct Path<'a> {
     pub time: f32,
     /// All values of its vertices, multiplied: what the path contributes but for factors that have no colour.
     pub color: Spectrum,
+    /// What chains are after: the luminance of [`Path::color`], over that of the test picture there. Above 0.
+    pub target: f64,
 }
 
 impl Path<'_> {
-    /// Luminance of [`Path::color`], above 0.
-    pub fn luminance(&self) -> f64 {
-        self.color.luminance() as f64
-    }
-
     /// Vertices.
     pub fn len(&self) -> usize {
         self.vertices.len()

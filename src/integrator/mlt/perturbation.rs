@@ -86,7 +86,8 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         let mut kind = RayKind::Camera;
 
         // The same kinds of scattering along the way
-        let mut camera = vec![x.vertices[0].clone()];
+        let mut camera = Vec::with_capacity(x.len());
+        camera.push(x.vertices[0].clone());
         for i in 1..=chain.last {
             let old = &x.vertices[i];
             let met = self.space.meet(&ray, kind, out);
@@ -106,14 +107,16 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
                 ray = Ray::new(camera[i].origin(w), w).when(x.time);
             }
         }
-        let light = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
-        let y = self.space.join(camera, light, (x.lens, x.time), out)?;
+        let light = x.vertices[chain.last + 1..].iter().rev().cloned();
+        let fresh = 0..chain.last + 1;
+        let y = self.space.join(camera, light, fresh, (x.lens, x.time), out)?;
+        // A light that is met is one of several far ones by chance.
         let contribution = |path: &Path| {
-            let joint = match chain.last + 1 < path.len() {
-                true => path.vertices[chain.last].factors.joint,
-                false => 1.0,
+            let joint = match path.source() {
+                Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
+                _ => path.vertices[chain.last].factors.joint,
             };
-            path.luminance() * joint
+            path.target * joint
         };
         let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
         Some(Proposal::of(y, ratio))
@@ -150,7 +153,8 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         let mut ray = Ray::new(origin, w).when(x.time);
 
         // The same kinds of scattering along the way
-        let mut light: Vec<Vertex> = x.vertices[start..].iter().rev().cloned().collect();
+        let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
+        light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
             let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
@@ -164,9 +168,11 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
                 ray = Ray::new(light.last()?.origin(w), w).when(x.time);
             }
         }
+        let mut camera = Vec::with_capacity(x.len());
+        camera.push(x.vertices[0].clone());
         let y = self
             .space
-            .join(vec![x.vertices[0].clone()], light, (x.lens, x.time), out)?;
+            .join(camera, light.into_iter(), 1..start, (x.lens, x.time), out)?;
 
         // How far it may be moved depends on the path.
         let [least, greatest] = self.range_of_light(&y, start);
@@ -176,7 +182,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         let contribution = |path: &Path| {
             let chain = path.vertices[2..=start].iter();
             let towards_camera: f64 = chain.map(|vertex| vertex.factors.towards_camera).product();
-            path.luminance() * towards_camera * path.vertices[0].factors.joint
+            path.target * towards_camera * path.vertices[0].factors.joint
         };
         let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
         Some(Proposal::of(y, ratio))

@@ -16,8 +16,8 @@ pub struct Seeds {
     sums: Vec<f64>,
     /// Mean luminance of what a pixel sees by such paths.
     pub(super) mean: f64,
-    /// Of paths that are made anew.
-    pub(super) lengths: Lengths,
+    /// Of paths that are made anew: by the samples of even numbers, and by those of odd ones.
+    lengths: [Lengths; 2],
 }
 
 /// A path by its place: one of those that a sample finds.
@@ -35,18 +35,24 @@ impl Seeds {
     pub(super) fn new(samples: &[Found], lengths: (usize, usize)) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
-        let mut by_length = vec![0.0; lengths.1 + 1];
-        for (sample, found) in (0..).zip(samples) {
+        let mut by_length = [0, 1].map(|_| vec![0.0; lengths.1 + 1]);
+        for (sample, found) in (0u32..).zip(samples) {
             for (way, &(light, n)) in (0..).zip(found) {
                 total += light;
-                by_length[n] += light;
+                by_length[sample as usize % 2][n] += light;
                 seeds.seeds.push(Seed { sample, way });
                 seeds.sums.push(total);
             }
         }
         seeds.mean = total / samples.len().max(1) as f64;
-        seeds.lengths = Lengths::new(&by_length, lengths);
+        seeds.lengths = by_length.map(|light| Lengths::new(&light, lengths));
         seeds
+    }
+
+    /// How probable lengths are in a chain that starts at `seed`. What a chain does must not depend on the samples that it may start with, or light that is
+    /// found by chance would attract what it starts: they are of the others.
+    pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
+        &self.lengths[1 - seed.sample as usize % 2]
     }
 
     /// The one at `u` of [0, 1) of their light; `None` where there is none.
@@ -60,7 +66,7 @@ impl Seeds {
 /// A subpath, and for each of its vertices what makes up for those that roulette has ended before.
 struct Subpath<'a> {
     vertices: Vec<Vertex<'a>>,
-    factors: Vec<f64>,
+    weights: Vec<f64>,
     /// That of the next one; `None` where the subpath ends.
     next: Option<f64>,
 }
@@ -70,7 +76,7 @@ impl<'a> Subpath<'a> {
     fn new(first: Option<Vertex<'a>>) -> Self {
         Self {
             next: first.as_ref().map(|_| 1.0),
-            factors: vec![1.0; first.iter().len()],
+            weights: vec![1.0; first.iter().len()],
             vertices: first.into_iter().collect(),
         }
     }
@@ -80,13 +86,29 @@ impl<'a> Subpath<'a> {
         let albedo = vertex.surface().map(|surface| surface.bsdf.albedo());
         let so_far = self.next.unwrap_or(1.0);
         self.vertices.push(vertex);
-        self.factors.push(so_far);
-        let factor = albedo.and_then(|albedo| roulette.play(scattered, albedo, u));
-        self.next = factor.map(|factor| so_far * factor as f64);
+        self.weights.push(so_far);
+        let weight = albedo.and_then(|albedo| roulette.play(scattered, albedo, u));
+        self.next = weight.map(|weight| so_far * weight as f64);
+    }
+
+    /// Computes the factors of all vertices whose neighbours are known: all paths that go on from there have them in common.
+    fn settle<A: Accel>(&mut self, space: &PathSpace<'_, 'a, A>, is_from_light: bool, time: f32) {
+        let n = self.vertices.len();
+        for i in n.saturating_sub(3)..n {
+            let at = |i: Option<usize>| i.and_then(|i| self.vertices.get(i));
+            let [back, onwards] = [[i.checked_sub(1), i.checked_sub(2)], [Some(i + 1), Some(i + 2)]];
+            let (before, after) = match is_from_light {
+                true => (at(onwards[0]), back.map(at)),
+                false => (at(back[0]), onwards.map(at)),
+            };
+            if let Some(factors) = space.factors(&self.vertices[i], before, after, time) {
+                self.vertices[i].factors = factors;
+            }
+        }
     }
 }
 
-/// All paths that a sample of bidirectional path tracing finds, each with the light that it carries: its luminance over the density with which such
+/// All paths that a sample of bidirectional path tracing finds, each with the light that it carries: its target over the density with which such
 /// samples make it, by any of the ways there are (the balance heuristic, Veach 1997, §9.2.2).
 pub(super) fn sample<'a, A: Accel>(
     space: &PathSpace<'_, 'a, A>,
@@ -95,10 +117,9 @@ pub(super) fn sample<'a, A: Accel>(
     out: &mut impl RaySink,
 ) -> Vec<(Path<'a>, f64)> {
     let mut found = Vec::new();
-    let mut find = |path: Option<Path<'a>>, factor: f64| {
+    let mut find = |path: Option<Path<'a>>, weight: f64| {
         let Some(path) = path else { return };
-        let ways = space.inverse_contributions(&path, 0, path.len());
-        let light = factor / ways.map(|(_, inverse)| inverse).sum::<f64>();
+        let light = weight / space.inverse_contribution(&path, 0, path.len());
         if light > 0.0 && light.is_finite() {
             found.push((path, light));
         }
@@ -111,7 +132,7 @@ pub(super) fn sample<'a, A: Accel>(
         false => 0.0,
     };
     let mut camera = Subpath::new(Some(space.lens(lens, time)));
-    while let Some(factor) = camera.next.filter(|_| camera.vertices.len() < space.most) {
+    while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.most) {
         let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, (lens, time), numbers) else {
             break;
         };
@@ -122,12 +143,15 @@ pub(super) fn sample<'a, A: Accel>(
                 last.through = space.through(last, next, time, out);
             }
         }
-        if let Some(light) = light {
+        let n = camera.vertices.len();
+        if let Some(light) = light.filter(|_| n + 1 >= space.least) {
             let vertices = camera.vertices.iter().cloned().chain([light]).collect();
-            find(space.join(vertices, Vec::new(), (lens, time), out), factor);
+            let path = space.join(vertices, std::iter::empty(), n..n + 1, (lens, time), out);
+            find(path, weight);
         }
         let Some(next) = met else { break };
         camera.push(next, roulette, numbers.next());
+        camera.settle(space, false, time);
     }
 
     // One from a light
@@ -146,16 +170,21 @@ pub(super) fn sample<'a, A: Accel>(
         }
         if let Some(next) = light.vertices.pop() {
             light.push(next, roulette, numbers.next());
+            light.settle(space, true, time);
         }
     }
 
     // All ways to join them
-    for t in 1..=camera.vertices.len() {
-        for s in 1..=light.vertices.len() {
-            if (space.least..=space.most).contains(&(s + t)) {
-                let ends = (camera.vertices[..t].to_vec(), light.vertices[..s].to_vec());
-                let factor = camera.factors[t - 1] * light.factors[s - 1];
-                find(space.join(ends.0, ends.1, (lens, time), out), factor);
+    let (camera_ends, light_ends) = (camera.vertices.iter().zip(1..), light.vertices.iter().zip(1..));
+    for (a, t) in camera_ends {
+        for (b, s) in light_ends.clone() {
+            let fits = (space.least..=space.most).contains(&(s + t));
+            if fits && a.is_smooth_somewhere() && b.is_smooth_somewhere() {
+                let mut vertices = Vec::with_capacity(s + t);
+                vertices.extend_from_slice(&camera.vertices[..t]);
+                let others = light.vertices[..s].iter().cloned();
+                let path = space.join(vertices, others, t..t, (lens, time), out);
+                find(path, camera.weights[t - 1] * light.weights[s - 1]);
             }
         }
     }

@@ -5,16 +5,19 @@ use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::subpath::Surface;
-use crate::integrator::{RayKind, RaySink, World};
+use crate::integrator::{RayKind, RaySink, TestPicture, World};
 use crate::light::{Emission, Light, LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
+use std::ops::Range;
 use std::rc::Rc;
 
 /// The space of all paths that matter, and the steps of which subpaths are made there.
 #[derive(Debug)]
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
+    /// What the light of paths is compared with.
+    test: &'w TestPicture,
     /// Vertices of a path at least, both ends counted.
     pub least: usize,
     /// Vertices of a path at most.
@@ -29,10 +32,11 @@ pub(super) struct PathSpace<'w, 'a, A> {
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// That of paths of such numbers of vertices.
-    pub fn new(world: &'w World<'a, A>, least: usize, most: usize) -> Self {
+    pub fn new(world: &'w World<'a, A>, test: &'w TestPicture, (least, most): (usize, usize)) -> Self {
         let beyond = Vec2::splat((world.filter.radius() - 0.5).max(0.0));
         Self {
             world,
+            test,
             least,
             most,
             film_min: -beyond,
@@ -256,16 +260,18 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         self.world.transmittance(&ray.when(time), out)
     }
 
-    /// Joins two subpaths by an edge: one from the camera and one from a light, whose vertices begin there. `None` where no light passes.
+    /// Joins two subpaths by an edge: one from the camera and one from a light, whose vertices begin there. `None` where no light passes. `fresh` are the
+    /// vertices of the whole that are not what they have been, or not where; all others know their factors.
     pub fn join(
         &self,
         mut camera: Vec<Vertex<'a>>,
-        light: Vec<Vertex<'a>>,
+        light: impl DoubleEndedIterator<Item = Vertex<'a>>,
+        fresh: Range<usize>,
         (lens, time): (Vec2, f32),
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
         let joint = camera.len();
-        camera.extend(light.into_iter().rev());
+        camera.extend(light.rev());
         if joint < camera.len() {
             camera[joint - 1].through = 1.0;
             for end in [joint - 1, joint] {
@@ -276,7 +282,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
         }
         // What costs no ray is asked first.
-        let mut path = self.path(camera, lens, time)?;
+        let mut path = self.path(camera, fresh, lens, time)?;
         if joint < path.len() {
             let through = self.visibility(&path.vertices[joint - 1], &path.vertices[joint], time, out);
             if through <= 0.0 {
@@ -290,7 +296,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
     /// if its share is 1.
-    pub fn path(&self, mut vertices: Vec<Vertex<'a>>, lens: Vec2, time: f32) -> Option<Path<'a>> {
+    fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, lens: Vec2, time: f32) -> Option<Path<'a>> {
         let n = vertices.len();
         let source = vertices.last()?.source()?;
         // What has no size is not seen itself.
@@ -298,42 +304,53 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             return None;
         }
         let w = vertices[0].direction_to(&vertices[1]);
-        let importance = self.world.camera.importance(vertices[0].p, w, time)?;
-        if !self.is_on_film(importance.film) {
+        let film = self.world.camera.importance(vertices[0].p, w, time)?.film;
+        if !self.is_on_film(film) {
             return None;
         }
-        // Per area of the lens and solid angle, over the density of film and lens
-        let seen = importance.we * w.dot(vertices[0].ng) * self.world.camera.lens_area() / self.film_area();
-        let mut color = Spectrum::ONE;
-        for i in 0..n {
-            let factors = self.factors(&vertices, i, time, seen as f64)?;
-            color *= factors.value;
-            vertices[i].factors = factors;
+        // A vertex knows its neighbours, and the one beyond that its edge is joined to.
+        for i in fresh.start.saturating_sub(2)..n.min(fresh.end + 1) {
+            let before = i.checked_sub(1).map(|i| &vertices[i]);
+            let after = [1, 2].map(|steps| vertices.get(i + steps));
+            vertices[i].factors = self.factors(&vertices[i], before, after, time)?;
         }
-        let luminance = color.luminance();
-        (luminance > 0.0 && luminance.is_finite()).then_some(Path {
+        let values = vertices.iter().map(|vertex| vertex.factors.value);
+        let color = values.fold(Spectrum::ONE, |color, value| color * value);
+        let target = (color.luminance() / self.test.at(film)) as f64;
+        (target > 0.0 && target.is_finite()).then_some(Path {
             vertices,
-            film: importance.film,
+            film,
             lens,
             time,
             color,
+            target,
         })
     }
 
-    /// Those of the vertex `i`; `seen` is what the camera's importance counts at the lens.
-    fn factors(&self, vertices: &[Vertex<'a>], i: usize, time: f32, seen: f64) -> Option<Factors> {
-        let at = &vertices[i];
-        let joint = vertices
-            .get(i + 1)
-            .map_or(1.0, |next| edge(at, next, vertices.get(i + 2)));
+    /// Those of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
+    pub fn factors(
+        &self,
+        at: &Vertex,
+        before: Option<&Vertex>,
+        after: [Option<&Vertex>; 2],
+        time: f32,
+    ) -> Option<Factors> {
+        let joint = after[0].map_or(1.0, |next| edge(at, next, after[1]));
         match &at.place {
-            Place::Lens => Some(Factors {
-                joint: seen * joint,
-                ..Factors::default()
-            }),
-            Place::Light(source) => self.factors_of_light(at, source, &vertices[i - 1], time),
+            Place::Lens => {
+                let camera = self.world.camera;
+                let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
+                // Per area of the lens and solid angle, over the density of film and lens
+                let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
+                let seen = seen * camera.lens_area() / self.film_area();
+                Some(Factors {
+                    joint: seen as f64 * joint,
+                    ..Factors::default()
+                })
+            }
+            Place::Light(source) => self.factors_of_light(at, source, before?, time),
             Place::Surface(surface) => {
-                let (wo, wi) = (at.direction_to(&vertices[i - 1]), at.direction_to(vertices.get(i + 1)?));
+                let (wo, wi) = (at.direction_to(before?), at.direction_to(after[0]?));
                 let factors = match at.is_delta {
                     true => self.factors_of_delta(surface, wo, wi)?,
                     false => self.factors_of_surface(surface, wo, wi),
@@ -405,7 +422,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Probability with which a ray that leaves the scene, or meets a surface, finds the light `source` there.
-    fn met(&self, source: &Source) -> f64 {
+    pub fn met(&self, source: &Source) -> f64 {
         match source.kind {
             SourceKind::Area => 1.0,
             SourceKind::Far => 1.0 / self.far_lights as f64,
@@ -413,26 +430,24 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// For each number `t` of vertices of the subpath from the camera: the density with which bidirectional path tracing makes the `count` vertices of
-    /// `path` that come after the first `kept` ones, over what the path contributes, up to a factor of the vertices that are kept.
+    /// The density with which bidirectional path tracing makes the `count` vertices of `path` that come after the first `kept` ones, by any of the ways to
+    /// split them between both ends, over what the path contributes; up to a factor of the vertices that are kept.
     ///
     /// Either subpath keeps what is its own, `kept` vertices from the camera and all that remain from the light, and goes on from there; then the two
     /// are joined, but where the camera's has met a light (Veach 1997, §10.2 and §11.4.2.1).
-    pub fn inverse_contributions(
-        &self,
-        path: &Path<'a>,
-        kept: usize,
-        count: usize,
-    ) -> impl Iterator<Item = (usize, f64)> {
+    pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
         let n = path.len();
         let kept_light = n - kept - count;
-        let luminance = path.luminance();
         let factors = |i: usize| &path.vertices[i].factors;
-        (kept.max(1)..=kept + count).map(move |t| {
-            // Steps from the camera, to the vertices up to t, and from the light, to those from t on
-            let from_camera: f64 = (kept.max(1)..t).map(|i| factors(i - 1).camera).product();
-            let first = (n - kept_light).min(n - 1);
-            let from_light: f64 = (t + 1..=first).map(|i| factors(i).light).product();
+        let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
+        // By the number t of vertices from the camera, beginning with most: steps from the light are multiplied up, and the sum, from t on, of all
+        // ways over the steps from the camera that they have in common, as Horner has it
+        let first = (n - kept_light).min(n - 1);
+        let (mut from_light, mut sum) = (1.0, 0.0);
+        for t in (kept.max(1)..=kept + count).rev() {
+            if t < first {
+                from_light *= factors(t + 1).light;
+            }
             let ends = match (path.source(), kept_light) {
                 (Some(source), 0) if t == n => self.met(source),
                 (_, 0) => factors(n - 1).start,
@@ -443,9 +458,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 t if path.can_be_joined(t - 1) => factors(t - 1).joint,
                 _ => f64::INFINITY,
             };
-            let inverse = from_camera * from_light * ends / (joint * luminance);
-            (t, if inverse.is_finite() { inverse } else { 0.0 })
-        })
+            sum = or_0(from_light * ends / (joint * path.target)) + or_0(factors(t - 1).camera * sum);
+        }
+        sum
     }
 }
 

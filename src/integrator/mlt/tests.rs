@@ -6,9 +6,10 @@ use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::Mesh;
-use crate::integrator::RayKind;
+use crate::integrator::{Heuristic, RayKind, TestPictureMaker};
 use crate::material::Material;
 use crate::math::{UVec2, Vec3};
+use crate::render::test_picture;
 use crate::sampler::Independent;
 use crate::scene::{Scene, SceneBuilder};
 
@@ -121,19 +122,28 @@ fn look<T>(
         direct: MetropolisDirect::Metropolis,
         ..Metropolis::default()
     };
+    let world = World {
+        scene: &scene,
+        accel: &accel,
+        camera: &camera,
+        filter: &Filter::BOX,
+        features: false,
+        strategies: false,
+    };
+    let maker = TestPictureMaker {
+        world,
+        heuristic: Heuristic::Power,
+        max_depth: Some(4),
+        roulette: Roulette::default(),
+    };
+    let (test, _) = test_picture(&maker, &Independent::new(8), &()).unwrap();
     with(&PathSpaceIntegrator {
-        world: World {
-            scene: &scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &Filter::BOX,
-            features: false,
-            strategies: false,
-        },
+        world,
         max_depth: Some(4),
         roulette: Roulette::default(),
         light_samples: 1,
         metropolis,
+        test: &test,
     })
 }
 
@@ -163,12 +173,13 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
         })
         .collect();
     let seeds = Seeds::new(&found, (space.least, space.most));
+    let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
     let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
     for i in 0..SAMPLES {
         let mut numbers = Numbers::of(SampleKey::new(i, 3, 1), &mut sampler);
         let mut sample: Vec<f64> = Vec::new();
         for (x, light) in integrator.seed(&space, 1, i, &mut sampler, &mut rays) {
-            let (index, proposal) = integrator.mutate_by(kind, (&space, &seeds), &x, &mut numbers, &mut rays);
+            let (index, proposal) = integrator.mutate_by(kind, (&space, lengths), &x, &mut numbers, &mut rays);
             let Some(Proposal { path: y, acceptance }) = proposal.filter(|_| NAMES[index] == name) else {
                 continue;
             };
@@ -248,5 +259,20 @@ fn mutations_balance_where_light_comes_from_points_and_from_afar() {
     };
     for kind in KINDS {
         look(build, 0.0, |integrator| is_balanced("far", integrator, kind));
+    }
+}
+
+#[test]
+fn mutations_balance_where_lights_are_near_and_far() {
+    // A ray that goes past the lamp meets one of two skies, by chance.
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+        for light in [0.4, 0.9] {
+            b.add_constant_light(Spectrum::splat(light)).unwrap();
+        }
+    };
+    for kind in KINDS.into_iter().take(4) {
+        look(build, 0.0, |integrator| is_balanced("near and far", integrator, kind));
     }
 }

@@ -1,6 +1,6 @@
 use super::{
-    DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT, REUSES, SELECTIONS,
-    TRIANGLE_SAMPLINGS, VIEWS,
+    DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT, METROPOLIS_TARGETS, REUSES,
+    SELECTIONS, TRIANGLE_SAMPLINGS, VIEWS,
 };
 use crate::io::{MaxDepth, name_of};
 
@@ -110,8 +110,9 @@ impl Estimator {
         let number = |n: Option<u32>| n.map_or("auto".into(), |n| n.to_string());
         let metropolis = &self.metropolis;
         format!(
-            "metropolis_direct={} chains={} bootstrap={}",
+            "metropolis_direct={} metropolis_target={} chains={} bootstrap={}",
             name_of(METROPOLIS_DIRECT, metropolis.direct),
+            name_of(METROPOLIS_TARGETS, metropolis.target),
             number(metropolis.chains),
             number(metropolis.bootstrap),
         )

@@ -5,7 +5,8 @@ mod run;
 pub(crate) use run::Prepared;
 
 use crate::integrator::{
-    DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, Roulette, Strategy, strategies,
+    DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, MetropolisTarget, Roulette, Strategy,
+    strategies,
 };
 use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -150,6 +151,11 @@ pub(crate) const METROPOLIS_DIRECT: &[(&str, MetropolisDirect)] = &[
     ("metropolis", MetropolisDirect::Metropolis),
 ];
 
+pub(crate) const METROPOLIS_TARGETS: &[(&str, MetropolisTarget)] = &[
+    ("relative", MetropolisTarget::Relative),
+    ("luminance", MetropolisTarget::Luminance),
+];
+
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
@@ -234,6 +240,8 @@ impl Estimator {
             view: named(file, "view", &render.view, VIEWS)?.unwrap_or_default(),
             metropolis: Metropolis {
                 direct: named(file, "metropolis-direct", &render.metropolis_direct, METROPOLIS_DIRECT)?
+                    .unwrap_or_default(),
+                target: named(file, "metropolis-target", &render.metropolis_target, METROPOLIS_TARGETS)?
                     .unwrap_or_default(),
                 chains: number(&render.chains),
                 bootstrap: number(&render.bootstrap),

@@ -3,9 +3,10 @@ use crate::accel::Accel;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Integrator,
-    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, NaiveIntegrator, PathIntegrator, PathSpaceIntegrator,
-    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker,
-    SearchRadius, Sink, VertexMergingIntegrator, WhittedIntegrator, World,
+    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator, PathIntegrator,
+    PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, RecordMaker, SearchRadius, Sink, TestPicture, TestPictureMaker,
+    VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
@@ -17,6 +18,7 @@ use std::sync::OnceLock;
 pub(crate) struct Prepared {
     irradiance: Irradiance,
     photons: OnceLock<PhotonMaps>,
+    test: OnceLock<TestPicture>,
 }
 
 impl Prepared {
@@ -25,6 +27,7 @@ impl Prepared {
         Self {
             irradiance: Irradiance::new(resolution, seed),
             photons: OnceLock::new(),
+            test: OnceLock::new(),
         }
     }
 }
@@ -87,7 +90,7 @@ impl Estimator {
         (outcome, preparing.merge(statistics))
     }
 
-    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, or nothing.
+    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, a test picture, or nothing.
     pub(crate) fn prepare<A: Accel>(
         &self,
         (world, prepared): (World<A>, &Prepared),
@@ -119,6 +122,23 @@ impl Estimator {
                 statistics.rays = rays;
                 // Whoever comes first has what all have.
                 drop(prepared.photons.set(maps));
+                (Outcome::Complete, statistics)
+            }
+            IntegratorKind::PrimarySpace | IntegratorKind::PathSpace
+                if self.metropolis.target == MetropolisTarget::Relative && prepared.test.get().is_none() =>
+            {
+                let maker = TestPictureMaker {
+                    world,
+                    heuristic: self.strategy.heuristic,
+                    max_depth: self.max_depth(),
+                    roulette: self.roulette,
+                };
+                let mut statistics = Statistics::default();
+                let Some((picture, rays)) = render::test_picture(&maker, sampler, observer) else {
+                    return (Outcome::Stopped, statistics);
+                };
+                statistics.rays = rays;
+                drop(prepared.test.set(picture));
                 (Outcome::Complete, statistics)
             }
             _ => (Outcome::Complete, Statistics::default()),
@@ -194,6 +214,8 @@ impl Estimator {
         // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);
+        let even = TestPicture::even();
+        let test = prepared.test.get().unwrap_or(&even);
         match self.kind {
             IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
             // One scattering is a path of depth 1, which has nothing to share.
@@ -232,6 +254,7 @@ impl Estimator {
                 max_depth,
                 light_samples,
                 metropolis: self.metropolis,
+                test,
             }),
             IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
                 world: any,
@@ -274,6 +297,7 @@ impl Estimator {
                 roulette,
                 light_samples,
                 metropolis: self.metropolis,
+                test,
             }),
         }
     }

@@ -155,6 +155,7 @@ fn features(path: &Path) -> Vec<f64> {
     let [first, last] = [1, n - 2].map(|i| path.vertices[i.min(n - 1)].p);
     of.extend([path.film.x, path.film.y, first.x, first.y, first.z, last.x, last.y].map(f64::from));
     of.push(path.vertices.iter().filter(|v| v.is_delta).count() as f64);
+    of.push(f64::from(path.vertices[n - 1].is_infinite()));
     of.push((path.vertices.iter().map(|v| v.p.length()).sum::<f32>() as f64).min(20.0));
     of
 }
@@ -264,11 +265,18 @@ fn mutations_balance_where_light_comes_from_points_and_from_afar() {
 
 #[test]
 fn mutations_balance_where_lights_are_near_and_far() {
-    // A ray that goes past the lamp meets one of two skies, by chance.
+    // A ray that goes past the lamp, which the camera sees, meets one of four skies, by chance.
     let build = |b: &mut SceneBuilder| {
-        corner(b);
-        lamp(b);
-        for light in [0.4, 0.9] {
+        let material = Material {
+            emission: Spectrum::splat(2.0),
+            ..matte(Spectrum::splat(0.4))
+        };
+        add(
+            b,
+            quad(Vec3::new(0.4, 0.3, 0.5), 0.6 * Vec3::X, 0.6 * Vec3::Y),
+            material,
+        );
+        for light in [0.2, 0.3, 0.4, 0.6] {
             b.add_constant_light(Spectrum::splat(light)).unwrap();
         }
     };

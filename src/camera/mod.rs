@@ -237,6 +237,11 @@ impl Camera {
         lens.x * self.right + lens.y * self.up
     }
 
+    /// Where it is at `time`: the centre of its lens.
+    pub fn position(&self, time: f32) -> Vec3 {
+        self.at(time).position
+    }
+
     /// Width of a pixel at the distance of `p`, scene units, at `time`.
     pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
         self.scale * p.distance(self.at(time).position)

@@ -58,9 +58,13 @@ impl<'v, R: Gathered> Density<'v, R> {
         }
     }
 
-    /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`.
+    /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`; nothing where that is a point, about
+    /// which photons tell nothing.
     pub fn radiance(self, paths: u32, squared: f32) -> R {
-        let area = PI * squared * paths as f32;
-        self.sum * (1.0 / area).min(f32::MAX)
+        let density = 1.0 / (PI * squared * paths as f32);
+        match density.is_finite() {
+            true => self.sum * density,
+            false => R::default(),
+        }
     }
 }

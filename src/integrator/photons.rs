@@ -110,10 +110,11 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
                 let Some(surface) = vertex.surface() else { continue };
                 let is_seen = !surface.bsdf.is_delta() && scatterings >= self.least_scatterings as usize;
                 if is_seen && vertex.beta.is_valid() && !vertex.beta.is_black() {
+                    let power = vertex.beta * surface.over_opacity(self.world.scene);
                     photons.push(Photon {
                         scatterings: scatterings as u16,
                         is_caustic: is_specular && scatterings > 0,
-                        ..Photon::new(light, vertex.p, vertex.ng, surface.back, vertex.beta)
+                        ..Photon::new(light, vertex.p, vertex.ng, surface.back, power)
                     });
                 }
                 is_specular &= vertex.is_delta;

@@ -1,15 +1,17 @@
 use super::direct::Vertex;
 use super::{RayKind, RaySink, Roulette, World};
 use crate::accel::Accel;
-use crate::bsdf::{Bsdf, TransportMode};
+use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::geometry::{Hit, Side, SurfacePoint, offset_to};
+use crate::geometry::{Hit, Side, SurfacePoint, offset_origin, offset_to};
 use crate::light::{Emission, LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::{Incident, Scene};
 use std::borrow::Cow;
+use std::f32::consts::FRAC_1_PI;
 use std::ops::Deref;
 
 /// Vertices of a path at most, both ends counted: what is scattered more often than this cannot be seen.
@@ -28,7 +30,7 @@ pub(super) struct PathVertex<'a> {
     pub ng: Vec3,
     /// What the vertex counts, over the density of the subpath so far.
     pub beta: Spectrum,
-    /// Density with which the subpath has made the vertex.
+    /// Density with which the subpath has made the vertex: infinite where it has met the triangle that it left, as no other strategy can.
     pub forward: f32,
     /// The one with which a path from the other end would have, coming along the same vertices; set when the subpath goes on.
     pub reverse: f32,
@@ -101,7 +103,7 @@ impl<'a> Surface<'a> {
             };
         }
         let point = world.scene.surface_point(&hit, ray.time);
-        let footprint = world.footprint(&point, ray);
+        let footprint = world.footprint(&point);
         let point = world.scene.with_relief(&hit, point, footprint);
         Self {
             hit,
@@ -133,6 +135,13 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// Whether a ray that left `other` has met the triangle that it left: by a shading normal that is bent far away light comes from beyond the facet's
+    /// horizon, and a ray that looks for it there finds the facet itself. Nothing but a path from the camera can make such a pair of points.
+    pub fn is_met_again(&self, other: &Self) -> bool {
+        let triangle = |hit: &Hit| (hit.prim, hit.geom, hit.inst);
+        triangle(&self.hit) == triangle(&other.hit)
+    }
+
     /// Light from the direction `wi` that leaves in the direction `wo` to the camera: `f |cos|` by the shading normal, which is what radiance per solid
     /// angle of `wi` is multiplied by.
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -148,12 +157,75 @@ impl<'a> Surface<'a> {
 
     /// The same of a path from a light that comes from the direction `wi` and goes on in `wo`: it does not know yet who looks.
     pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
-        self.bsdf.pdf(self.frame.to_local(wi), self.frame.to_local(wo))
+        let (from, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
+        let pdf = self.bsdf.pdf(from, to);
+        match self.facet_share() {
+            0.0 => pdf,
+            share => {
+                let [cos_from, cos_to] = [wi, wo].map(|w| w.dot(self.point.ng));
+                let sides = match self.bsdf.glossy_eta(from) {
+                    Some(_) => 0.5,
+                    None => f32::from(u8::from(cos_from * cos_to > 0.0)),
+                };
+                let about_facet = sides * cos_to.abs() * FRAC_1_PI;
+                (1.0 - share) * pdf + share * self.bsdf.smooth_probability(from) * about_facet
+            }
+        }
     }
 
-    /// Where rays in direction `w` start.
-    pub fn origin(&self, w: Vec3) -> Vec3 {
-        offset_to(&self.point, Side::of(w.dot(self.point.ns)))
+    /// Draws a direction in which a path from a light that comes from the direction `wi` goes on: in the local frame of [`Surface::frame_for`], its weight
+    /// that of radiance.
+    pub fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let (local, share) = (self.frame.to_local(wi), self.facet_share());
+        let smooth = if share > 0.0 {
+            self.bsdf.smooth_probability(local)
+        } else {
+            0.0
+        };
+        let about_facet = share * smooth;
+        let u_lobe = match u_lobe < smooth {
+            true if u_lobe < about_facet => {
+                let is_through = self.bsdf.glossy_eta(local).is_some() && u_lobe < 0.5 * about_facet;
+                let side = 1f32.copysign(wi.dot(self.point.ng)) * if is_through { -1.0 } else { 1.0 };
+                let w = Frame::from_z(side * self.point.ng).to_world(cosine_hemisphere(u));
+                let to = self.frame.to_local(w);
+                let pdf = self.pdf_from_light(wi, w);
+                return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
+            }
+            // What is left of the number, below all delta lobes
+            true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
+            false => u_lobe,
+        };
+        let sample = self.bsdf.sample(local, u_lobe, u, TransportMode::Importance)?;
+        match share > 0.0 && !sample.is_delta() {
+            true => Some(BsdfSample {
+                pdf: self.pdf_from_light(wi, self.frame.to_world(sample.wi)),
+                ..sample
+            }),
+            false => Some(sample),
+        }
+    }
+
+    /// Share of a light's paths that go on by the cosine about the geometric normal. The BSDF draws directions about the shading normal, and those that are
+    /// above the facet but beyond its horizon never: but with the normal bent to a viewer there light is scattered there too. It grows with the square root
+    /// of what is missed, so that neither many paths are drawn badly nor few count too much.
+    fn facet_share(&self) -> f32 {
+        match self.is_detailed {
+            true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),
+            false => 0.0,
+        }
+    }
+
+    /// Where rays start that go on in direction `wi` to find the light which is scattered to `wo`: on the side that it has by the shading normal, as
+    /// [`Vertex::origin`] says.
+    pub fn origin_towards_light(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Vec3 {
+        let (point, _) = self.seen_from(scene, wo);
+        offset_to(&point, Side::of(wi.dot(point.ns)))
+    }
+
+    /// Where rays start that carry light away in direction `wo`: on the side from which it is seen there.
+    pub fn origin_towards_camera(&self, wo: Vec3) -> Vec3 {
+        offset_origin(&self.point, wo)
     }
 
     /// The point as one that light falls on, seen from the direction `wo`.
@@ -166,6 +238,15 @@ impl<'a> Surface<'a> {
                 Some(_) => Vec3::ZERO,
                 None => point.ns * 1f32.copysign(wo.z),
             },
+        }
+    }
+
+    /// 1 over the share of the surface that is there: what light that has met it by that chance counts to others who have met it by the same chance. Both
+    /// ends of a merged path are one vertex of it.
+    pub fn over_opacity(&self, scene: &Scene) -> f32 {
+        match scene.has_holes() {
+            true => 1.0 / scene.opacity(&self.hit),
+            false => 1.0,
         }
     }
 
@@ -349,7 +430,12 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 is_delta: false,
             };
             let before = path.len() - 1;
+            let is_met_again = match (path[before].surface(), vertex.surface()) {
+                (Some(left), Some(met)) => met.is_met_again(left),
+                _ => false,
+            };
             vertex.forward = match path[before].is_delta {
+                _ if is_met_again => f32::INFINITY,
                 true => 1.0,
                 false => path[before].density_at(pdf, &vertex),
             };
@@ -393,7 +479,10 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
         let frame = surface.frame_for(scene, back, self.mode);
-        let sample = surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?;
+        let sample = match is_from_camera {
+            true => surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?,
+            false => surface.sample_from_light(back, u_lobe, u)?,
+        };
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
@@ -409,8 +498,12 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
             (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
         };
+        let origin = match is_from_camera {
+            true => surface.origin_towards_light(scene, back, w),
+            false => surface.origin_towards_camera(w),
+        };
         Some(Onwards {
-            ray: Ray::new(surface.origin(w), w).when(surface.point.time),
+            ray: Ray::new(origin, w).when(surface.point.time),
             weight,
             is_delta: sample.is_delta(),
             pdf,

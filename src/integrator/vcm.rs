@@ -177,7 +177,7 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
                 };
                 let wi = arrived.back;
                 let f = surface.scattered(scene, surface.back, wi) * (1.0 / wi.dot(end.ng).abs());
-                let radiance = last.beta * f * end.beta * density;
+                let radiance = last.beta * f * end.beta * (density * arrived.over_opacity(scene));
                 if is_one_surface(last.ng, end.ng) && radiance.is_valid() && !radiance.is_black() {
                     let weight = connector.merging_weight(&camera[..t], before, prepared.time);
                     out.radiance(Gathered::of_light(radiance * weight, path[0].light_id(), scene));

@@ -197,7 +197,7 @@ impl<'a, A: Accel> World<'a, A> {
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
         let wo = -ray.direction;
         let point = self.scene.surface_point(hit, ray.time);
-        let footprint = self.footprint(&point, ray);
+        let footprint = self.footprint(&point);
         let shaded = self.scene.with_relief(hit, point, footprint);
         let point = shaded.seen_from(wo);
         let frame = self.scene.frame(hit, &point);
@@ -211,10 +211,12 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
-    /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way).
-    pub(super) fn footprint(&self, point: &SurfacePoint, ray: &Ray) -> f32 {
-        // A pixel's square is stretched along one axis, where light grazes the surface: the side of a square of the same area.
-        let cos = ray.direction.dot(point.ng).abs().max(1e-2);
+    /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
+    /// whoever meets a point, from the camera or from a light, must find the same surface there.
+    pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
+        let to = point.p - self.camera.position(point.time);
+        // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
+        let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
     }
 

@@ -261,7 +261,10 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
             if f.is_black() {
                 return;
             }
-            let ray = sampled.sample.shadow_ray(surface.origin(wi)).when(time);
+            let ray = sampled
+                .sample
+                .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
+                .when(time);
             let transmittance = self.world.transmittance(&ray, out);
             if transmittance > 0.0 {
                 found(Contribution {
@@ -331,7 +334,7 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         if radiance.is_black() {
             return;
         }
-        let ray = segment(surface.origin(w), lens.p).when(time);
+        let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {
@@ -365,7 +368,11 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
         if radiance.is_black() {
             return;
         }
-        let ray = segment(at_a.origin(w), at_b.origin(-w)).when(time);
+        let ends = (
+            at_a.origin_towards_light(scene, at_a.back, w),
+            at_b.origin_towards_camera(-w),
+        );
+        let ray = segment(ends.0, ends.1).when(time);
         let transmittance = self.world.transmittance(&ray, out);
         if transmittance > 0.0 {
             found(Contribution {

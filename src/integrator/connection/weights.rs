@@ -13,13 +13,11 @@ pub(super) struct Met {
 }
 
 impl<A: Accel> Connector<'_, '_, A> {
-    /// Density with which a path from the camera that comes from `before` goes on from `at` to `to`.
-    fn pdf_from_camera(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
+    /// Density with which a path from the camera that comes from the direction `wo` goes on from `at` to `to`.
+    fn pdf_from_camera(&self, wo: Option<Vec3>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
-        let pdf = match (&at.place, before) {
-            (Place::Surface(surface), Some(before)) => {
-                surface.pdf_from_camera(self.world.scene, at.direction_to(before), w)
-            }
+        let pdf = match (&at.place, wo) {
+            (Place::Surface(surface), Some(wo)) => surface.pdf_from_camera(self.world.scene, wo, w),
             _ => self.pdf_of_camera(at.p, w, time),
         };
         at.density_at(pdf, to)
@@ -74,15 +72,16 @@ impl<A: Accel> Connector<'_, '_, A> {
         let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
 
         // What the vertices at the joint would be drawn with from the other side
-        let before = |i: usize| (i > 0).then(|| at(i - 1));
+        let back = |i: usize| at(i).surface().map(|surface| surface.back);
         match met {
             None => {
                 path.is_delta[t - 1] = false;
                 // What is merged may have come there by a delta lobe.
                 path.is_delta[t] &= is_merged;
-                path.from_camera[t] = self.pdf_from_camera(before(t - 1), at(t - 1), at(t), time);
+                path.from_camera[t] = self.pdf_from_camera(back(t - 1), at(t - 1), at(t), time);
                 if s > 1 {
-                    path.from_camera[t + 1] = self.pdf_from_camera(Some(at(t - 1)), at(t), at(t + 1), time);
+                    path.from_camera[t + 1] =
+                        self.pdf_from_camera(Some(at(t).direction_to(at(t - 1))), at(t), at(t + 1), time);
                 }
                 let after = (s > 1).then(|| at(t + 1));
                 path.from_light[t - 1] = self.pdf_from_light(after, at(t), at(t - 1), time);
@@ -107,7 +106,13 @@ impl<A: Accel> Connector<'_, '_, A> {
         // Where a light would be sampled for the vertex before it
         let (direct, is_delta_light) = match met {
             Some(met) => (met.direct, false),
-            None => self.direct(at(n - 1), at(n - 2), (n > 2).then(|| at(n - 3)), time),
+            None => {
+                let wo = match s {
+                    1 => back(n - 2),
+                    _ => Some(at(n - 2).direction_to(at(n - 3))),
+                };
+                self.direct(at(n - 1), at(n - 2), wo, time)
+            }
         };
         if let Some(merging) = &self.merging {
             // To be compared with densities of merging, those by delta lobes need the geometry that is common to all other strategies.
@@ -125,15 +130,15 @@ impl<A: Accel> Connector<'_, '_, A> {
         path.weight(t, direct, is_delta_light, is_merged, self.heuristic)
     }
 
-    /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from `before`; and whether there is no other way to it but
+    /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from the direction `wo`; and whether there is no other way to it but
     /// from itself.
-    fn direct(&self, light: &PathVertex, at: &PathVertex, before: Option<&PathVertex>, time: f32) -> (f32, bool) {
+    fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> (f32, bool) {
         let scene = self.world.scene;
         let Place::Light(id, end) = &light.place else {
             return (0.0, false);
         };
-        let receiver = match (at.surface(), before) {
-            (Some(surface), Some(before)) => surface.receiver(scene, at.direction_to(before)),
+        let receiver = match (at.surface(), wo) {
+            (Some(surface), Some(wo)) => surface.receiver(scene, wo),
             _ => Receiver::any_side(at.p),
         };
         let pmf = scene.light_selection().pmf(scene.lights(), &receiver, *id);
@@ -205,6 +210,10 @@ impl Densities {
         let mut product = 1.0;
         for other in (1..t).rev() {
             product *= ratio(other);
+            // Past a vertex that no other strategy makes there is none, whatever densities say.
+            if product == 0.0 {
+                break;
+            }
             add(other, product);
         }
         let mut product = 1.0;

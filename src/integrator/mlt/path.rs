@@ -3,6 +3,7 @@ use crate::color::Spectrum;
 use crate::integrator::subpath::Surface;
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
+use crate::scene::Scene;
 use std::rc::Rc;
 
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
@@ -169,6 +170,12 @@ impl<'a> Vertex<'a> {
         }
     }
 
+    /// Whether a ray that left `other` has met the triangle that it left. Such points are one and the same to all that is computed of a path's vertices.
+    pub fn is_met_again(&self, other: &Self) -> bool {
+        let surfaces = self.surface().zip(other.surface());
+        surfaces.is_some_and(|(own, other)| own.is_met_again(other))
+    }
+
     /// Whether it is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         self.source().is_some_and(|source| source.kind.is_infinite())
@@ -188,11 +195,22 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Where rays in direction `w` start.
-    pub fn origin(&self, w: Vec3) -> Vec3 {
+    /// Where rays start that go on in direction `w` to find light, on the path that comes from the camera by `before`; where that is not known, on the
+    /// side that `w` points to.
+    pub fn origin_towards_light(&self, scene: &Scene, before: Option<&Self>, w: Vec3) -> Vec3 {
+        match (&self.place, before) {
+            (Place::Surface(surface), Some(before)) => {
+                surface.origin_towards_light(scene, self.direction_to(before), w)
+            }
+            _ => self.origin_towards_camera(w),
+        }
+    }
+
+    /// Where rays start that carry light away in direction `w`.
+    pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.place {
             Place::Lens => self.p,
-            Place::Surface(surface) => surface.origin(w),
+            Place::Surface(surface) => surface.origin_towards_camera(w),
             Place::Light(source) => source.origin,
         }
     }

@@ -1,7 +1,7 @@
 use super::Proposal;
 use super::numbers::Numbers;
 use super::path::{Path, Single, SourceKind, Vertex};
-use super::space::PathSpace;
+use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::integrator::{RayKind, RaySink};
@@ -91,20 +91,22 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         for i in 1..=chain.last {
             let old = &x.vertices[i];
             let met = self.space.meet(&ray, kind, out);
+            if is_same_point(&camera, &met) {
+                return None;
+            }
             let mut vertex = match old.source() {
                 Some(_) => self.space.meet_light(met, &ray, numbers.next())?,
                 None => met?,
             };
             vertex.is_delta = old.is_delta;
-            if let Some(last) = camera.last_mut() {
-                last.through = self.space.through(last, &vertex, x.time, out);
-            }
+            self.space.note_through(&mut camera, &vertex, x.time, out);
             camera.push(vertex);
             if i < chain.last {
                 kind = RayKind::Bounce;
                 let neighbours = [&x.vertices[i - 1], old, &x.vertices[i + 1]];
                 let w = self.onwards(&camera, neighbours, TransportMode::Radiance, numbers)?;
-                ray = Ray::new(camera[i].origin(w), w).when(x.time);
+                let origin = camera[i].origin_towards_light(self.space.world.scene, Some(&camera[i - 1]), w);
+                ray = Ray::new(origin, w).when(x.time);
             }
         }
         let light = x.vertices[chain.last + 1..].iter().rev().cloned();
@@ -147,7 +149,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             }
             _ => {
                 let (w, angle) = turned(old, numbers, range);
-                (from.origin(w), w, angle)
+                (from.origin_towards_camera(w), w, angle)
             }
         };
         let mut ray = Ray::new(origin, w).when(x.time);
@@ -159,13 +161,13 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
             if let Some(last) = light.last() {
-                vertex.through = self.space.through(&vertex, last, x.time, out);
+                vertex.through = self.space.through((None, &vertex), last, x.time, out);
             }
             light.push(vertex);
             if i > 1 {
                 let neighbours = [&x.vertices[i + 1], &x.vertices[i], &x.vertices[i - 1]];
                 let w = self.onwards(&light, neighbours, TransportMode::Importance, numbers)?;
-                ray = Ray::new(light.last()?.origin(w), w).when(x.time);
+                ray = Ray::new(light.last()?.origin_towards_camera(w), w).when(x.time);
             }
         }
         let mut camera = Vec::with_capacity(x.len());

@@ -1,7 +1,7 @@
 use super::bidirectional::Lengths;
 use super::numbers::Numbers;
 use super::path::{Path, Vertex};
-use super::space::PathSpace;
+use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::integrator::{RaySink, Roulette};
 
@@ -137,11 +137,12 @@ pub(super) fn sample<'a, A: Accel>(
             break;
         };
         let met = space.meet(&ray, kind, out);
+        if is_same_point(&camera.vertices, &met) {
+            break;
+        }
         let light = space.meet_light(met.clone(), &ray, numbers.next());
         if let Some(next) = met.as_ref().or(light.as_ref()) {
-            if let Some(last) = camera.vertices.last_mut() {
-                last.through = space.through(last, next, time, out);
-            }
+            space.note_through(&mut camera.vertices, next, time, out);
         }
         let n = camera.vertices.len();
         if let Some(light) = light.filter(|_| n + 1 >= space.least) {

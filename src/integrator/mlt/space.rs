@@ -86,7 +86,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             id: light.id,
             kind: SourceKind::Area,
             radiance: light.radiance,
-            origin: surface.origin(ng),
+            origin: surface.origin_towards_camera(ng),
         };
         Some(Vertex::new(Place::Light(source), vertex.p, ng))
     }
@@ -147,13 +147,14 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
             let (ray, kind) = self.onwards_from_camera(path, (lens, time), numbers)?;
             let met = self.meet(&ray, kind, out);
+            if is_same_point(path, &met) {
+                return None;
+            }
             let next = match left == 0 && to_light {
                 true => self.meet_light(met, &ray, numbers.next())?,
                 false => met?,
             };
-            if let Some(last) = path.last_mut() {
-                last.through = self.through(last, &next, time, out);
-            }
+            self.note_through(path, &next, time, out);
             path.push(next);
         }
         Some(())
@@ -193,7 +194,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                     };
                     let mut next = self.meet(&ray, RayKind::Bounce, out)?;
                     let last = path.last()?;
-                    next.through = self.through(&next, last, time, out);
+                    next.through = self.through((None, &next), last, time, out);
                     next
                 }
             };
@@ -221,12 +222,16 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let back = last.direction_to(before);
         let surface = last.surface()?;
         let (u_lobe, u) = (numbers.next(), numbers.next_2d());
-        let frame = surface.frame_for(self.world.scene, back, mode);
+        let scene = self.world.scene;
+        let frame = surface.frame_for(scene, back, mode);
         let local = frame.to_local(back);
         let is_delta = u_lobe >= surface.bsdf.smooth_probability(local);
         let direction = match is_delta {
             false => {
-                let sample = surface.bsdf.sample(local, u_lobe, u, mode)?;
+                let sample = match mode {
+                    TransportMode::Radiance => surface.bsdf.sample(local, u_lobe, u, mode)?,
+                    TransportMode::Importance => surface.sample_from_light(back, u_lobe, u)?,
+                };
                 (!sample.is_delta()).then_some(sample.wi)?
             }
             // To one side or to the other, by their shares
@@ -237,25 +242,51 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
         };
         let w = frame.to_world(direction);
-        let ray = Ray::new(surface.origin(w), w).when(time);
+        let origin = match mode {
+            TransportMode::Radiance => surface.origin_towards_light(scene, back, w),
+            TransportMode::Importance => surface.origin_towards_camera(w),
+        };
         last.is_delta = is_delta;
-        Some(ray)
+        Some(Ray::new(origin, w).when(time))
     }
 
-    /// Share of light that passes between `a` and the next vertex `b`, where a ray has gone all the way.
-    pub fn through(&self, a: &Vertex, b: &Vertex, time: f32, out: &mut impl RaySink) -> f32 {
+    /// Share of light that passes between `a`, to which the path from the camera comes by `before` if that is known, and the next vertex `b`, where a ray
+    /// has gone all the way.
+    pub fn through(
+        &self,
+        (before, a): (Option<&Vertex>, &Vertex),
+        b: &Vertex,
+        time: f32,
+        out: &mut impl RaySink,
+    ) -> f32 {
         match self.world.scene.has_holes() {
-            true => self.visibility(a, b, time, out),
+            true => self.visibility((before, a), b, time, out),
             false => 1.0,
         }
     }
 
+    /// Notes it at the last vertex of `camera`, from which a ray has gone to `next`.
+    pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
+        if let [.., before, last] = camera {
+            last.through = self.through((Some(before), last), next, time, out);
+        } else if let [lens] = camera {
+            lens.through = self.through((None, lens), next, time, out);
+        }
+    }
+
     /// The same where none has.
-    pub fn visibility(&self, a: &Vertex, b: &Vertex, time: f32, out: &mut impl RaySink) -> f32 {
+    fn visibility(
+        &self,
+        (before, a): (Option<&Vertex>, &Vertex),
+        b: &Vertex,
+        time: f32,
+        out: &mut impl RaySink,
+    ) -> f32 {
         let w = a.direction_to(b);
+        let origin = a.origin_towards_light(self.world.scene, before, w);
         let ray = match b.is_infinite() {
-            true => Ray::new(a.origin(w), w),
-            false => segment(a.origin(w), b.origin(-w)),
+            true => Ray::new(origin, w),
+            false => segment(origin, b.origin_towards_camera(-w)),
         };
         self.world.transmittance(&ray.when(time), out)
     }
@@ -284,7 +315,13 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         // What costs no ray is asked first.
         let mut path = self.path(camera, fresh, lens, time)?;
         if joint < path.len() {
-            let through = self.visibility(&path.vertices[joint - 1], &path.vertices[joint], time, out);
+            // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
+            if path.vertices[joint - 1].factors.joint <= 0.0 {
+                return None;
+            }
+            let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
+            let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
+            let through = self.visibility((before, a), b, time, out);
             if through <= 0.0 {
                 return None;
             }
@@ -477,4 +514,10 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     };
     let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
     at.through as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+}
+
+/// Whether the surface `met` is where `camera`, a path from the camera, has left it. There are no such paths here: they are made in one way only.
+pub(super) fn is_same_point(camera: &[Vertex], met: &Option<Vertex>) -> bool {
+    let ends = camera.last().zip(met.as_ref());
+    ends.is_some_and(|(last, met)| met.is_met_again(last))
 }

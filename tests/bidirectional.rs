@@ -308,6 +308,18 @@ fn bidirectional_paths_agree_with_paths() {
     }
 }
 
+/// Normals that are bent far away: what a camera's path finds where it meets the very facet that it has left is in the weights of all strategies.
+#[test]
+fn bent_normals_are_the_same_from_both_ends() {
+    let (scene, camera) = tilted_room();
+    with_world(&scene, camera, RESOLUTION, |world| {
+        let expected = renders(|seed| film_of(&path_tracer(world, Some(4)), RESOLUTION, 256, seed));
+        let films = renders(|seed| film_of_frames(&bidirectional(world, 4), RESOLUTION, 96, seed));
+        let error = assert_same_means("bent normals", &films, &expected);
+        assert!(error < 0.004, "{error}");
+    });
+}
+
 /// The same for the light tracer, where no mirror or glass is seen first.
 #[test]
 fn light_tracing_agrees_with_paths() {

@@ -7,7 +7,7 @@ use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Rect};
 use embrasure::integrator::{
-    Metropolis, MetropolisDirect, MetropolisTarget, PathSpaceIntegrator, Roulette, TestPicture, World,
+    LightIntegrator, Metropolis, MetropolisDirect, MetropolisTarget, PathSpaceIntegrator, Roulette, TestPicture, World,
 };
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
@@ -297,4 +297,27 @@ fn threads_change_no_bit() {
             .collect()
     };
     assert_eq!(bits(&render(1)), bits(&render(3)));
+}
+
+/// Normals that are bent far away. What a camera's path finds where it meets the very facet that it has left is found neither by chains nor from the lights.
+#[test]
+fn bent_normals_show_what_light_tracing_shows() {
+    let (scene, camera) = tilted_room();
+    with_world(&scene, camera, UVec2::splat(16), |world| {
+        let seeds = 0..16;
+        let films: Vec<Film> = seeds
+            .clone()
+            .map(|seed| frames(world, (3, ALL_LIGHT), seed, 24))
+            .collect();
+        let light = LightIntegrator {
+            world,
+            max_depth: Some(3),
+            roulette: Roulette::default(),
+        };
+        let reference: Vec<Film> = seeds
+            .map(|seed| film_of_frames(&light, UVec2::splat(16), 96, 50 + seed))
+            .collect();
+        let z = z_of_regions(&films, &reference, 2);
+        assert!(z.iter().all(|z| z.abs() < 5.5), "{z:.1?}");
+    });
 }

@@ -275,6 +275,35 @@ fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     println!("{what}: {worst:.2} of what is allowed, at worst");
 }
 
+/// A panel of which a quarter is there: photons come to it by that chance, and so do those who look for them.
+#[test]
+fn holes_count_once() {
+    let mut b = SceneBuilder::new();
+    add(&mut b, room(), material(0.5, 0.3));
+    let veil = Material {
+        opacity: 0.25,
+        ..material(0.8, 0.0)
+    };
+    add(&mut b, panel(-0.2, 0.7), veil);
+    let (scene, _) = b.build().unwrap();
+    let camera = pinhole(Vec3::new(0.0, 0.1, 0.9), Vec3::new(0.0, 0.0, -1.0), 80.0);
+    let resolution = UVec2::splat(16);
+    with_world(&scene, camera, resolution, |world| {
+        let reference = film_of(&path_tracer(world, Some(4)), resolution, 1024, 1);
+        let integrator = ProgressivePhotonIntegrator {
+            photons: Some(10_000),
+            alpha: 1.0,
+            ..progressive(world, 0.05, 4)
+        };
+        assert_same_blocks("sppm", &frames(&integrator, resolution, 64, 2), &reference, 0.025);
+        let film = mapped(world, resolution, 60_000, 4, 32, 3);
+        assert_same_blocks("photon-map", &film, &reference, 0.025);
+        // Wide enough that much is merged
+        let film = frames(&merging(world, 0.05, 4), resolution, 128, 4);
+        assert_same_blocks("vcm", &film, &reference, 0.025);
+    });
+}
+
 /// A room with every kind of lobe, glass and mirrors among them, and caustics of a wide lamp: each path of light is counted once, at every depth.
 #[test]
 fn all_light_is_counted_once() {

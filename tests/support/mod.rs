@@ -12,11 +12,12 @@ use embrasure::integrator::{
     FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
 };
 use embrasure::io::{SceneFile, load_scene};
-use embrasure::material::Material;
-use embrasure::math::{UVec2, Vec3};
+use embrasure::material::{Map, Material};
+use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::{Outcome, render, render_frames, test_picture};
 use embrasure::sampler::{Independent, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
 /// The backend this program was built with, or the oracle.
@@ -171,6 +172,44 @@ pub fn panel(z: f32, half: f32) -> Mesh {
         corner(1.0, 1.0),
         corner(-1.0, 1.0),
     ])
+}
+
+/// The box from −1 to 1, seen from within: its walls are flat, and have a normal map that tilts all normals by 45°, here one way and there another. A
+/// lamp hangs below its ceiling.
+pub fn tilted_room() -> (Scene, CameraParameters) {
+    let mut b = SceneBuilder::new();
+    let (t, n) = (0.5f32.sqrt(), 0.5 + 0.5 * 0.5f32.sqrt());
+    let tilts = [
+        [0.5 + 0.5 * t, 0.5],
+        [0.5 - 0.5 * t, 0.5],
+        [0.5, 0.5 + 0.5 * t],
+        [0.5, 0.5 - 0.5 * t],
+    ];
+    let texels = tilts.into_iter().flat_map(|[x, y]| [x, y, n]).collect();
+    let texture = Texture::new(2, 2, 3, Texels::Floats(texels), Wrap::Repeat).unwrap();
+    let normal = Map {
+        texture: TextureId(0),
+        mapping: Mapping::default(),
+    };
+    let mut wall = material(0.7, 0.0);
+    wall.maps.normal = Some(normal);
+    for triangle in room().triangles.chunks(2) {
+        let [[p0, p2, p1], [_, p3, _]] = [triangle[0], triangle[1]].map(|t| t.map(|i| room().positions[i as usize]));
+        let mesh = Mesh {
+            uvs: [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)]
+                .map(Vec2::from)
+                .to_vec(),
+            positions: vec![p0, p1, p2, p3],
+            triangles: vec![[0, 2, 1], [0, 3, 2]],
+            ..Mesh::default()
+        };
+        add(&mut b, mesh, wall.clone());
+    }
+    let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, z)| Vec3::new(x, 0.8, z));
+    add(&mut b, polygon(&corners), material(0.0, 5.0));
+    b.set_textures(vec![texture], &[Some(TextureId(0))]);
+    let camera = pinhole(Vec3::new(0.1, -0.2, 0.9), Vec3::new(0.0, -0.1, -1.0), 80.0);
+    (b.build().unwrap().0, camera)
 }
 
 /// Looks along −z at the whole of `panel(0, 1)`, whose edges are the image's.

@@ -1,10 +1,17 @@
+use super::{Gathered, Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::light::Receiver;
+use crate::material::BsdfSlot;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
-use crate::sampler::{Dimension, Sampler};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::scene::Incident;
 
 /// How Metropolis light transport is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metropolis {
-    /// Who finds the light that is scattered once, or not at all.
+    /// Who finds the light that is scattered once, or not at all, and lamps that are seen by delta lobes alone.
     pub direct: MetropolisDirect,
     /// What chains are after.
     pub target: MetropolisTarget,
@@ -32,7 +39,7 @@ impl Default for Metropolis {
     }
 }
 
-/// Who finds direct light, and light that is not scattered at all.
+/// Who finds direct light, light that is not scattered at all, and lamps that are seen in mirrors and through glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisDirect {
     /// Path tracing, a sample a pixel: chains would go where it is bright, and do no better (Veach and Guibas 1997, §5.4).
@@ -54,11 +61,84 @@ pub enum MetropolisTarget {
 }
 
 impl Metropolis {
+    /// Whether chains carry all light, and not only what [`OrdinaryLight`] does not find.
+    pub(super) fn carries_all(&self) -> bool {
+        self.direct == MetropolisDirect::Metropolis
+    }
+
     /// Vertices, at least, of the paths that chains carry.
     pub(super) fn least_vertices(&self) -> usize {
-        match self.direct {
-            MetropolisDirect::Ordinary => 4,
-            MetropolisDirect::Metropolis => 2,
+        if self.carries_all() { 2 } else { 4 }
+    }
+}
+
+/// Finds what is left to path tracing beside chains: light that is scattered once or not at all, and lamps that are seen in mirrors and through glass, which a
+/// path from the camera meets without looking for them. They are few pixels, and bright: chains would either live there or never come.
+#[derive(Debug)]
+pub(super) struct OrdinaryLight<'a, A> {
+    pub world: World<'a, A>,
+    pub heuristic: Heuristic,
+    /// Scattering events at most.
+    pub max_depth: Option<u32>,
+    pub roulette: Roulette,
+    pub light_samples: u32,
+}
+
+impl<A: Accel> OrdinaryLight<'_, A> {
+    /// Traces the sample `key`.
+    pub fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let direct = PathIntegrator {
+            world: self.world,
+            strategy: Strategy {
+                heuristic: self.heuristic,
+                ..Strategy::default()
+            },
+            max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
+            roulette: self.roulette,
+            light_samples: self.light_samples,
+            reuse: false,
+        };
+        direct.sample(key, sampler, out);
+        self.sample_lamps(key, sampler, out);
+    }
+
+    /// Adds the light that comes along the sample's ray by two delta lobes or more, and by nothing else.
+    fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let (world, scene) = (&self.world, self.world.scene);
+        let mut ray = world.camera_ray(key, None, sampler, out);
+        let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
+        for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
+            let from = Receiver::any_side(ray.origin);
+            let add = |light: Incident, out: &mut _| {
+                if depth > 1 {
+                    Sink::radiance(out, Gathered::of_light(beta * light.radiance, light.id, scene));
+                }
+            };
+            let Some(hit) = world.intersect(&ray, RayKind::Bounce, out) else {
+                for light in scene.escaped(from, ray.direction) {
+                    add(light, out);
+                }
+                return;
+            };
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
+            if let Some(light) = scene.emitted(&hit, &from, vertex.point.p, ray.direction, ray.time) {
+                add(light, out);
+            }
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let sample = vertex.bsdf.sample(vertex.wo, u_lobe, u, TransportMode::Radiance);
+            let Some(sample) = sample.filter(|sample| sample.is_delta()) else {
+                return;
+            };
+            beta *= sample.weight;
+            eta_squared *= sample.eta * sample.eta;
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
+            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u) else {
+                return;
+            };
+            beta *= factor;
+            ray = vertex.ray_along(sample.wi);
         }
     }
 }

@@ -9,11 +9,9 @@ mod space;
 #[cfg(test)]
 mod tests;
 
+use super::metropolis::OrdinaryLight;
 use super::subpath::MOST_VERTICES;
-use super::{
-    FrameIntegrator, Gathered, Integrator, Metropolis, MetropolisDirect, PathIntegrator, RaySink, Roulette, SplatSink,
-    Strategy, TestPicture, World,
-};
+use super::{FrameIntegrator, Gathered, Heuristic, Metropolis, RaySink, Roulette, SplatSink, TestPicture, World};
 use crate::accel::Accel;
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
@@ -132,7 +130,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         let most = self.max_depth.map_or(MOST_VERTICES, |depth| {
             MOST_VERTICES.min((depth as usize).saturating_add(2))
         });
-        PathSpace::new(&self.world, self.test, (least, most))
+        PathSpace::new(&self.world, self.test, (least, most), self.metropolis.carries_all())
     }
 
     /// Mutations of a frame: one for each pixel.
@@ -199,16 +197,15 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn sample<S: Sampler>(&self, _: &Seeds, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        if self.metropolis.direct == MetropolisDirect::Ordinary {
-            let direct = PathIntegrator {
+        if !self.metropolis.carries_all() {
+            let ordinary = OrdinaryLight {
                 world: self.world,
-                strategy: Strategy::default(),
-                max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
+                heuristic: Heuristic::default(),
+                max_depth: self.max_depth,
                 roulette: self.roulette,
                 light_samples: self.light_samples,
-                reuse: false,
             };
-            direct.sample(key, sampler, out);
+            ordinary.sample(key, sampler, out);
             return;
         }
         // What the camera sees first, for the auxiliary channels alone

@@ -1,8 +1,8 @@
 use super::connection::{Connector, Contribution, Subpaths};
-use super::metropolis::{name, unit};
+use super::metropolis::{OrdinaryLight, name, unit};
 use super::{
-    FrameIntegrator, Gathered, Heuristic, Integrator, Metropolis, MetropolisDirect, PathIntegrator, RaySink, Roulette,
-    SplatSink, Strategy, TestPicture, World,
+    FrameIntegrator, Gathered, Heuristic, Metropolis, MetropolisDirect, RaySink, Roulette, SplatSink, TestPicture,
+    World,
 };
 use crate::accel::Accel;
 use crate::material::BsdfSlot;
@@ -128,7 +128,7 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &Vec<Seed>, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         match self.metropolis.direct {
-            MetropolisDirect::Ordinary => self.direct().sample(key, sampler, out),
+            MetropolisDirect::Ordinary => self.ordinary().sample(key, sampler, out),
             MetropolisDirect::Metropolis => {
                 self.world.look(key, sampler, &BsdfSlot::new(), out);
             }
@@ -220,18 +220,14 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         (least + i as usize, probability)
     }
 
-    /// Finds light that is scattered once or not at all.
-    fn direct(&self) -> PathIntegrator<'a, A> {
-        PathIntegrator {
+    /// Finds what chains do not carry.
+    fn ordinary(&self) -> OrdinaryLight<'a, A> {
+        OrdinaryLight {
             world: self.world,
-            strategy: Strategy {
-                heuristic: self.heuristic,
-                ..Strategy::default()
-            },
-            max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
+            heuristic: self.heuristic,
+            max_depth: self.max_depth,
             roulette: Roulette::default(),
             light_samples: self.light_samples,
-            reuse: false,
         }
     }
 
@@ -287,6 +283,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             let is_whole = paths.camera.len() == t;
             let escapes = s == 0 && paths.camera.len() + 1 == t && paths.escape.is_some();
             if !is_whole && !escapes {
+                return;
+            }
+            let mut between = paths.camera[1..].iter().take(t - 2);
+            if s == 0 && !self.metropolis.carries_all() && between.all(|vertex| vertex.is_delta) {
                 return;
             }
         }

@@ -18,6 +18,8 @@ pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     /// What the light of paths is compared with.
     test: &'w TestPicture,
+    /// Whether lamps that are seen by delta lobes alone are in it.
+    has_lamps: bool,
     /// Vertices of a path at least, both ends counted.
     pub least: usize,
     /// Vertices of a path at most.
@@ -32,11 +34,12 @@ pub(super) struct PathSpace<'w, 'a, A> {
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// That of paths of such numbers of vertices.
-    pub fn new(world: &'w World<'a, A>, test: &'w TestPicture, (least, most): (usize, usize)) -> Self {
+    pub fn new(world: &'w World<'a, A>, test: &'w TestPicture, (least, most): (usize, usize), has_lamps: bool) -> Self {
         let beyond = Vec2::splat((world.filter.radius() - 0.5).max(0.0));
         Self {
             world,
             test,
+            has_lamps,
             least,
             most,
             film_min: -beyond,
@@ -338,6 +341,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let source = vertices.last()?.source()?;
         // What has no size is not seen itself.
         if n < self.least.max(2) || n > self.most || (n == 2 && source.kind.is_delta()) {
+            return None;
+        }
+        if !self.has_lamps && vertices[1..n - 1].iter().all(|vertex| vertex.is_delta) {
             return None;
         }
         let w = vertices[0].direction_to(&vertices[1]);

@@ -6,10 +6,9 @@ use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::Mesh;
-use crate::integrator::{Heuristic, RayKind, TestPictureMaker};
+use crate::integrator::{Heuristic, MetropolisDirect, RayKind, TestPictureMaker};
 use crate::material::Material;
 use crate::math::{UVec2, Vec3};
-use crate::render::test_picture;
 use crate::sampler::Independent;
 use crate::scene::{Scene, SceneBuilder};
 
@@ -136,7 +135,9 @@ fn look<T>(
         max_depth: Some(4),
         roulette: Roulette::default(),
     };
-    let (test, _) = test_picture(&maker, &Independent::new(8), &()).unwrap();
+    let piece = |index| maker.piece(index, &mut Independent::new(8), &mut Uncounted);
+    let pieces: Vec<_> = (0..TestPictureMaker::<BruteForce>::PIECES).map(piece).collect();
+    let test = maker.join(&pieces);
     with(&PathSpaceIntegrator {
         world,
         max_depth: Some(4),

@@ -140,12 +140,19 @@ impl Estimator {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// Says so where an irradiance cache knows nothing: a record holds for its time alone.
+    /// Says so where what is made once, before all samples, knows nothing of time.
     pub(crate) fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
         let [open, close] = camera.shutter();
-        let is_in_vain = self.kind == IntegratorKind::IrradianceCache && scene.is_moving() && open < close;
-        let words = "the scene moves while the shutter is open: the irradiance cache stays empty, and the picture is that of paths alone";
-        is_in_vain.then(|| words.into())
+        let words = match self.kind {
+            IntegratorKind::IrradianceCache => {
+                "the scene moves while the shutter is open: the irradiance cache stays empty, and the picture is that of paths alone"
+            }
+            IntegratorKind::PhotonMap => {
+                "the scene moves while the shutter is open: photons of all times light it at each, which blurs shadows and caustics more than they move"
+            }
+            _ => return None,
+        };
+        (scene.is_moving() && open < close).then(|| words.into())
     }
 
     /// Whether strategies can be told apart.

@@ -3,7 +3,9 @@
 use super::args::CompareArgs;
 use super::error::CliError;
 use crate::color::{Spectrum, false_color};
-use crate::film::{Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores};
+use crate::film::{
+    CommonErrors, Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
+};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
 use crate::io::{find, join_names};
 use serde_json::{Value, json};
@@ -309,6 +311,9 @@ impl<'a> Comparison<'a> {
                 chance(e.p)
             );
         }
+        if let Some(words) = left_out(verdict.common) {
+            outln!("  {words}");
+        }
         let p = format!("p = {} over all tests, significance {level}", chance(verdict.p));
         match (self.outcome, verdict.worst()) {
             (Outcome::Differs, Some(e)) if verdict.differs() => {
@@ -333,6 +338,8 @@ impl<'a> Comparison<'a> {
                 "differs": verdict.differs(),
                 "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
                 "worst": verdict.worst().map(extreme_json),
+                "common_errors": common_name(verdict.common),
+                "left_out": left_out(verdict.common),
             })
         });
         let limits = self.limits().map(|(flag, value, limit)| {
@@ -375,6 +382,30 @@ fn scale_name(scale: Scale) -> &'static str {
         Scale::Tile => "tile",
         Scale::Region => "region",
         Scale::Whole => "whole",
+    }
+}
+
+fn common_name(common: CommonErrors) -> &'static str {
+    match common {
+        CommonErrors::None => "none",
+        CommonErrors::Tile => "tile",
+        CommonErrors::Sample => "sample",
+        CommonErrors::Picture => "picture",
+    }
+}
+
+/// What is not tested because pixels have errors in common.
+fn left_out(common: CommonErrors) -> Option<&'static str> {
+    match common {
+        CommonErrors::None | CommonErrors::Tile => None,
+        CommonErrors::Sample => Some(
+            "left out: regions; pixels of one sample have errors in common, so tiles and the whole are judged more mildly; \
+             means of several seeds tell more",
+        ),
+        CommonErrors::Picture => Some(
+            "left out: pixels, tiles and regions; all samples look at the same photons or records, whose errors are in no variance; \
+             means of several seeds tell more",
+        ),
     }
 }
 

@@ -195,7 +195,8 @@ fn methods(best: Estimator, names: &[String]) -> Result<Vec<(&'static str, Estim
     let method = |wanted: &String| match known.iter().find(|(name, _)| *name == wanted.trim()) {
         Some(&(name, kind)) => Ok((name, Estimator { kind, ..best })),
         None => Err(CliError::Usage(format!(
-            "--methods {wanted}: no such integrator\n  help: use some of {}",
+            "--methods {}: no such integrator\n  help: use some of {}",
+            wanted.trim(),
             known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
         ))),
     };

@@ -278,8 +278,11 @@ impl<'a> Comparison<'a> {
     fn print_verdict(&self) {
         let level = self.args.significance;
         let Some(verdict) = &self.verdict else {
-            let why = match self.outcome {
-                Outcome::Unknown => ": one of them says nothing of its noise (variance.R, .G, .B)",
+            let why = match (self.outcome, self.pair.noisy()) {
+                (Outcome::Unknown, None) => ": one of them says nothing of its noise (variance.R, .G, .B)",
+                (Outcome::Unknown, Some(_)) => {
+                    ": what they say of their noise is not enough; take 2 samples a pixel or more, and of photon-map and irradiance-cache 160x160 pixels or more"
+                }
                 _ => "",
             };
             outln!("  verdict: {}{why}", self.outcome.words());

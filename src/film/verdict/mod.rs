@@ -288,9 +288,10 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
         // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
         CommonErrors::Sample | CommonErrors::Picture => {
-            let mut sizes: Vec<f64> = weighted.clone().map(|(_, term)| term.abs()).collect();
+            let sizes = weighted.clone().map(|(_, term)| term.abs());
+            let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();
             sizes.sort_by(f64::total_cmp);
-            *sizes.get(sizes.len() / 2)?
+            sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
         }
     };
     let terms = weighted.map(|(_, term)| term.clamp(-most, most));

@@ -3,6 +3,7 @@
 mod support;
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use support::program::{
@@ -858,6 +859,18 @@ fn the_lab_compares_the_ladder() {
     let table = fs::read_to_string(folder.path().join("methods.csv")).unwrap();
     let rows: Vec<&str> = table.lines().map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(rows, ["estimator", "\"path\"", "\"bdpt\"", "\"light\""]);
+    // Blanks are no part of a name; the last that has no bias makes the reference, and is named.
+    let out = done(
+        folder.path(),
+        &["lab", "s.toml", "--methods", "bdpt, sppm", "--spp", "1", "-o", "judged"],
+    );
+    assert!(words(&out).contains("reference: bdpt, 64 samples"), "{}", words(&out));
+    let said = refused(folder.path(), &split("lab s.toml --methods whitted,sppm,vcm"), 2);
+    assert!(said.contains("--reference FILE"), "{said}");
+    done(
+        folder.path(),
+        &split("lab s.toml --methods sppm --spp 1 --reference r.exr -q -o one"),
+    );
     let said = refused(folder.path(), &split("lab s.toml --methods path,nonsense"), 2);
     assert!(said.contains("nonsense") && said.contains("bdpt"), "{said}");
     let out = run(folder.path(), &split("lab s.toml --time 0.05s --reference r.exr -q"));
@@ -869,6 +882,29 @@ fn the_lab_compares_the_ladder() {
         2,
     );
     assert!(said.contains("40x24"), "{said}");
+}
+
+/// What was rendered is there when the reference, which takes long, is given up.
+#[test]
+fn the_lab_can_be_interrupted_at_its_reference() {
+    let folder = scene();
+    let line = "lab s.toml --methods path,bdpt --spp 128 --size 160x96 -o cut";
+    let mut child = command(folder.path(), &split(line)).spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
+    let is_reference =
+        |line: &std::io::Result<String>| line.as_ref().is_ok_and(|line| line.starts_with("reference: bdpt"));
+    assert!(said.any(|line| is_reference(&line)));
+    signal(&child, "INT");
+    let rest: Vec<String> = said.map_while(Result::ok).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{rest:?}");
+    assert!(rest.iter().any(|line| line.contains("interrupted")), "{rest:?}");
+    let csv = fs::read_to_string(folder.path().join("cut.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().collect();
+    assert!(
+        rows.len() == 3 && rows[1].starts_with("\"path\",128,") && rows[1].ends_with(",,"),
+        "{csv}"
+    );
+    assert!(folder.path().join("cut.png").exists());
 }
 
 #[cfg(any(feature = "embree", feature = "obvhs"))]

@@ -5,7 +5,7 @@ mod support;
 use ::exr::prelude::{self as exr, WritableImage};
 use std::fs;
 use std::path::Path;
-use support::program::{code, done, folder, json, printed, refused, run, split, words};
+use support::program::{code, done, folder, joined, json, printed, refused, run, split, words};
 use tempfile::TempDir;
 
 /// Exit code, standard output and standard error.
@@ -91,6 +91,69 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
             [0, 0, 0, 80, 0, 0, 0, 64]
         );
     }
+}
+
+/// Seeds of these methods are no difference, and half of the light is.
+fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
+    let folder = scenes();
+    let folder = folder.path();
+    for method in methods {
+        let flags = ["--integrator", method, "--size", "128x128", "--spp", "4"];
+        for seed in ["1", "2", "3"] {
+            render(
+                folder,
+                "s.toml",
+                &joined(&flags, &["--seed", seed]),
+                &format!("{seed}.exr"),
+            );
+        }
+        for pair in [["1.exr", "2.exr"], ["1.exr", "3.exr"], ["2.exr", "3.exr"]] {
+            let (code, found) = compare(folder, &pair);
+            let outcome = found["outcome"].as_str();
+            assert_eq!((code, outcome), (0, Some("equal within noise")), "{method}: {found:#}");
+            let verdict = &found["verdict"];
+            assert_eq!(verdict["common_errors"], common);
+            let tests = verdict["tests"].as_array().unwrap().iter();
+            let tested: Vec<&str> = tests.map(|test| test["scale"].as_str().unwrap()).collect();
+            assert_eq!(tested, scales, "{method}");
+            assert!(verdict["left_out"].as_str().unwrap().contains("regions"));
+        }
+        let text = said(folder, &["compare", "1.exr", "2.exr"]).1;
+        assert!(text.contains("left out: ") && text.contains("several seeds"), "{text}");
+        render(folder, "s.toml", &joined(&flags, &["--max-depth", "1"]), "shallow.exr");
+        let (code, found) = compare(folder, &["1.exr", "shallow.exr"]);
+        assert_eq!(
+            (code, found["outcome"].as_str()),
+            (1, Some("differs")),
+            "{method}: {found:#}"
+        );
+    }
+}
+
+#[test]
+fn seeds_of_methods_whose_samples_have_errors_in_common_agree() {
+    seeds_agree(&["pssmlt", "mlt", "sppm"], "sample", &["pixel", "tile", "whole"]);
+}
+
+#[test]
+fn seeds_of_methods_that_look_at_maps_agree() {
+    seeds_agree(&["photon-map", "irradiance-cache"], "picture", &["whole"]);
+    // Of few tiles nothing is known.
+    let folder = scenes();
+    let flags = ["--integrator", "irradiance-cache", "--size", "32x32", "--spp", "4"];
+    for seed in ["1", "2"] {
+        render(
+            folder.path(),
+            "s.toml",
+            &joined(&flags, &["--seed", seed]),
+            &format!("{seed}.exr"),
+        );
+    }
+    let (code, text, _) = said(folder.path(), &["compare", "1.exr", "2.exr"]);
+    assert!(
+        code == 0 && text.contains("no verdict: what they say of their noise is not enough"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 mod support;
 
+use exr::prelude::read_all_flat_layers_from_file;
 use std::fs;
 use support::program::{assert_same_bits, done, folder, joined, read_json, refused, split};
 use support::read_channel;
@@ -130,6 +131,10 @@ fn what_cannot_be_is_refused_at_once() {
             "--integrator bdpt --aov strategies --max-depth none",
             "--max-depth of 6",
         ),
+        (
+            "--integrator irradiance-cache --aov lights",
+            "use one of path, naive, whitted, distributed, direct, light, bdpt, pssmlt, sppm, photon-map, vcm, mlt",
+        ),
     ] {
         let said = refused(folder.path(), &joined(&split("render s.toml -q"), &split(args)), 2);
         assert!(said.contains(words), "{args}: {said}");
@@ -143,7 +148,18 @@ fn what_cannot_be_is_refused_at_once() {
         folder.path(),
         &split("render s.toml -q --spp 1 --integrator bdpt --max-depth 2 --aov all -o a.exr"),
     );
-    assert!(!read_channel(&folder.path().join("a.exr"), "unweighted_s0_t2.G").is_empty());
+    // Strategies have to be named: they are hundreds of channels.
+    let picture = read_all_flat_layers_from_file(folder.path().join("a.exr")).unwrap();
+    let channels = picture.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
+    let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
+    assert!(names.contains(&"P.X".into()), "{names:?}");
+    assert!(!names.iter().any(|name| name.contains("strategy")), "{names:?}");
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 1 --integrator bdpt --max-depth 2 --aov all,strategies -o b.exr"),
+    );
+    assert!(!read_channel(&folder.path().join("b.exr"), "unweighted_s0_t2.G").is_empty());
+    assert!(!read_channel(&folder.path().join("b.exr"), "P.X").is_empty());
 }
 
 /// The layers of strategies add up to the picture.

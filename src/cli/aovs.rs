@@ -3,8 +3,8 @@ use crate::film::Aov;
 use crate::io::SceneFile;
 use crate::session::Estimator;
 
-/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies where there are none or too many; whoever
-/// names them hears of it later.
+/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels; whoever
+/// names what cannot be had hears of it later.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) -> Result<Vec<Aov>, CliError> {
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
@@ -14,14 +14,13 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) 
             known.join(", ")
         )));
     }
-    // What `all` leaves out where it cannot be had
-    let is_there = |aov: Aov| match aov {
+    let is_of_all = |aov: Aov| match aov {
         Aov::Lights => scene.has_light_groups() && estimator.gathers_light(),
-        Aov::Strategies => estimator.tells_strategies(),
+        Aov::Strategies => false,
         _ => true,
     };
     let is_named = |name: &str| wanted.iter().any(|w| w == name);
     let known = Aov::NAMES.iter();
-    let chosen = known.filter(|(name, aov)| is_named(name) || (is_named("all") && is_there(*aov)));
+    let chosen = known.filter(|(name, aov)| is_named(name) || (is_named("all") && is_of_all(*aov)));
     Ok(chosen.map(|&(_, aov)| aov).collect())
 }

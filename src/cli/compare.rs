@@ -3,7 +3,9 @@
 use super::args::CompareArgs;
 use super::error::CliError;
 use crate::color::{Spectrum, false_color};
-use crate::film::{Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores};
+use crate::film::{
+    CommonErrors, Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
+};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
 use crate::io::{find, join_names};
 use serde_json::{Value, json};
@@ -276,8 +278,11 @@ impl<'a> Comparison<'a> {
     fn print_verdict(&self) {
         let level = self.args.significance;
         let Some(verdict) = &self.verdict else {
-            let why = match self.outcome {
-                Outcome::Unknown => ": one of them says nothing of its noise (variance.R, .G, .B)",
+            let why = match (self.outcome, self.pair.noisy()) {
+                (Outcome::Unknown, None) => ": one of them says nothing of its noise (variance.R, .G, .B)",
+                (Outcome::Unknown, Some(_)) => {
+                    ": what they say of their noise is not enough; take 2 samples a pixel or more, and of photon-map and irradiance-cache 160x160 pixels or more"
+                }
                 _ => "",
             };
             outln!("  verdict: {}{why}", self.outcome.words());
@@ -309,6 +314,9 @@ impl<'a> Comparison<'a> {
                 chance(e.p)
             );
         }
+        if let Some(words) = left_out(verdict.common) {
+            outln!("  {words}");
+        }
         let p = format!("p = {} over all tests, significance {level}", chance(verdict.p));
         match (self.outcome, verdict.worst()) {
             (Outcome::Differs, Some(e)) if verdict.differs() => {
@@ -333,6 +341,8 @@ impl<'a> Comparison<'a> {
                 "differs": verdict.differs(),
                 "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
                 "worst": verdict.worst().map(extreme_json),
+                "common_errors": common_name(verdict.common),
+                "left_out": left_out(verdict.common),
             })
         });
         let limits = self.limits().map(|(flag, value, limit)| {
@@ -375,6 +385,30 @@ fn scale_name(scale: Scale) -> &'static str {
         Scale::Tile => "tile",
         Scale::Region => "region",
         Scale::Whole => "whole",
+    }
+}
+
+fn common_name(common: CommonErrors) -> &'static str {
+    match common {
+        CommonErrors::None => "none",
+        CommonErrors::Tile => "tile",
+        CommonErrors::Sample => "sample",
+        CommonErrors::Picture => "picture",
+    }
+}
+
+/// What is not tested because pixels have errors in common.
+fn left_out(common: CommonErrors) -> Option<&'static str> {
+    match common {
+        CommonErrors::None | CommonErrors::Tile => None,
+        CommonErrors::Sample => Some(
+            "left out: regions; pixels of one sample have errors in common, so tiles and the whole are judged more mildly; \
+             means of several seeds tell more",
+        ),
+        CommonErrors::Picture => Some(
+            "left out: pixels, tiles and regions; all samples look at the same photons or records, whose errors are in no variance; \
+             means of several seeds tell more",
+        ),
     }
 }
 

@@ -50,12 +50,35 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             )));
         }
     }
-    let rungs = match args.methods.is_empty() {
+    let estimators = match args.methods.is_empty() {
         true => ladder(job.settings.estimator),
         false => methods(job.settings.estimator, &args.methods)?,
     };
+    let is_true = |(_, estimator): &(&str, Estimator)| estimator.finds_all_light();
+    if reference.is_none() && !estimators.iter().any(is_true) {
+        return Err(no_truth(&estimators));
+    }
     let session = Session::load(&job.scene, job.settings, &())?;
     session.warnings().iter().for_each(words::warning);
+    // Light from points or single directions is not met by chance.
+    let lights = |estimator: &Estimator| match estimator.check_lights(session.scene()) {
+        Ok(missing) => missing,
+        Err(error) => Some(error.to_string()),
+    };
+    let rungs = estimators.iter().map(|&(name, estimator)| Rung {
+        name,
+        estimator,
+        refused: lights(&estimator),
+    });
+    let rungs: Vec<Rung> = rungs.collect();
+    let truth = rungs
+        .iter()
+        .rposition(|rung| rung.refused.is_none() && rung.estimator.finds_all_light());
+    let truth = match (reference, truth) {
+        (Some(image), _) => Truth::Image(image),
+        (None, Some(rung)) => Truth::Rung(rung),
+        (None, None) => return Err(no_truth(&estimators)),
+    };
     let renderer = session.renderer()?;
     catch_interrupts();
     let (rows, reference) = renderer.accel().with(Ladder {
@@ -64,16 +87,18 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         budget: args
             .time
             .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
-        reference,
+        truth,
         rungs,
     })?;
 
     let [sheet, csv, markdown] = &outputs;
     let mut panels: Vec<Panel> = rows.iter().map(Row::panel).collect();
-    panels.push(Panel {
-        label: vec!["reference".into()],
-        image: reference,
-    });
+    if let Some((name, image)) = &reference {
+        panels.push(Panel {
+            label: vec!["reference".into(), name.clone()],
+            image: image.clone(),
+        });
+    }
     write_contact_sheet(sheet, &panels, COLUMNS)?;
     let table = markdown_table(&rows);
     csv.write(|w| std::io::Write::write_all(w, csv_table(&rows).as_bytes()))?;
@@ -82,6 +107,10 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         out!("{table}");
         let names = outputs.each_ref().map(|o| o.path().display().to_string());
         errln!("-> {}", names.join(", "));
+    }
+    if reference.is_none() {
+        let words = "interrupted while the reference was made: what is written has no errors in it";
+        return Err(CliError::Interrupted(words.into()));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -163,14 +192,40 @@ fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
 /// The integrators of these names, each as it is by default.
 fn methods(best: Estimator, names: &[String]) -> Result<Vec<(&'static str, Estimator)>, CliError> {
     let known = IntegratorKind::NAMES;
-    let method = |wanted: &String| match known.iter().find(|(name, _)| name == wanted) {
+    let method = |wanted: &String| match known.iter().find(|(name, _)| *name == wanted.trim()) {
         Some(&(name, kind)) => Ok((name, Estimator { kind, ..best })),
         None => Err(CliError::Usage(format!(
-            "--methods {wanted}: no such integrator\n  help: use some of {}",
+            "--methods {}: no such integrator\n  help: use some of {}",
+            wanted.trim(),
             known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
         ))),
     };
     names.iter().map(method).collect()
+}
+
+/// Of estimators none of which may be taken for the truth.
+fn no_truth(estimators: &[(&'static str, Estimator)]) -> CliError {
+    let names: Vec<&str> = estimators.iter().map(|(name, _)| *name).collect();
+    CliError::Usage(format!(
+        "--methods {}: none of them is sure to find all light of this scene without bias, so that none makes a reference\n  \
+         help: give --reference FILE, or add a method such as bdpt or path",
+        names.join(",")
+    ))
+}
+
+/// What is compared.
+struct Rung {
+    name: &'static str,
+    estimator: Estimator,
+    /// Why it is not rendered.
+    refused: Option<String>,
+}
+
+/// What all are compared with.
+enum Truth {
+    Image(RgbImage),
+    /// That rung, with more samples.
+    Rung(usize),
 }
 
 /// What every rung may spend.
@@ -188,21 +243,23 @@ struct Row {
     samples: u32,
     seconds: f64,
     image: RgbImage,
-    rel_mse: f64,
+    /// `None` where there is no reference.
+    rel_mse: Option<f64>,
 }
 
 impl Row {
-    fn efficiency(&self) -> f64 {
-        1.0 / (self.rel_mse * self.seconds)
+    fn efficiency(&self) -> Option<f64> {
+        Some(1.0 / (self.rel_mse? * self.seconds))
     }
 
     fn panel(&self) -> Panel {
         let figures = match &self.refused {
             Some(_) => vec!["cannot find this light".into()],
-            None => vec![
-                format!("{} samples, {:.2} s", self.samples, self.seconds),
-                format!("relMSE {:.3e}", self.rel_mse),
-            ],
+            None => {
+                let error = self.rel_mse.map(|error| format!("relMSE {error:.3e}"));
+                let spent = format!("{} samples, {:.2} s", self.samples, self.seconds);
+                [spent].into_iter().chain(error).collect()
+            }
         };
         Panel {
             label: [vec![self.name.to_string()], figures].concat(),
@@ -215,62 +272,59 @@ struct Ladder<'a> {
     session: &'a Session,
     quiet: bool,
     budget: Budget,
-    reference: Option<RgbImage>,
-    /// What is compared; the last one makes the reference where there is none.
-    rungs: Vec<(&'static str, Estimator)>,
+    truth: Truth,
+    rungs: Vec<Rung>,
 }
 
 impl AccelTask for Ladder<'_> {
-    type Output = Result<(Vec<Row>, RgbImage), CliError>;
+    /// The rows, and the reference with its name, if it was not interrupted.
+    type Output = Result<(Vec<Row>, Option<(String, RgbImage)>), CliError>;
 
     fn run<A: Accel>(self, accel: &A) -> Self::Output {
         let settings = self.session.settings();
         let mut rows = Vec::new();
-        for &(name, estimator) in &self.rungs {
-            // Light from points or single directions is not met by chance.
-            let refused = match estimator.check_lights(self.session.scene()) {
-                Ok(missing) => missing,
-                Err(error) => Some(error.to_string()),
-            };
-            let (film, samples, seconds) = if refused.is_some() {
+        for rung in &self.rungs {
+            let (film, samples, seconds) = if rung.refused.is_some() {
                 (Film::new(settings.resolution, settings.crop()), 0, 0.0)
             } else {
-                self.spend(accel, &estimator, self.budget, settings.seed, name)?
+                self.spend(accel, &rung.estimator, self.budget, settings.seed, rung.name)?
             };
             rows.push(Row {
-                name,
-                refused,
+                name: rung.name,
+                refused: rung.refused.clone(),
                 samples,
                 seconds,
                 image: RgbImage::from(&film.develop()),
-                rel_mse: f64::NAN,
+                rel_mse: None,
             });
         }
 
         // The reference has numbers of its own, so that no error is shared.
-        let reference = match &self.reference {
-            Some(image) => image.clone(),
-            None => {
-                let samples = rows
-                    .last()
-                    .map_or(1, |row| row.samples)
-                    .saturating_mul(REFERENCE_FACTOR);
+        let (name, reference) = match &self.truth {
+            Truth::Image(image) => ("as given".into(), image.clone()),
+            Truth::Rung(rung) => {
+                let (row, rung) = (&rows[*rung], &self.rungs[*rung]);
+                let samples = row.samples.saturating_mul(REFERENCE_FACTOR);
+                let name = format!("{}, {samples} samples", rung.name);
+                if !self.quiet {
+                    let seconds = row.seconds * REFERENCE_FACTOR as f64;
+                    errln!("reference: {name} of another seed, about {seconds:.0} s");
+                }
                 let seed = settings.seed.wrapping_add(1);
-                let last = self
-                    .rungs
-                    .last()
-                    .map_or(settings.estimator, |(_, estimator)| *estimator);
-                let (film, ..) = self.spend(accel, &last, Budget::Samples(samples), seed, "reference")?;
-                RgbImage::from(&film.develop())
+                match self.spend(accel, &rung.estimator, Budget::Samples(samples), seed, "reference") {
+                    Ok((film, ..)) => (name, RgbImage::from(&film.develop())),
+                    // What was rendered is there.
+                    Err(CliError::Interrupted(_)) => return Ok((rows, None)),
+                    Err(error) => return Err(error),
+                }
             }
         };
         for row in rows.iter_mut().filter(|row| row.refused.is_none()) {
             let errors = Errors::new(&row.image, &reference);
-            row.rel_mse = errors
-                .map_err(|e| CliError::Failed(format!("--reference: {e}")))?
-                .rel_mse;
+            let errors = errors.map_err(|e| CliError::Failed(format!("--reference: {e}")))?;
+            row.rel_mse = Some(errors.rel_mse);
         }
-        Ok((rows, reference))
+        Ok((rows, Some((name, reference))))
     }
 }
 
@@ -332,12 +386,12 @@ fn csv_table(rows: &[Row]) -> String {
     for row in rows.iter().filter(|row| row.refused.is_none()) {
         let _ = writeln!(
             text,
-            "\"{}\",{},{:.4},{:.6e},{:.6e}",
+            "\"{}\",{},{:.4},{},{}",
             row.name,
             row.samples,
             row.seconds,
-            row.rel_mse,
-            row.efficiency()
+            row.rel_mse.map_or(String::new(), |error| format!("{error:.6e}")),
+            row.efficiency().map_or(String::new(), |e| format!("{e:.6e}"))
         );
     }
     text
@@ -353,12 +407,12 @@ fn markdown_table(rows: &[Row]) -> String {
             }
             None => writeln!(
                 text,
-                "| {} | {} | {:.2} | {:.3e} | {:.3} |",
+                "| {} | {} | {:.2} | {} | {} |",
                 row.name,
                 row.samples,
                 row.seconds,
-                row.rel_mse,
-                row.efficiency()
+                row.rel_mse.map_or(String::new(), |error| format!("{error:.3e}")),
+                row.efficiency().map_or(String::new(), |e| format!("{e:.3}"))
             ),
         };
     }

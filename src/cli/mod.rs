@@ -30,7 +30,6 @@ mod values;
 
 use crate::io::is_decoding;
 use args::{Args, Command};
-use clap::Parser;
 use error::CliError;
 use std::process::ExitCode;
 
@@ -45,7 +44,7 @@ pub fn main() -> ExitCode {
             usual(panic);
         }
     }));
-    let args = match Args::try_parse() {
+    let args = match Args::of_process() {
         Ok(args) => args,
         Err(error) => {
             // Help goes to the standard output and is no failure; clap decides by the kind of error.

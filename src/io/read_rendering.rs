@@ -2,7 +2,7 @@ use super::FileError;
 use super::read_image::check_exr;
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
-use crate::film::{Noise, Rect, RgbImage};
+use crate::film::{CommonErrors, Noise, Rect, RgbImage};
 use crate::math::UVec2;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
@@ -45,7 +45,7 @@ impl Rendering {
             noise: self.noise.as_ref().map(|noise| Noise {
                 variance: pick(&noise.variance, is_kept),
                 samples: pick(&noise.samples, is_kept),
-                is_shared: noise.is_shared,
+                common: noise.common,
             }),
             is_display: self.is_display,
         }
@@ -151,7 +151,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
             // Not said: variances are taken as they are.
             None => vec![f32::INFINITY; pixels],
         },
-        is_shared: may_share(layer),
+        common: common_errors(layer),
     });
     Ok(Rendering {
         resolution: point(full.0, full.1),
@@ -186,16 +186,16 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Whether pixels may have common errors: so it is unless this program says that it shared no paths.
-fn may_share(layer: &Layer) -> bool {
+/// Which errors pixels may have in common: those of tiles where the file does not say how it was made.
+fn common_errors(layer: &Layer) -> CommonErrors {
     let settings = layer
         .attributes
         .other
         .iter()
         .find(|(name, _)| *name == "embrasure.settings");
     match settings {
-        Some((_, exr::AttributeValue::Text(text))) => text.to_string().contains("reuse=pixels"),
-        _ => true,
+        Some((_, exr::AttributeValue::Text(text))) => CommonErrors::of_settings(&text.to_string()),
+        _ => CommonErrors::Tile,
     }
 }
 

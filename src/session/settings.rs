@@ -225,7 +225,15 @@ impl Settings {
                 _ => "gathers no light",
             };
             let value = format!("lights: --integrator {} {does}", self.estimator.name());
-            return refused("aov", value, "use path, naive, whitted, distributed or direct".into());
+            let gathers = IntegratorKind::NAMES.iter().filter(|(_, kind)| {
+                Estimator {
+                    kind: *kind,
+                    ..self.estimator
+                }
+                .gathers_light()
+            });
+            let names: Vec<&str> = gathers.map(|(name, _)| *name).collect();
+            return refused("aov", value, format!("use one of {}", names.join(", ")));
         }
         if self.aovs.contains(&Aov::Strategies) {
             self.estimator.check_strategies()?;

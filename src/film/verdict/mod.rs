@@ -4,7 +4,7 @@ mod noise;
 
 use super::{Rect, RgbImage, TILE_SIZE};
 use crate::math::UVec2;
-pub use noise::Noise;
+pub use noise::{CommonErrors, Noise};
 use noise::{Pixel, Pixels, Tile, ratio};
 use statrs::function::{beta::checked_beta_reg, erf::erfc};
 use std::collections::BTreeMap;
@@ -15,11 +15,12 @@ pub enum Scale {
     /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. Where light is found rarely, most pixels
     /// have not seen how noisy they are: a variance counts no less than the mean over the 5 × 5 pixels around it, and over its tile.
     Pixel,
-    /// The mean over a tile of 16 × 16 pixels, by the pixels' variances, which count no less than in the 3 × 3 tiles around it.
+    /// The mean over a tile of 16 × 16 pixels, by the pixels' variances, which count no less than in the 3 × 3 tiles around it. Where all pixels of a sample
+    /// may have errors in common: as if they had all of them, which is the worst that there can be, by Student's t.
     Tile,
     /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors are independent of each other.
     Region,
-    /// The same of the whole picture.
+    /// The same of the whole picture. Where tiles may have errors in common: as if there were four times fewer, and sixteen or eight at most.
     Whole,
 }
 
@@ -55,6 +56,8 @@ pub struct Verdict {
     pub p: f64,
     /// The most extreme test of each scale; of a scale without tests there is none.
     pub extremes: Vec<Extreme>,
+    /// Which errors pixels may have in common, in the picture where that is worse: it decides what is tested.
+    pub common: CommonErrors,
 }
 
 impl Verdict {
@@ -69,19 +72,34 @@ impl Verdict {
     pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
         let pixels = Pixels::new(window, reference, image)?;
         let tiles: Vec<&Tile> = pixels.tiles.iter().collect();
-        let regions = regions(&tiles);
-        let scales = [
-            pixels.extreme(),
-            extreme(Scale::Tile, tiles.iter().flat_map(|tile| tile.tests())),
-            extreme(Scale::Region, regions.iter().flat_map(|region| spread_tests(region))),
-            extreme(Scale::Whole, spread_tests(&tiles).into_iter()),
+        let common = pixels.common;
+        // What supposes that tiles are independent, or that variances are right, is left out where they are not.
+        let regions = match common {
+            CommonErrors::None | CommonErrors::Tile => regions(&tiles),
+            CommonErrors::Sample | CommonErrors::Picture => Vec::new(),
+        };
+        let by_variance = match common {
+            CommonErrors::Picture => [None, None],
+            _ => [
+                pixels.extreme(),
+                extreme(Scale::Tile, tiles.iter().flat_map(|tile| tile.tests())),
+            ],
+        };
+        let by_spread = [
+            extreme(
+                Scale::Region,
+                regions.iter().flat_map(|region| spread_tests(region, common)),
+            ),
+            extreme(Scale::Whole, spread_tests(&tiles, common).into_iter()),
         ];
-        let extremes: Vec<Extreme> = scales.into_iter().flatten().collect();
+        let scales = by_variance.into_iter().chain(by_spread);
+        let extremes: Vec<Extreme> = scales.flatten().collect();
         let least = extremes.iter().map(|e| e.p).min_by(f64::total_cmp)?;
         Some(Self {
             level,
             p: of_family(least, extremes.len()),
             extremes,
+            common,
         })
     }
 
@@ -211,7 +229,7 @@ impl Tile {
                 means,
                 difference: means[1] / means[0] - 1.0,
                 score,
-                p: normal_tails(score),
+                p: student_tails(score, self.freedom),
             })
         })
     }
@@ -231,31 +249,57 @@ fn regions<'a>(tiles: &[&'a Tile]) -> Vec<Vec<&'a Tile>> {
     }
 }
 
-/// One test a channel, by the spread of the relative differences of `tiles`.
-fn spread_tests(tiles: &[&Tile]) -> Vec<Test> {
-    (0..3).filter_map(|channel| spread_test(tiles, channel)).collect()
+/// Tiles that have errors of their own, of so many.
+fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
+    match common {
+        CommonErrors::None | CommonErrors::Tile => tiles as f64,
+        // A photon, a record or a chain reaches some tiles. What all of them have in common, such as how much light chains share out, or how many photons
+        // found the one door, must not count for a difference: among sixteen the mean has to be as large as the spread, among eight larger.
+        CommonErrors::Sample => (tiles as f64 / 4.0).min(16.0),
+        CommonErrors::Picture => (tiles as f64 / 4.0).min(8.0),
+    }
 }
 
-fn spread_test(tiles: &[&Tile], channel: usize) -> Option<Test> {
+/// One test a channel, by the spread of the relative differences of `tiles`.
+fn spread_tests(tiles: &[&Tile], common: CommonErrors) -> Vec<Test> {
+    let test = |channel| spread_test(tiles, common, channel);
+    (0..3).filter_map(test).collect()
+}
+
+fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<Test> {
     let relative: Vec<(f64, f64)> = tiles.iter().filter_map(|tile| tile.relative(channel)).collect();
-    if relative.len() < 2 {
+    let independent = independent_tiles(relative.len(), common);
+    if independent < 2.0 {
         return None;
     }
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
     // Tiles count by how well they are known, but none much more than the usual one: a lamp has no noise, and would stand alone.
-    let (mut weights, mut sum, mut squares) = (0.0, 0.0, 0.0);
-    for (difference, variance) in &relative {
+    let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
-        weights += weight;
-        sum += weight * difference;
-        squares += (weight * difference).powi(2);
-    }
-    let mean = sum / weights;
+        (weight, weight * difference)
+    });
+    let (weights, whole) = weighted
+        .clone()
+        .fold((0.0, 0.0), |(a, b), (weight, term)| (a + weight, b + term));
+    let mean = whole / weights;
+    let most = match common {
+        CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
+        // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
+        CommonErrors::Sample | CommonErrors::Picture => {
+            let sizes = weighted.clone().map(|(_, term)| term.abs());
+            let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();
+            sizes.sort_by(f64::total_cmp);
+            sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+        }
+    };
+    let terms = weighted.map(|(_, term)| term.clamp(-most, most));
+    let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
     // What rounding to 32 bits may make of it
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
-    // With S the sum over the root of the squares, t = S √((n − 1) / (n − S²)), and ν / (ν + t²) is 1 − S² / n.
+    // With S the sum over the root of the squares, t = S √((n − 1) / (n − S²)), and ν / (ν + t²) is 1 − S² / n. Of c tiles with one error S² is c
+    // times as large, and n is: what is left of them in the share is their number in ν.
     let n = relative.len() as f64;
     let share = if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -275,8 +319,8 @@ fn spread_test(tiles: &[&Tile], channel: usize) -> Option<Test> {
         means: total.map(|sum| sum / all),
         // From a share of the mean of both to one of the reference
         difference: (1.0 + 0.5 * mean) / (1.0 - 0.5 * mean) - 1.0,
-        score: sum.signum() * ((n - 1.0) * (1.0 - share) / share).sqrt(),
-        p: student_tails_by_share(share, n - 1.0),
+        score: sum.signum() * ((independent - 1.0) * (1.0 - share) / share).sqrt(),
+        p: student_tails_by_share(share, independent - 1.0),
     })
 }
 

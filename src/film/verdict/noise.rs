@@ -10,19 +10,63 @@ pub struct Noise {
     pub variance: Vec<[f32; 3]>,
     /// Number of samples of each pixel, on which the variance is based.
     pub samples: Vec<f32>,
-    /// Whether up to `SHARING` pixels of a tile may have errors in common.
-    pub is_shared: bool,
+    /// Which errors pixels may have in common.
+    pub common: CommonErrors,
 }
 
 /// Pixels that share their paths, at most: so much larger than that of independent pixels the variance of a tile's mean may be (the errors of a group
 /// then add up as they are, and not their squares).
 const SHARING: f64 = 16.0;
 
+/// Which errors pixels may have in common; what comes later is worse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CommonErrors {
+    /// None: each pixel has paths of its own.
+    None,
+    /// Those of up to 16 pixels of a tile, which share paths or have some of a light's path.
+    Tile,
+    /// Those of all pixels in a sample: a photon counts in many of them, and a Markov chain stays where it is bright. Samples are independent of each
+    /// other, so that the variance of each pixel is right.
+    Sample,
+    /// Those of photon maps or an irradiance cache, at which all samples look: no variance has them.
+    Picture,
+}
+
+impl CommonErrors {
+    /// Of a picture that this program made with these settings, `key=value` pairs as EXR files have them.
+    pub fn of_settings(settings: &str) -> Self {
+        let value = |key: &str| {
+            let mut pairs = settings.split_whitespace().filter_map(|pair| pair.split_once('='));
+            pairs.find(|(name, _)| *name == key).map(|(_, value)| value)
+        };
+        match value("integrator") {
+            Some("pssmlt" | "mlt" | "sppm") => Self::Sample,
+            Some("photon-map" | "irradiance-cache") => Self::Picture,
+            // Paths of lights fall on few pixels each; but photons within a length that somebody chose may reach many.
+            Some("vcm") if value("photon_radius").is_some_and(|radius| !radius.ends_with("px")) => Self::Sample,
+            Some("light" | "bdpt" | "vcm") => Self::Tile,
+            _ if value("reuse") == Some("pixels") => Self::Tile,
+            _ => Self::None,
+        }
+    }
+
+    /// Pixels of a tile that may have errors in common.
+    fn sharing(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Tile => SHARING,
+            Self::Sample | Self::Picture => f64::INFINITY,
+        }
+    }
+}
+
 /// All pixels of a window, row by row, and its tiles.
 pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
     pub(super) tiles: Vec<Tile>,
+    /// The worse of both pictures.
+    pub(super) common: CommonErrors,
 }
 
 pub(super) struct Pixel {
@@ -38,19 +82,19 @@ impl Pixels {
     /// `None` unless all have as many pixels as the window.
     pub(super) fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Self> {
         let sources = [Source::new(window, reference)?, Source::new(window, image)?];
-        let is_shared = reference.1.is_shared || image.1.is_shared;
-        let sharing = if is_shared { SHARING } else { 1.0 };
+        let common = reference.1.common.max(image.1.common);
         let grid = Grid { window };
         let mut tiles: Vec<Tile> = (0..grid.tiles())
-            .map(|tile| Tile::new(&sources, grid, tile, sharing))
+            .map(|tile| Tile::new(&sources, grid, tile, common))
             .collect();
         let mut pixels = Vec::with_capacity(window.area() as usize);
         for (i, at) in window.pixels().enumerate() {
             let tile = grid.tile_of(at);
             let values = [0, 1].map(|k| sources[k].values[i]);
+            let freedom = (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0);
             // Where nothing is known of a pixel's noise it says nothing of its tile.
             if sources.iter().all(|source| is_known(&source.variance[i])) {
-                tiles[tile].add(&values);
+                tiles[tile].add(&values, freedom);
             }
             let variance = |c: usize| {
                 // What rounding to 32 bits leaves even of a difference without noise
@@ -64,10 +108,15 @@ impl Pixels {
             pixels.push(Pixel {
                 values,
                 variance: [0, 1, 2].map(variance),
-                freedom: (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0),
+                freedom,
             });
         }
-        Some(Self { window, pixels, tiles })
+        Some(Self {
+            window,
+            pixels,
+            tiles,
+            common,
+        })
     }
 }
 
@@ -210,22 +259,30 @@ pub(super) struct Tile {
     pub(super) wide_variance: [f64; 3],
     /// Pixels that may have their errors in common.
     pub(super) sharing: f64,
+    /// Of the estimate of the variance: endless where many pixels with errors of their own make it, else that of the pixel with the fewest samples.
+    pub(super) freedom: f64,
+    common: CommonErrors,
 }
 
 impl Tile {
-    fn new([a, b]: &[Source; 2], grid: Grid, tile: usize, sharing: f64) -> Self {
+    fn new([a, b]: &[Source; 2], grid: Grid, tile: usize, common: CommonErrors) -> Self {
         Self {
             window: grid.window_of(tile),
             pixels: 0.0,
             sums: [[0.0; 3]; 2],
             variance: [0, 1, 2].map(|c| a.tiles[tile][c] + b.tiles[tile][c]),
             wide_variance: [0, 1, 2].map(|c| a.tile_variance(tile, c) + b.tile_variance(tile, c)),
-            sharing,
+            sharing: common.sharing(),
+            freedom: f64::INFINITY,
+            common,
         }
     }
 
-    fn add(&mut self, values: &[[f64; 3]; 2]) {
+    fn add(&mut self, values: &[[f64; 3]; 2], freedom: f64) {
         self.pixels += 1.0;
+        if self.common >= CommonErrors::Sample {
+            self.freedom = self.freedom.min(freedom);
+        }
         for (sums, values) in self.sums.iter_mut().zip(values) {
             (0..3).for_each(|c| sums[c] += values[c]);
         }

@@ -3,7 +3,7 @@ use super::{
     MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_STRATEGIES_DEPTH,
 };
 use crate::camera::Camera;
-use crate::integrator::Metropolis;
+use crate::integrator::{Metropolis, strategies};
 use crate::io::MaxDepth;
 use crate::scene::Scene;
 use crate::session::settings::ABOVE_0;
@@ -155,9 +155,28 @@ impl Estimator {
         (scene.is_moving() && open < close).then(|| words.into())
     }
 
-    /// Whether strategies can be told apart.
-    pub(crate) fn tells_strategies(&self) -> bool {
-        self.check_strategies().is_ok()
+    /// Whether its mean is that of all light, so that others may be judged by it: it is not biased, and leaves no paths out. Light of single points and
+    /// directions is another matter ([`Estimator::check_lights`]).
+    pub(crate) fn finds_all_light(&self) -> bool {
+        match self.kind {
+            IntegratorKind::Path
+            | IntegratorKind::Naive
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::PathSpace => true,
+            // What mirrors and glass show is missing.
+            IntegratorKind::Light
+            // Paths are shorter.
+            | IntegratorKind::Distributed
+            | IntegratorKind::Direct
+            | IntegratorKind::Whitted
+            | IntegratorKind::AmbientOcclusion
+            | IntegratorKind::Debug
+            | IntegratorKind::ProgressivePhotons
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::IrradianceCache => false,
+        }
     }
 
     /// Refuses to tell strategies apart where there are none, or too many.
@@ -167,12 +186,15 @@ impl Estimator {
             let value = format!("--integrator {} has none", self.name());
             return wrong(&value, "use --integrator bdpt");
         }
-        match self.max_depth() {
-            Some(depth) if depth <= MOST_STRATEGIES_DEPTH => Ok(()),
-            _ => wrong(
-                "every length of paths has as many as vertices, and each takes 120 bytes a pixel",
-                &format!("use a --max-depth of {MOST_STRATEGIES_DEPTH} at most"),
-            ),
-        }
+        let value = match self.max_depth() {
+            Some(depth) if depth <= MOST_STRATEGIES_DEPTH => return Ok(()),
+            Some(depth) => format!("there are too many with a --max-depth of {depth}"),
+            None => "they have no end without a --max-depth".into(),
+        };
+        let help = format!(
+            "use a --max-depth of {MOST_STRATEGIES_DEPTH} at most: that is {} ways to make a path, of 6 channels each",
+            strategies(MOST_STRATEGIES_DEPTH).count()
+        );
+        wrong(&value, &help)
     }
 }

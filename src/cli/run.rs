@@ -43,7 +43,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
-    let mut warnings = session.warnings().to_vec();
+    let mut warnings = [&job.warnings, session.warnings()].concat();
     warnings.iter().for_each(words::warning);
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;

@@ -25,7 +25,7 @@ pub use state::RenderState;
 pub(crate) use backend::{AccelTask, AnyAccel};
 pub(crate) use estimator::{
     DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, METROPOLIS_TARGETS, Prepared, REUSES, SELECTIONS,
-    TRIANGLE_SAMPLINGS, VIEWS,
+    SWITCHES, TRIANGLE_SAMPLINGS, VIEWS,
 };
 pub(crate) use settings::{DENOISERS, all_threads};
 

@@ -1,8 +1,9 @@
 mod checks;
-mod describe;
 mod run;
+mod switches;
 
 pub(crate) use run::Prepared;
+pub(crate) use switches::SWITCHES;
 
 use crate::integrator::{
     DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, MetropolisTarget, Roulette, Strategy,
@@ -311,15 +312,15 @@ impl Estimator {
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
-        match self.strategy.directions {
-            Directions::PerturbedQmc => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
-            Directions::Bsdf | Directions::Cosine | Directions::Uniform => RenderSampler::Plain(sampler),
+        match self.knows_count() {
+            true => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
+            false => RenderSampler::Plain(sampler),
         }
     }
 
     /// Whether its random numbers depend on how many samples a pixel gets in all.
     pub(crate) fn knows_count(&self) -> bool {
-        self.strategy.directions == Directions::PerturbedQmc
+        self.reads("directions") && self.strategy.directions == Directions::PerturbedQmc
     }
 
     /// The name users type.

@@ -4,7 +4,7 @@
 mod support;
 
 use std::fs;
-use support::program::{assert_same_bits, done, folder, joined, read_json, refused, split};
+use support::program::{assert_same_bits, code, done, folder, joined, limited, read_json, refused, run, split, words};
 use support::read_channel;
 use tempfile::TempDir;
 
@@ -68,8 +68,8 @@ fn bits_do_not_depend_on_the_way() {
         // Stopped again and again
         let (mut limit, mut stops) = (0.005, 0);
         loop {
-            let limited = format!("-o later.exr --checkpoint c.exr --resume --stats s.json --time-limit {limit}s");
-            render(&limited);
+            let more = split("--spp 130 -o later.exr --checkpoint c.exr --resume --stats s.json");
+            limited(folder.path(), &joined(&usual, &more), limit);
             if read_json(&folder.path().join("s.json"))["complete"] == true {
                 break;
             }
@@ -165,4 +165,74 @@ fn strategies_add_up() {
     for (sum, value) in sum.iter().zip(read("R")) {
         assert!((sum - value).abs() <= 1e-4 * value.abs() + 1e-6, "{sum} {value}");
     }
+}
+
+/// A render that ends before its first sample writes no picture and no checkpoint: a good one that is there stays.
+#[test]
+fn a_picture_of_no_sample_is_not_written() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("keep.png"), "good").unwrap();
+    fs::write(path("keep.exr"), "better").unwrap();
+    let outputs = split("--checkpoint c.exr -o keep.png -o keep.exr --stats s.json --write-every 0.001s -q");
+    for method in [
+        "bdpt --size 999x999",
+        "sppm --photons 9999999",
+        "photon-map --photons 9999999",
+        "irradiance-cache --cache-rays 99999",
+        "path --size 16x16 --light-samples 1024 --light-selection all",
+    ] {
+        // Before any tile of `path` is whole
+        let limit = if method.starts_with("path") {
+            "0.000001s"
+        } else {
+            "0.02s"
+        };
+        let args = [
+            &["render", "s.toml", "--time-limit", limit, "--integrator"],
+            &split(method)[..],
+            &outputs,
+        ]
+        .concat();
+        let said = refused(folder.path(), &args, 1);
+        assert!(
+            said.contains("before the first sample") && said.contains("help:"),
+            "{method}: {said}"
+        );
+        assert_eq!(fs::read(path("keep.png")).unwrap(), b"good");
+        assert_eq!(fs::read(path("keep.exr")).unwrap(), b"better");
+        assert!(!path("c.exr").exists());
+        let stats = read_json(&path("s.json"));
+        assert_eq!((&stats["samples"], &stats["stop"]), (&0.into(), &"time-limit".into()));
+    }
+}
+
+/// An interrupt that comes before the first sample is told by its own code.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_of_no_sample_writes_nothing() {
+    let folder = scene();
+    let path = folder.path().join("keep.png");
+    fs::write(&path, "good").unwrap();
+    let args = split("render s.toml --integrator sppm --photons 60000000 -q -o keep.png");
+    let child = support::program::command(folder.path(), &args).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    support::program::signal(&child, "INT");
+    let out = child.wait_with_output().unwrap();
+    assert_eq!(code(&out), 130, "{}", words(&out));
+    assert!(words(&out).contains("before the first sample"), "{}", words(&out));
+    assert_eq!(fs::read(&path).unwrap(), b"good");
+}
+
+/// Pictures and checkpoints that are due before a frame is whole wait for it: the render gets on.
+#[test]
+fn frames_outlast_what_is_due() {
+    let folder = scene();
+    let args = split(
+        "render s.toml -q --integrator sppm --photons 200000 --spp 3 -o a.png --checkpoint c.exr --checkpoint-interval 0.001s \
+         --write-every 0.001s --stats s.json --time-limit 60s",
+    );
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("s.json"));
+    assert_eq!(stats["complete"], true, "{stats}");
 }

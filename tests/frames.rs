@@ -236,3 +236,59 @@ fn frames_outlast_what_is_due() {
     let stats = read_json(&folder.path().join("s.json"));
     assert_eq!(stats["complete"], true, "{stats}");
 }
+
+/// What methods that carry light keep of it is forecast, and refused where it is too much.
+#[test]
+fn light_takes_memory_too() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box.toml");
+    let folder = folder(&[]);
+    let base = [
+        "render",
+        scene,
+        "--size",
+        "64x64",
+        "--spp",
+        "1",
+        "-o",
+        "a.png",
+        "--stats",
+        "s.json",
+        "--integrator",
+    ];
+    for method in [
+        "sppm --photons 200000",
+        "photon-map --photons 200000 --gather-rays 1",
+        "vcm --photons 100000",
+        "mlt --bootstrap 100000",
+        "pssmlt --bootstrap 1000000",
+        "bdpt",
+        "irradiance-cache",
+    ] {
+        let usual = joined(&base, &split(method));
+        let out = done(folder.path(), &joined(&usual, &["-v"]));
+        let said = words(&out);
+        let (_, forecast) = said.split_once("memory: about ").unwrap();
+        let forecast: f64 = forecast.split_whitespace().next().unwrap().parse().unwrap();
+        if let Some(peak) = read_json(&folder.path().join("s.json"))["peak_rss_bytes"].as_f64() {
+            let peak = peak / 1e6;
+            println!("{method}: forecast {forecast}, measured {peak}");
+            assert!(
+                forecast > 0.8 * peak && forecast < 1.8 * peak,
+                "{method}: forecast {forecast}, measured {peak}"
+            );
+        }
+        if method.contains("photons") {
+            let said = refused(folder.path(), &joined(&usual, &["-q", "--max-memory", "20M"]), 1);
+            assert!(said.contains("--max-memory"), "{said}");
+        }
+    }
+    // A limit of its own, where paths are kept whole
+    let said = refused(folder.path(), &joined(&base, &split("vcm --photons 60000000")), 2);
+    assert!(
+        said.contains("--photons 60000000") && said.contains("16777216"),
+        "{said}"
+    );
+    // The path tracer is asked for nothing of the kind.
+    let out = run(folder.path(), &joined(&base, &split("path -q --max-memory 30M")));
+    assert_eq!(code(&out), 0, "{}", words(&out));
+}

@@ -15,6 +15,8 @@ const BYTES_AT_ONCE: usize = 128 << 20;
 /// Samples of a block of pixels, and places that each of them lights where light is sent to others, about.
 const SAMPLES_OF_A_PIECE: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
+/// Places that a mutation lights: both paths count, and each may fall on some.
+const LIGHTS_OF_A_MUTATION: usize = 3;
 
 /// Pixels of a piece that are done between two looks at the observer: far less work than the rest of the piece, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
@@ -69,6 +71,49 @@ fn light_bytes<R>(filter: &Filter, crop: Rect) -> usize {
 fn pieces_at_once(light: usize, threads: usize) -> usize {
     let piece = light.saturating_mul(SAMPLES_OF_A_PIECE * LIGHTS_OF_A_SAMPLE);
     (BYTES_AT_ONCE / piece.max(1)).max(threads).min(PIECES_AT_ONCE)
+}
+
+/// How the light of a frame falls.
+#[derive(Clone, Copy, Debug)]
+pub enum FrameLight {
+    /// Of each pixel on itself.
+    OfOnePixel,
+    /// Of each pixel on all.
+    OfPixels,
+    /// Of so many chains on all, each with so many mutations.
+    OfChains {
+        /// Their number.
+        chains: u64,
+        /// Of each.
+        mutations: u64,
+    },
+}
+
+/// Bytes that a frame of `crop` takes while it is made by so many threads, about, beside what its integrator prepares. `parts` of the light are told
+/// apart, groups of lights among them or not.
+pub fn frame_bytes(
+    crop: Rect,
+    (tells_groups, parts): (bool, usize),
+    (filter, light): (&Filter, FrameLight),
+    threads: usize,
+) -> u64 {
+    let bytes = match tells_groups {
+        true => light_bytes::<ByGroup>(filter, crop),
+        false => light_bytes::<Spectrum>(filter, crop),
+    };
+    let samples = SAMPLES_OF_A_PIECE as u64;
+    let most = pieces_at_once(bytes, threads) as u64;
+    let pieces = most.min(crop.area().div_ceil(samples));
+    let (pieces, lights) = match light {
+        FrameLight::OfOnePixel => (pieces, samples),
+        FrameLight::OfPixels => (pieces, samples * LIGHTS_OF_A_SAMPLE as u64),
+        FrameLight::OfChains { chains, mutations } => {
+            (most.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
+        }
+    };
+    let surfaces = samples * size_of::<(UVec2, FirstSurface)>() as u64;
+    let kept = lights.saturating_mul(bytes as u64).saturating_add(surfaces);
+    Frame::bytes(crop, parts).saturating_add(pieces.saturating_mul(kept))
 }
 
 /// A piece of a frame.
@@ -415,5 +460,9 @@ mod tests {
         let few = pieces_at_once(large, 2);
         assert!((2..PIECES_AT_ONCE / 4).contains(&few), "{few}");
         assert_eq!(pieces_at_once(large, 64), 64);
+        // A filter is no wider than the picture.
+        let endless = Filter::new(FilterKind::Gaussian, 1e30);
+        let bytes = frame_bytes(crop, (true, 3), (&endless, FrameLight::OfPixels), 2);
+        assert!(bytes < 1 << 50, "{bytes}");
     }
 }

@@ -1,4 +1,5 @@
 mod checks;
+mod memory;
 mod run;
 mod switches;
 
@@ -171,6 +172,8 @@ const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
 const DEFAULT_MERGING_PIXELS: f32 = 1.0;
 /// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
 const MOST_PHOTONS: u32 = 1 << 26;
+/// The same where they are kept whole, to merge with: some 1.5 kB each.
+const MOST_MERGED_PHOTONS: u32 = 1 << 24;
 /// Paths of photons that are sent once.
 const DEFAULT_PHOTONS: u32 = 1 << 18;
 /// Photons of an estimate.

@@ -1131,3 +1131,44 @@ fn an_interrupt_writes_what_is_done() {
     let stats = read_json(&folder.path().join("x.json"));
     assert_eq!(stats["complete"], false);
 }
+
+/// A flag that the method does not read is said; keys of a scene file are not, since they may serve any method.
+#[test]
+fn idle_flags_are_said() {
+    let folder = scene();
+    for (args, idle) in [
+        (
+            "bdpt --direct none --directions cosine --light-samples 4",
+            vec!["direct", "directions", "light-samples"],
+        ),
+        ("mlt --mis balance", vec!["mis"]),
+        (
+            "path --chains 3 --photons 9 --branching 7",
+            vec!["branching", "chains", "photons"],
+        ),
+        (
+            "pssmlt --roulette-depth 4 --metropolis-target luminance",
+            vec!["roulette-depth"],
+        ),
+        ("sppm --photon-count 5 --photons 9", vec!["photon-count"]),
+        ("path --reuse none --roulette-depth 2 --max-depth 3", vec![]),
+    ] {
+        let base = split("render s.toml --size 8x8 --spp 1 -q -o a.png --stats s.json --integrator");
+        let out = done(folder.path(), &joined(&base, &split(args)));
+        let method = split(args)[0];
+        let said = words(&out);
+        let lines: Vec<&str> = said.lines().filter(|line| line.contains("does not use it")).collect();
+        assert_eq!(lines.len(), idle.len(), "{args}: {said}");
+        let listed = read_json(&folder.path().join("s.json"))["warnings"].to_string();
+        for name in idle {
+            let words = format!("--{name}: {method} does not use it");
+            assert!(
+                lines.iter().any(|line| line.contains(&words)) && listed.contains(&words),
+                "{args}: {said}"
+            );
+        }
+    }
+    replace(folder.path(), "samples = 4", "samples = 4\nphotons = 9");
+    let out = done(folder.path(), &split("render s.toml --size 8x8 --spp 1 -q -o a.png"));
+    assert_eq!(words(&out), "");
+}

@@ -5,7 +5,7 @@ mod support;
 
 use exr::prelude::read_all_flat_layers_from_file;
 use std::fs;
-use support::program::{assert_same_bits, done, folder, joined, read_json, refused, split};
+use support::program::{assert_same_bits, code, done, folder, joined, limited, read_json, refused, run, split, words};
 use support::read_channel;
 use tempfile::TempDir;
 
@@ -69,8 +69,8 @@ fn bits_do_not_depend_on_the_way() {
         // Stopped again and again
         let (mut limit, mut stops) = (0.005, 0);
         loop {
-            let limited = format!("-o later.exr --checkpoint c.exr --resume --stats s.json --time-limit {limit}s");
-            render(&limited);
+            let more = split("--spp 130 -o later.exr --checkpoint c.exr --resume --stats s.json");
+            limited(folder.path(), &joined(&usual, &more), limit);
             if read_json(&folder.path().join("s.json"))["complete"] == true {
                 break;
             }
@@ -181,4 +181,130 @@ fn strategies_add_up() {
     for (sum, value) in sum.iter().zip(read("R")) {
         assert!((sum - value).abs() <= 1e-4 * value.abs() + 1e-6, "{sum} {value}");
     }
+}
+
+/// A render that ends before its first sample writes no picture and no checkpoint: a good one that is there stays.
+#[test]
+fn a_picture_of_no_sample_is_not_written() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("keep.png"), "good").unwrap();
+    fs::write(path("keep.exr"), "better").unwrap();
+    let outputs = split("--checkpoint c.exr -o keep.png -o keep.exr --stats s.json --write-every 0.001s -q");
+    for method in [
+        "bdpt --size 999x999",
+        "sppm --photons 9999999",
+        "photon-map --photons 9999999",
+        "irradiance-cache --cache-rays 99999",
+        "path --size 16x16 --light-samples 1024 --light-selection all",
+    ] {
+        // Before any tile of `path` is whole
+        let limit = if method.starts_with("path") {
+            "0.000001s"
+        } else {
+            "0.02s"
+        };
+        let args = [
+            &["render", "s.toml", "--time-limit", limit, "--integrator"],
+            &split(method)[..],
+            &outputs,
+        ]
+        .concat();
+        let said = refused(folder.path(), &args, 1);
+        assert!(
+            said.contains("before the first sample") && said.contains("help:"),
+            "{method}: {said}"
+        );
+        assert_eq!(fs::read(path("keep.png")).unwrap(), b"good");
+        assert_eq!(fs::read(path("keep.exr")).unwrap(), b"better");
+        assert!(!path("c.exr").exists());
+        let stats = read_json(&path("s.json"));
+        assert_eq!((&stats["samples"], &stats["stop"]), (&0.into(), &"time-limit".into()));
+    }
+}
+
+/// An interrupt that comes before the first sample is told by its own code.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_of_no_sample_writes_nothing() {
+    let folder = scene();
+    let path = folder.path().join("keep.png");
+    fs::write(&path, "good").unwrap();
+    let args = split("render s.toml --integrator sppm --photons 60000000 -q -o keep.png");
+    let child = support::program::command(folder.path(), &args).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    support::program::signal(&child, "INT");
+    let out = child.wait_with_output().unwrap();
+    assert_eq!(code(&out), 130, "{}", words(&out));
+    assert!(words(&out).contains("before the first sample"), "{}", words(&out));
+    assert_eq!(fs::read(&path).unwrap(), b"good");
+}
+
+/// Pictures and checkpoints that are due before a frame is whole wait for it: the render gets on.
+#[test]
+fn frames_outlast_what_is_due() {
+    let folder = scene();
+    let args = split(
+        "render s.toml -q --integrator sppm --photons 200000 --spp 3 -o a.png --checkpoint c.exr --checkpoint-interval 0.001s \
+         --write-every 0.001s --stats s.json --time-limit 60s",
+    );
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("s.json"));
+    assert_eq!(stats["complete"], true, "{stats}");
+}
+
+/// What methods that carry light keep of it is forecast, and refused where it is too much.
+#[test]
+fn light_takes_memory_too() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell-box.toml");
+    let folder = folder(&[]);
+    let base = [
+        "render",
+        scene,
+        "--size",
+        "64x64",
+        "--spp",
+        "1",
+        "-o",
+        "a.png",
+        "--stats",
+        "s.json",
+        "--integrator",
+    ];
+    for method in [
+        "sppm --photons 200000",
+        "photon-map --photons 200000 --gather-rays 1",
+        "vcm --photons 100000",
+        "mlt --bootstrap 100000",
+        "pssmlt --bootstrap 1000000",
+        "bdpt",
+        "irradiance-cache",
+    ] {
+        let usual = joined(&base, &split(method));
+        let out = done(folder.path(), &joined(&usual, &["-v"]));
+        let said = words(&out);
+        let (_, forecast) = said.split_once("memory: about ").unwrap();
+        let forecast: f64 = forecast.split_whitespace().next().unwrap().parse().unwrap();
+        if let Some(peak) = read_json(&folder.path().join("s.json"))["peak_rss_bytes"].as_f64() {
+            let peak = peak / 1e6;
+            println!("{method}: forecast {forecast}, measured {peak}");
+            assert!(
+                forecast > 0.8 * peak && forecast < 1.8 * peak,
+                "{method}: forecast {forecast}, measured {peak}"
+            );
+        }
+        if method.contains("photons") {
+            let said = refused(folder.path(), &joined(&usual, &["-q", "--max-memory", "20M"]), 1);
+            assert!(said.contains("--max-memory"), "{said}");
+        }
+    }
+    // A limit of its own, where paths are kept whole
+    let said = refused(folder.path(), &joined(&base, &split("vcm --photons 60000000")), 2);
+    assert!(
+        said.contains("--photons 60000000") && said.contains("16777216"),
+        "{said}"
+    );
+    // The path tracer is asked for nothing of the kind.
+    let out = run(folder.path(), &joined(&base, &split("path -q --max-memory 30M")));
+    assert_eq!(code(&out), 0, "{}", words(&out));
 }

@@ -361,8 +361,18 @@ fn bits_are_those_of_one_render() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that is kept before the cache is full, and gone on with
-    render("--checkpoint state.exr --time-limit 0.001s -o early.exr");
+    // A render that ends before the cache is full writes nothing; one that is kept is gone on with.
+    let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
+    let words = refused(folder.path(), &joined(&usual, &early), 1);
+    assert!(
+        words.contains("before the first sample") && words.contains("help:"),
+        "{words}"
+    );
+    assert!(
+        ["state.exr", "early.exr"]
+            .iter()
+            .all(|name| !folder.path().join(name).exists())
+    );
     render("--checkpoint state.exr --resume --spp 100 -o later.exr");
     render("--checkpoint state.exr --resume -o whole.exr");
     same("whole.exr");

@@ -177,3 +177,39 @@ fn scenes_need_no_file() {
         assert!(image.channel(channel).unwrap().values.iter().all(|v| *v == radiance));
     }
 }
+
+/// A render that was stopped before its first sample has no picture to write.
+#[test]
+fn a_picture_of_no_sample_is_not_written() {
+    let folder = scene();
+    let path = folder.path().join("keep.png");
+    std::fs::write(&path, "good").unwrap();
+    let session = session(&folder.path().join("s.toml"), |settings| {
+        settings.estimator.kind = IntegratorKind::Bidirectional;
+    })
+    .unwrap();
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    assert_eq!(
+        renderer.render(&mut state, &Patience(AtomicU64::new(0))),
+        Outcome::Stopped
+    );
+    assert!(state.is_empty());
+    let outputs = [(Format::of_path(&path).unwrap(), Output::prepare(&path).unwrap())];
+    let write = |state: &embrasure::RenderState| {
+        renderer.write(
+            state,
+            &renderer.develop(state),
+            &outputs,
+            &renderer.metadata(state, false),
+        )
+    };
+    let failures = write(&state);
+    assert!(
+        failures.len() == 1 && failures[0].to_string().contains("no sample"),
+        "{failures:?}"
+    );
+    assert_eq!(std::fs::read(&path).unwrap(), b"good");
+    renderer.render(&mut state, &());
+    assert!(!state.is_empty() && write(&state).is_empty());
+}

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 use support::program::{
-    assert_same_bits, command, done, folder, joined, read_json, refused, run, signal, split, words,
+    assert_same_bits, command, done, folder, joined, limited, read_json, refused, run, signal, split, words,
 };
 use support::read_channel;
 use tempfile::TempDir;
@@ -100,9 +100,7 @@ fn bits_are_those_of_one_render() {
 
 /// Renders on for some seconds; whether anything is left to do.
 fn run_for(folder: &Path, args: &[&str], seconds: f64) -> bool {
-    let limit = format!("{seconds}s");
-    let more = ["--resume", "--time-limit", &limit, "--stats", "stats.json"];
-    done(folder, &joined(args, &more));
+    limited(folder, &joined(args, &["--resume", "--stats", "stats.json"]), seconds);
     let stats = read_json(&folder.join("stats.json"));
     assert_eq!(stats["stop"] == "samples", stats["complete"] == true, "{stats}");
     stats["complete"] == false
@@ -290,8 +288,7 @@ fn noise_is_gone_on_with() {
     );
     let (mut limit, mut stops) = (0.02, 0);
     loop {
-        let limited = format!("{limit}s");
-        done(folder.path(), &joined(&args, &["--time-limit", &limited]));
+        limited(folder.path(), &args, limit);
         let stats = read_json(&folder.path().join("stats.json"));
         if stats["stop"] == "noise" {
             break;

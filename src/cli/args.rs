@@ -619,11 +619,11 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub metropolis_target: Option<String>,
 
-    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, mlt: 1024; at least 16]
+    /// Markov chains in a frame, which share a mutation for each pixel of the image [default: one for 256 mutations, at least 16]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub chains: Option<u32>,
 
-    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 1024; mlt: 16, 512]
+    /// Paths in a frame that tell how much light there is, and where chains start [default: one for 4 mutations, at least 1024; mlt: 8, 512]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub bootstrap: Option<u32>,
 

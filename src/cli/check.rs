@@ -137,7 +137,7 @@ impl Report {
         for light in scene.lights() {
             *self.power.entry(light.kind()).or_default() += light.power(radius);
         }
-        self.memory = Some(forecast(&job.scene, scene, job.settings.crop()));
+        self.memory = Some(forecast(&job.scene, scene, &job.settings));
     }
 
     /// What the scene leaves to the program.
@@ -298,7 +298,7 @@ fn backend() -> &'static str {
 }
 
 /// Bytes of each part of a render's memory, with the default backend.
-fn parts(memory: &Forecast) -> [(&'static str, u64); 9] {
+fn parts(memory: &Forecast) -> [(&'static str, u64); 11] {
     [
         ("process", memory.process),
         ("meshes", memory.meshes),
@@ -307,7 +307,9 @@ fn parts(memory: &Forecast) -> [(&'static str, u64); 9] {
         ("reading", memory.reading),
         ("acceleration", memory.accel(backend())),
         ("building", memory.building),
+        ("prepared", memory.prepared),
         ("film", memory.film),
+        ("sampling", memory.sampling),
         ("writing", memory.writing),
     ]
 }

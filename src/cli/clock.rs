@@ -6,7 +6,7 @@ pub(super) struct Clock {
     pub images: Timer,
     pub preview: Timer,
     limit: Timer,
-    /// Nothing but the limit is due before: the render is to get on, however long it takes to write.
+    /// Nothing is due before: the render is to get on, however long it takes to write.
     rest: Option<Instant>,
 }
 
@@ -23,12 +23,16 @@ impl Clock {
         }
     }
 
-    /// The next time at which the render is to be left.
-    pub fn next(&self) -> Option<Instant> {
+    /// The next time at which the render is to be left for a moment.
+    pub fn pause(&self) -> Option<Instant> {
         let timers = [&self.checkpoint, &self.images, &self.preview];
         let due = timers.into_iter().filter_map(|timer| timer.due).min();
-        let due = due.map(|due| self.rest.map_or(due, |rest| due.max(rest)));
-        due.into_iter().chain(self.limit.due).min()
+        due.map(|due| self.rest.map_or(due, |rest| due.max(rest)))
+    }
+
+    /// When it is to be left for good.
+    pub fn end(&self) -> Option<Instant> {
+        self.limit.due
     }
 
     /// The render was left for so long: now it is not, for as long at least.
@@ -81,26 +85,18 @@ mod tests {
     /// Where writing takes longer than the intervals are, half of the time is left to the render.
     #[test]
     fn a_render_gets_on_however_long_it_takes_to_write() {
-        let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, None);
-        assert!(
-            clock
-                .next()
-                .is_some_and(|due| due < Instant::now() + Duration::from_secs(1))
-        );
+        let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, Some(1e-6));
+        let soon = |due: Option<Instant>| due.is_some_and(|due| due < Instant::now() + Duration::from_secs(1));
+        assert!(soon(clock.pause()) && soon(clock.end()));
         clock.rest_after(Duration::from_secs(60));
         assert!(
             clock
-                .next()
+                .pause()
                 .is_some_and(|due| due > Instant::now() + Duration::from_secs(50))
         );
         // The limit is one all the same.
-        let mut clock = Clock::new(Some(1e-6), None, None, Some(1e-6));
-        clock.rest_after(Duration::from_secs(60));
-        assert!(
-            clock
-                .next()
-                .is_some_and(|due| due < Instant::now() + Duration::from_secs(1))
-        );
-        assert_eq!(Clock::new(None, None, None, None).next(), None);
+        assert!(soon(clock.end()));
+        let never = Clock::new(None, None, None, None);
+        assert_eq!((never.pause(), never.end()), (None, None));
     }
 }

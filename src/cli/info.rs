@@ -13,8 +13,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
-    let crop = Settings::of(&file).unwrap_or_default().crop();
-    let (memory, backend) = (forecast(&file, &scene, crop), Backend::ALL[0].name());
+    let settings = Settings::of(&file).unwrap_or_default();
+    let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);

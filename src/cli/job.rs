@@ -9,7 +9,7 @@ use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{
     Backend, DENOISERS, DIRECT, DIRECTIONS, Estimator, HEURISTICS, IntegratorKind, METROPOLIS_DIRECT,
-    METROPOLIS_TARGETS, MOST_FOR_NOISE, REUSES, SELECTIONS, Settings, TRIANGLE_SAMPLINGS, VIEWS,
+    METROPOLIS_TARGETS, MOST_FOR_NOISE, REUSES, SELECTIONS, SWITCHES, Settings, TRIANGLE_SAMPLINGS, VIEWS,
 };
 use crate::texture::TextureFilter;
 use std::path::{Path, PathBuf};
@@ -26,6 +26,8 @@ pub(super) struct Job {
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
+    /// What is odd about the flags, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 impl Job {
@@ -39,6 +41,7 @@ impl Job {
         let settings = settings(args, &scene)?;
         settings.check()?;
         Ok(Self {
+            warnings: idle_switches(&settings.estimator, &args.estimator),
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             settings,
             time_limit: args.time_limit,
@@ -152,6 +155,75 @@ fn estimator(estimator: &mut Estimator, args: &EstimatorArgs) -> Result<(), CliE
     Ok(())
 }
 
+/// Says so of each flag that the method does not read. Keys of a scene file may serve whichever method is chosen.
+fn idle_switches(estimator: &Estimator, args: &EstimatorArgs) -> Vec<String> {
+    let idle = switches(args)
+        .into_iter()
+        .filter(|(name, is_given)| *is_given && !estimator.reads(name));
+    idle.map(|(name, _)| format!("--{name}: {} does not use it", estimator.name()))
+        .collect()
+}
+
+/// The switches of estimators, and whether they are given.
+fn switches(args: &EstimatorArgs) -> [(&'static str, bool); SWITCHES.len()] {
+    // All fields, so that a new one is not forgotten
+    let EstimatorArgs {
+        integrator: _,
+        max_depth,
+        roulette_depth,
+        directions,
+        direct,
+        mis,
+        light_selection,
+        triangle_sampling,
+        reuse,
+        light_samples,
+        branching,
+        ao_distance,
+        photons,
+        photon_radius,
+        photon_alpha,
+        photon_count,
+        gather_rays,
+        cache_error,
+        cache_rays,
+        view,
+        metropolis_direct,
+        metropolis_target,
+        chains,
+        bootstrap,
+        large_step_probability,
+        mutation_size,
+    } = args;
+    [
+        ("max-depth", max_depth.is_some()),
+        ("roulette-depth", roulette_depth.is_some()),
+        ("directions", directions.is_some()),
+        ("direct", direct.is_some()),
+        ("mis", mis.is_some()),
+        ("light-selection", light_selection.is_some()),
+        ("triangle-sampling", triangle_sampling.is_some()),
+        ("reuse", reuse.is_some()),
+        ("light-samples", light_samples.is_some()),
+        ("branching", branching.is_some()),
+        ("ao-distance", ao_distance.is_some()),
+        ("photons", photons.is_some()),
+        ("photon-radius", photon_radius.is_some()),
+        ("photon-alpha", photon_alpha.is_some()),
+        ("photon-count", photon_count.is_some()),
+        ("gather-rays", gather_rays.is_some()),
+        ("cache-error", cache_error.is_some()),
+        ("cache-rays", cache_rays.is_some()),
+        ("view", view.is_some()),
+        ("metropolis-direct", metropolis_direct.is_some()),
+        ("metropolis-target", metropolis_target.is_some()),
+        ("chains", chains.is_some()),
+        ("bootstrap", bootstrap.is_some()),
+        ("large-step-probability", large_step_probability.is_some()),
+        ("mutation-size", mutation_size.is_some()),
+    ]
+}
+
 /// What the flag says, if it does.
 fn set<T>(slot: &mut T, flag: Option<T>) {
     if let Some(value) = flag {
@@ -254,4 +326,19 @@ pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOpt
     options.smooth = args.smooth.or(options.smooth);
     options.max_memory = args.max_memory;
     Ok(options)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_switch_has_a_flag() {
+        let flags: BTreeSet<&str> = switches(&EstimatorArgs::default())
+            .iter()
+            .map(|(name, _)| *name)
+            .collect();
+        assert_eq!(flags, SWITCHES.iter().map(|switch| switch.name).collect());
+    }
 }

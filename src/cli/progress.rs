@@ -82,10 +82,11 @@ impl Progress {
     }
 }
 
-/// A [`Progress`] that also stops the render when something is due.
+/// A [`Progress`] that also stops the render at its end, and has it pause when something is due.
 pub(super) struct Until<'a> {
     pub progress: &'a Progress,
-    pub due: Option<Instant>,
+    pub end: Option<Instant>,
+    pub pause: Option<Instant>,
 }
 
 impl Observer for Until<'_> {
@@ -106,8 +107,16 @@ impl Observer for Until<'_> {
     }
 
     fn should_stop(&self) -> bool {
-        self.progress.should_stop() || self.due.is_some_and(|due| Instant::now() >= due)
+        self.progress.should_stop() || is_past(self.end)
     }
+
+    fn should_pause(&self) -> bool {
+        is_past(self.pause)
+    }
+}
+
+fn is_past(time: Option<Instant>) -> bool {
+    time.is_some_and(|time| Instant::now() >= time)
 }
 
 /// A bar for each part of reading a scene on a terminal; nothing elsewhere.

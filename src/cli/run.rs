@@ -12,7 +12,7 @@ use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::denoise::DenoiseError;
-use crate::film::Film;
+use crate::film::{Film, Image};
 use crate::io::{ExrFormat, FileError, Format, Output, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{RenderState, Renderer, Session};
@@ -43,7 +43,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
-    let mut warnings = session.warnings().to_vec();
+    let mut warnings = [&job.warnings, session.warnings()].concat();
     warnings.iter().for_each(words::warning);
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;
@@ -134,23 +134,13 @@ impl Run<'_> {
             }
         }
 
-        // Every output is tried, so that one full disk does not cost the other picture.
-        let mut metadata = self.renderer.metadata(&state, stop.is_complete());
-        let kept = keeper.map(|keeper| keeper.keep(&state, &metadata));
-        let mut failures: Vec<String> = kept.and_then(Result::err).iter().map(FileError::to_string).collect();
-        let mut image = self.renderer.develop(&state);
-        // Where denoising fails, the raw picture is written all the same.
-        let start = Instant::now();
-        let denoised = self.renderer.denoise(&mut image, &mut metadata);
-        failures.extend(denoised.err().iter().map(DenoiseError::to_string));
-        let denoised = metadata.denoiser.clone().map(|by| Denoised {
-            by,
-            seconds: start.elapsed().as_secs_f64(),
-        });
-        let unwritten = self.renderer.write(&state, &image, &self.files.images, &metadata);
-        failures.extend(unwritten.iter().map(FileError::to_string));
-        if let Some(lost) = preview.finish(&image) {
-            warn(lost.to_string());
+        // Without a sample there is nothing to write: what is there from before stays.
+        let (mut failures, mut denoised) = (Vec::new(), None);
+        if !state.is_empty() {
+            let image = self.write(&state, stop, keeper.as_ref(), (&mut failures, &mut denoised));
+            if let Some(lost) = preview.finish(&image) {
+                warn(lost.to_string());
+            }
         }
 
         let info = self.renderer.backend();
@@ -166,10 +156,56 @@ impl Run<'_> {
             let unwritten = output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err();
             failures.extend(unwritten.iter().map(FileError::to_string));
         }
+        if state.is_empty() {
+            return Err(self.nothing_written(failures, stop));
+        }
         if !job.quiet {
             self.summarize(&stats, stop);
         }
         finish(failures, stop)
+    }
+
+    /// Writes all that `state` gives, and gives its image. Every output is tried, so that one full disk does not cost the other picture.
+    fn write(
+        &self,
+        state: &RenderState,
+        stop: Stop,
+        keeper: Option<&Keeper>,
+        (failures, denoised): (&mut Vec<String>, &mut Option<Denoised>),
+    ) -> Image {
+        let mut metadata = self.renderer.metadata(state, stop.is_complete());
+        let kept = keeper.map(|keeper| keeper.keep(state, &metadata));
+        failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
+        let mut image = self.renderer.develop(state);
+        // Where denoising fails, the raw picture is written all the same.
+        let start = Instant::now();
+        let done = self.renderer.denoise(&mut image, &mut metadata);
+        failures.extend(done.err().iter().map(DenoiseError::to_string));
+        *denoised = metadata.denoiser.clone().map(|by| Denoised {
+            by,
+            seconds: start.elapsed().as_secs_f64(),
+        });
+        let unwritten = self.renderer.write(state, &image, &self.files.images, &metadata);
+        failures.extend(unwritten.iter().map(FileError::to_string));
+        image
+    }
+
+    /// That no sample was taken before `stop`, and what else went wrong.
+    fn nothing_written(&self, mut failures: Vec<String>, stop: Stop) -> CliError {
+        let came = match stop {
+            Stop::Interrupt => "interrupted",
+            _ => "--time-limit came",
+        };
+        let words =
+            format!("{came} before the first sample was whole: no picture is written, and what was there stays");
+        if stop == Stop::Interrupt && failures.is_empty() {
+            return CliError::Interrupted(words);
+        }
+        let name = self.job.settings.estimator.name();
+        failures.push(format!(
+            "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): what {name} prepares, or a sample of all pixels, takes longer"
+        ));
+        failed(&failures)
     }
 
     /// Renders, with breaks in which files are written and pictures shown.
@@ -183,7 +219,8 @@ impl Run<'_> {
         let stop = loop {
             let until = Until {
                 progress: &progress,
-                due: clock.next(),
+                end: clock.end(),
+                pause: clock.pause(),
             };
             if self.renderer.render(state, &until) == Outcome::Complete {
                 break Stop::of_complete(&state.film, settings.noise);
@@ -195,7 +232,9 @@ impl Run<'_> {
             let pause = Instant::now();
             let mut failures = self.write_meanwhile(&mut clock, keeper, state);
             if clock.preview.is_due() {
-                failures.extend(preview.update(&state.film));
+                if !state.is_empty() {
+                    failures.extend(preview.update(&state.film));
+                }
                 clock.preview.restart_with(preview.interval);
             }
             progress.suspend(|| warn_of(&failures));
@@ -205,17 +244,21 @@ impl Run<'_> {
         stop
     }
 
-    /// Writes what is due, raw, and what went wrong with it.
+    /// Writes what is due, raw, if there is any of it yet, and says what went wrong.
     fn write_meanwhile(&self, clock: &mut Clock, keeper: Option<&Keeper>, state: &RenderState) -> Vec<FileError> {
         let metadata = self.renderer.metadata(state, false);
         let mut failures = Vec::new();
         if let Some(keeper) = keeper.filter(|_| clock.checkpoint.is_due()) {
-            failures.extend(keeper.keep(state, &metadata).err());
+            if !state.is_empty() {
+                failures.extend(keeper.keep(state, &metadata).err());
+            }
             clock.checkpoint.restart();
         }
         if clock.images.is_due() {
-            let image = self.renderer.develop(state);
-            failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
+            if !state.is_empty() {
+                let image = self.renderer.develop(state);
+                failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
+            }
             clock.images.restart();
         }
         failures

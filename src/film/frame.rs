@@ -32,6 +32,11 @@ impl Frame {
         }
     }
 
+    /// Bytes that one of this crop takes, with so many parts of the light.
+    pub fn bytes(crop: Rect, parts: usize) -> u64 {
+        crop.area() * (size_of::<FramePixel>() + parts * size_of::<[f64; 3]>()) as u64
+    }
+
     /// The pixels that it has.
     pub fn crop(&self) -> Rect {
         self.crop

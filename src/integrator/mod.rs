@@ -51,7 +51,7 @@ pub use roulette::Roulette;
 pub use sppm::{FramePhotons, ProgressivePhotonIntegrator};
 pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use test_picture::{TestPicture, TestPictureMaker};
-pub use vcm::{LightPaths, MergedPaths, VertexMergingIntegrator};
+pub use vcm::{LightPaths, MOST_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
 pub use whitted::WhittedIntegrator;
 pub use world::World;
 

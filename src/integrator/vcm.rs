@@ -39,7 +39,7 @@ pub struct VertexMergingIntegrator<'a, A> {
 }
 
 /// Paths to merge with where nothing else is said, at most.
-const MOST_PATHS: u32 = 1 << 16;
+pub const MOST_MERGED_PATHS: u32 = 1 << 16;
 
 /// Paths from lights, and when.
 #[derive(Debug)]
@@ -74,7 +74,7 @@ impl Placed for Visit {
 impl<A: Accel> VertexMergingIntegrator<'_, A> {
     fn paths(&self) -> u32 {
         let size = self.world.camera.resolution();
-        let usual = || size.x.saturating_mul(size.y).min(MOST_PATHS);
+        let usual = || size.x.saturating_mul(size.y).min(MOST_MERGED_PATHS);
         self.photons.unwrap_or_else(usual).max(1)
     }
 }

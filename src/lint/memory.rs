@@ -48,14 +48,18 @@ pub struct Forecast {
     pub accel: [AccelMemory; 3],
     /// What is needed besides to build one.
     pub building: u64,
+    /// What the method has ready before the first sample, such as photons: an estimate.
+    pub prepared: u64,
     /// Sums of the pixels.
     pub film: u64,
+    /// What is needed besides to take samples, such as paths that carry light: an estimate.
+    pub sampling: u64,
     /// What is needed besides to write the pictures.
     pub writing: u64,
 }
 
 impl Forecast {
-    /// For a render of `scene`, whose largest OBJ file has so many bytes, to the pixels of `crop`.
+    /// For a render of `scene`, whose largest OBJ file has so many bytes, to the pixels of `crop`, by a method that needs nothing beside them.
     pub fn new(scene: &Scene, crop: Rect, largest_file: u64) -> Self {
         let triangles = scene.triangle_count();
         let meshes: usize = scene.meshes().iter().map(|mesh| mesh.bytes()).sum();
@@ -93,7 +97,9 @@ impl Forecast {
             } else {
                 BUILDING_BYTES_PER_TRIANGLE * triangles
             },
+            prepared: 0,
             film: Film::bytes(crop),
+            sampling: 0,
             writing: WRITING_BYTES_PER_PIXEL * crop.area(),
         }
     }
@@ -109,9 +115,10 @@ impl Forecast {
         found.map_or(0, |accel| accel.bytes)
     }
 
-    /// The most that there is at a time with a backend: while its structure is built, or while pictures are written.
+    /// The most that there is at a time with a backend: while its structure is built, while samples are taken, or while pictures are written.
     pub fn peak(&self, backend: &str) -> u64 {
         let stays = self.process + self.scene() + self.reading + self.accel(backend);
-        stays + self.building.max(self.film + self.writing)
+        let rendered = (self.prepared + self.film).saturating_add(self.writing.max(self.sampling));
+        stays.saturating_add(self.building.max(rendered))
     }
 }

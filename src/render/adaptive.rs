@@ -1,6 +1,6 @@
 use super::schedule::passes;
 use super::statistics::Statistics;
-use super::tiles::{Observer, Outcome, advance, render};
+use super::tiles::{Observer, Outcome, advance, render, should_leave};
 use crate::film::{BLOCK, Film, Tile};
 use crate::integrator::Integrator;
 use crate::sampler::Sampler;
@@ -61,16 +61,16 @@ pub fn render_to_noise<I: Integrator, S: Sampler>(
             .filter(|tile| tile.samples() < tile.target());
         let done = behind.map(|tile| {
             let target = tile.first_sample().saturating_add(tile.target());
-            let passes = passes(tile.next_sample()..target).take_while(|_| !observer.should_stop());
-            let done = passes.map(|pass| {
-                let done = advance(integrator, sampler, tile, pass.end);
+            let passes = passes(tile.next_sample()..target).take_while(|_| !should_leave(observer));
+            let done = passes.map_while(|pass| {
+                let done = advance(integrator, sampler, tile, pass.end, observer)?;
                 observer.progress(done.samples);
-                done
+                Some(done)
             });
             done.reduce(Statistics::merge).unwrap_or_default()
         });
         statistics = statistics.merge(done.reduce(Statistics::default, Statistics::merge));
-        if observer.should_stop() {
+        if should_leave(observer) {
             outcome = Outcome::Stopped;
         }
     }

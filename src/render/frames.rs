@@ -1,6 +1,6 @@
 use super::pieces::in_pieces;
 use super::statistics::{DroppedSample, RayCounts, Statistics};
-use super::tiles::{Observer, Outcome};
+use super::tiles::{Observer, Outcome, should_leave};
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Frame, Rect, Tile};
 use crate::integrator::{ByGroup, FrameIntegrator, Gathered, RayKind, RaySink, Sink, SplatSink};
@@ -8,13 +8,23 @@ use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 
-/// Pieces of work whose light is kept until all before them have been added: a bound on memory, which decides no bit.
+/// Pieces of work at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
 const PIECES_AT_ONCE: usize = 128;
+/// Bytes that the light of all these may take, about; but each thread has a piece.
+const BYTES_AT_ONCE: usize = 128 << 20;
+/// Samples of a block of pixels, and places that each of them lights where light is sent to others, about.
+const SAMPLES_OF_A_PIECE: usize = 256;
+const LIGHTS_OF_A_SAMPLE: usize = 8;
+/// Places that a mutation lights: both paths count, and each may fall on some.
+const LIGHTS_OF_A_MUTATION: usize = 3;
+
+/// Pixels of a piece that are done between two looks at the observer: far less work than the rest of the piece, and far more than the look.
+const PIXELS_A_LOOK: usize = 4;
 
 /// Adds frames to `film`, from those that it has to the one before the index `end`, or until its error is estimated to be `level` at most.
 ///
 /// The result is the same to the bit for any number of threads: what a piece of a frame finds depends on its place alone, and pieces are added in
-/// their order. A frame that is not whole when the observer asks to stop is thrown away. The error is judged where blocks of samples end,
+/// their order. A frame that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
 /// as in [`render_to_noise`](super::render_to_noise), but for the whole picture alone: light goes where it will.
 pub fn render_frames<I: FrameIntegrator, S: Sampler>(
     integrator: &I,
@@ -43,8 +53,67 @@ pub fn render_frames<I: FrameIntegrator, S: Sampler>(
         film.add_frame(&frame);
         statistics = statistics.merge(done);
         observer.passed(film);
+        if index + 1 < end && should_leave(observer) {
+            return (Outcome::Stopped, statistics);
+        }
     }
     (Outcome::Complete, statistics)
+}
+
+/// Bytes of light that falls on one place, and so on all pixels of `crop` that see it.
+fn light_bytes<R>(filter: &Filter, crop: Rect) -> usize {
+    let side = (2.0 * filter.radius()).ceil().max(1.0) as usize;
+    let pixels = side.saturating_mul(side).min(crop.area() as usize);
+    pixels.saturating_mul(size_of::<(UVec2, R)>())
+}
+
+/// Pieces that are kept at a time, where a place's light takes so many bytes.
+fn pieces_at_once(light: usize, threads: usize) -> usize {
+    let piece = light.saturating_mul(SAMPLES_OF_A_PIECE * LIGHTS_OF_A_SAMPLE);
+    (BYTES_AT_ONCE / piece.max(1)).max(threads).min(PIECES_AT_ONCE)
+}
+
+/// How the light of a frame falls.
+#[derive(Clone, Copy, Debug)]
+pub enum FrameLight {
+    /// Of each pixel on itself.
+    OfOnePixel,
+    /// Of each pixel on all.
+    OfPixels,
+    /// Of so many chains on all, each with so many mutations.
+    OfChains {
+        /// Their number.
+        chains: u64,
+        /// Of each.
+        mutations: u64,
+    },
+}
+
+/// Bytes that a frame of `crop` takes while it is made by so many threads, about, beside what its integrator prepares. `parts` of the light are told
+/// apart, groups of lights among them or not.
+pub fn frame_bytes(
+    crop: Rect,
+    (tells_groups, parts): (bool, usize),
+    (filter, light): (&Filter, FrameLight),
+    threads: usize,
+) -> u64 {
+    let bytes = match tells_groups {
+        true => light_bytes::<ByGroup>(filter, crop),
+        false => light_bytes::<Spectrum>(filter, crop),
+    };
+    let samples = SAMPLES_OF_A_PIECE as u64;
+    let most = pieces_at_once(bytes, threads) as u64;
+    let pieces = most.min(crop.area().div_ceil(samples));
+    let (pieces, lights) = match light {
+        FrameLight::OfOnePixel => (pieces, samples),
+        FrameLight::OfPixels => (pieces, samples * LIGHTS_OF_A_SAMPLE as u64),
+        FrameLight::OfChains { chains, mutations } => {
+            (most.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
+        }
+    };
+    let surfaces = samples * size_of::<(UVec2, FirstSurface)>() as u64;
+    let kept = lights.saturating_mul(bytes as u64).saturating_add(surfaces);
+    Frame::bytes(crop, parts).saturating_add(pieces.saturating_mul(kept))
 }
 
 /// A piece of a frame.
@@ -87,10 +156,11 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     };
     let mut frame = Frame::of(film);
     let mut done = 0;
-    for batch in work.chunks(PIECES_AT_ONCE) {
+    let light = light_bytes::<R>(filter, film.crop());
+    for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
         let pieces = batch.par_iter().map(|work| {
             let piece = Piece::<R>::new(place);
-            (!observer.should_stop()).then(|| piece.of(integrator, &prepared, (*work, index), sampler))
+            piece.of(integrator, &prepared, (*work, index), sampler, observer)
         });
         let pieces: Vec<Piece<R>> = pieces.collect::<Option<_>>()?;
         for piece in pieces {
@@ -144,18 +214,22 @@ impl<'a, R: Gathered> Piece<'a, R> {
         }
     }
 
-    /// Does the work.
+    /// Does the work; `None` where the observer asked to stop.
     fn of<I: FrameIntegrator>(
         mut self,
         integrator: &I,
         prepared: &I::Prepared,
         (work, index): (Work, u32),
         sampler: &impl Sampler,
-    ) -> Self {
+        observer: &impl Observer,
+    ) -> Option<Self> {
         let mut sampler = sampler.clone();
         match work {
             Work::Pixels(cell) => {
-                for pixel in cell.pixels() {
+                for (i, pixel) in cell.pixels().enumerate() {
+                    if i % PIXELS_A_LOOK == 0 && observer.should_stop() {
+                        return None;
+                    }
                     self.key = SampleKey::new(pixel.x, pixel.y, index);
                     self.weight = 1.0;
                     integrator.sample(prepared, self.key, &mut sampler, &mut self);
@@ -164,11 +238,14 @@ impl<'a, R: Gathered> Piece<'a, R> {
                 }
             }
             Work::Chain(chain) => {
+                if observer.should_stop() {
+                    return None;
+                }
                 self.key = SampleKey::new(chain, u32::MAX, index);
                 integrator.chain(prepared, index, chain, &mut sampler, &mut self);
             }
         }
-        self
+        Some(self)
     }
 
     /// Light that counts so much in `pixel`; what is no light is dropped.
@@ -283,5 +360,109 @@ impl<'a> Place<'a> {
 impl RaySink for RayCounts {
     fn ray(&mut self, kind: RayKind) {
         self.count(kind);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::FilterKind;
+    use crate::sampler::SamplerKind;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// Counts the samples that it is asked for.
+    struct Counting(AtomicU64);
+
+    impl FrameIntegrator for &Counting {
+        type Part = ();
+        type Prepared = ();
+
+        fn preparations(&self) -> u32 {
+            0
+        }
+
+        fn prepare<S: Sampler>(&self, _: u32, _: u32, _: &mut S, _: &mut impl RaySink) {}
+
+        fn join(&self, _: u32, _: Vec<()>) {}
+
+        fn sends_light(&self) -> bool {
+            false
+        }
+
+        fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            sampler.start(key);
+            out.radiance(Spectrum::splat(sampler.get_1d(crate::sampler::Dimension::PIXEL)).into());
+        }
+    }
+
+    /// Stops, or pauses, once so many samples were taken.
+    struct Impatient<'a> {
+        counting: &'a Counting,
+        stop: u64,
+        pause: u64,
+    }
+
+    impl Observer for Impatient<'_> {
+        fn progress(&self, _: u64) {}
+
+        fn should_stop(&self) -> bool {
+            self.counting.0.load(Ordering::Relaxed) >= self.stop
+        }
+
+        fn should_pause(&self) -> bool {
+            self.counting.0.load(Ordering::Relaxed) >= self.pause
+        }
+    }
+
+    /// Frames of 32 × 32 pixels, until both are done.
+    fn frames(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
+        let counting = Counting(AtomicU64::new(0));
+        let observer = Impatient {
+            counting: &counting,
+            stop,
+            pause,
+        };
+        let numbers = (&SamplerKind::Independent.with_seed(1, 2), &Filter::BOX);
+        let (outcome, _) = render_frames(&&counting, numbers, film, (2, None), &observer);
+        (outcome, counting.0.into_inner())
+    }
+
+    /// A stop costs the frame, and is heeded within its pieces; a pause waits for the frame's end, however often it is asked for.
+    #[test]
+    fn frames_are_not_lost_by_pauses() {
+        let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
+        let mut stopped = new();
+        let (outcome, samples) = frames(&mut stopped, 100, u64::MAX);
+        assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
+        // Each thread has some pixels under way.
+        assert!(
+            samples <= 100 + (PIXELS_A_LOOK * rayon::current_num_threads()) as u64,
+            "{samples}"
+        );
+
+        let (mut whole, mut paused) = (new(), new());
+        assert_eq!(frames(&mut whole, u64::MAX, u64::MAX), (Outcome::Complete, 2048));
+        assert_eq!(frames(&mut paused, u64::MAX, 0), (Outcome::Stopped, 1024));
+        assert_eq!(frames(&mut paused, u64::MAX, 0), (Outcome::Complete, 1024));
+        let light = |film: &Film| film.pixels().map(|(_, sums)| sums.mean(0)).collect::<Vec<_>>();
+        assert_eq!(light(&paused), light(&whole));
+    }
+
+    /// Where light takes much memory, fewer pieces are kept; each thread has one all the same.
+    #[test]
+    fn large_pieces_are_few() {
+        let crop = Rect::full(UVec2::splat(512));
+        let wide = Filter::new(FilterKind::Mitchell, 2.0);
+        let usual = light_bytes::<Spectrum>(&Filter::BOX, crop);
+        let large = light_bytes::<ByGroup>(&wide, crop);
+        assert_eq!(pieces_at_once(usual, 2), PIECES_AT_ONCE);
+        let few = pieces_at_once(large, 2);
+        assert!((2..PIECES_AT_ONCE / 4).contains(&few), "{few}");
+        assert_eq!(pieces_at_once(large, 64), 64);
+        // A filter is no wider than the picture.
+        let endless = Filter::new(FilterKind::Gaussian, 1e30);
+        let bytes = frame_bytes(crop, (true, 3), (&endless, FrameLight::OfPixels), 2);
+        assert!(bytes < 1 << 50, "{bytes}");
     }
 }

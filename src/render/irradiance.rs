@@ -35,6 +35,12 @@ impl Irradiance {
         }
     }
 
+    /// Records that the cache of a picture of `resolution` pixels has at most, about.
+    pub fn most_records(resolution: UVec2) -> u64 {
+        let pixels = u64::from(resolution.x) * u64::from(resolution.y);
+        (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS)
+    }
+
     /// The cache, if it is filled.
     pub fn cache(&self) -> Option<&IrradianceCache> {
         self.full.get()
@@ -130,7 +136,6 @@ impl Filling {
     /// With nothing done.
     fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
         let world = &maker.path.world;
-        let pixels = u64::from(resolution.x) * u64::from(resolution.y);
         Self {
             cache: IrradianceCache::new(error, world.scene.bounds()),
             passes: match world.stands_still() {
@@ -138,7 +143,7 @@ impl Filling {
                 false => VecDeque::new(),
             },
             seed,
-            most_records: (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS),
+            most_records: Irradiance::most_records(resolution),
             found: VecDeque::new(),
             batch: Vec::new(),
         }

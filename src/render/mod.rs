@@ -15,7 +15,7 @@ mod test_picture;
 mod tiles;
 
 pub use adaptive::render_to_noise;
-pub use frames::render_frames;
+pub use frames::{FrameLight, frame_bytes, render_frames};
 pub use groups::companions;
 pub use irradiance::Irradiance;
 pub use photons::photon_maps;

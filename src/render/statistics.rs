@@ -24,6 +24,11 @@ impl RayCounts {
         }
     }
 
+    /// All of them.
+    pub fn total(self) -> u64 {
+        self.camera + self.bounce + self.shadow
+    }
+
     /// Sum by purpose.
     pub fn plus(self, other: Self) -> Self {
         Self {

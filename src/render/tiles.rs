@@ -23,8 +23,13 @@ pub trait Observer: Sync {
     /// A pass over all tiles of `film` is done.
     fn passed(&self, _film: &Film) {}
 
-    /// Whether to end the render as soon as the tiles in work are done.
+    /// Whether to end the render at once. Work that is not whole, of a tile or of a frame, is thrown away, and may be done again later.
     fn should_stop(&self) -> bool;
+
+    /// Whether to leave the render for a while, where no work is thrown away for that: when the tiles in work are done, or the frame.
+    fn should_pause(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody watches, and nothing stops the render.
@@ -57,6 +62,15 @@ impl Observer for &dyn Observer {
     fn should_stop(&self) -> bool {
         (**self).should_stop()
     }
+
+    fn should_pause(&self) -> bool {
+        (**self).should_pause()
+    }
+}
+
+/// Whether `observer` wants no new work to be begun.
+pub(super) fn should_leave(observer: &impl Observer) -> bool {
+    observer.should_stop() || observer.should_pause()
 }
 
 /// How a render ended.
@@ -64,7 +78,7 @@ impl Observer for &dyn Observer {
 pub enum Outcome {
     /// All samples were taken.
     Complete,
-    /// The observer asked to stop; some pixels have fewer samples than others.
+    /// The observer asked to stop, or to pause; some pixels may have fewer samples than others, and all none.
     Stopped,
 }
 
@@ -87,14 +101,15 @@ pub fn render<I: Integrator, S: Sampler>(
             .par_iter_mut()
             .filter(|tile| tile.next_sample() < pass.end);
         let done = behind.filter_map(|tile| {
-            (!observer.should_stop()).then(|| {
-                let done = advance(integrator, sampler, tile, pass.end);
-                observer.progress(done.samples);
-                done
-            })
+            if should_leave(observer) {
+                return None;
+            }
+            let done = advance(integrator, sampler, tile, pass.end, observer)?;
+            observer.progress(done.samples);
+            Some(done)
         });
         statistics = statistics.merge(done.reduce(Statistics::default, Statistics::merge));
-        if observer.should_stop() {
+        if should_leave(observer) {
             return (Outcome::Stopped, statistics);
         }
         observer.passed(film);
@@ -102,13 +117,24 @@ pub fn render<I: Integrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Adds the samples that `tile` lacks before the one with index `end`.
-pub(super) fn advance<I: Integrator, S: Sampler>(integrator: &I, sampler: &S, tile: &mut Tile, end: u32) -> Statistics {
+/// Adds the samples that `tile` lacks before the one with index `end`; `None`, and the tile is as it was, where the observer asked to stop.
+pub(super) fn advance<I: Integrator, S: Sampler>(
+    integrator: &I,
+    sampler: &S,
+    tile: &mut Tile,
+    end: u32,
+    observer: &impl Observer,
+) -> Option<Statistics> {
+    let before = tile.clone();
     // A film that does not tell lights apart pays nothing for it.
-    match tile.parts() {
-        0 => advance_gathering::<Spectrum, _, _>(integrator, sampler, tile, end),
-        _ => advance_gathering::<ByGroup, _, _>(integrator, sampler, tile, end),
+    let done = match tile.parts() {
+        0 => advance_gathering::<Spectrum, _, _>(integrator, sampler, tile, end, observer),
+        _ => advance_gathering::<ByGroup, _, _>(integrator, sampler, tile, end, observer),
+    };
+    if done.is_none() {
+        *tile = before;
     }
+    done
 }
 
 fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
@@ -116,17 +142,30 @@ fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
     sampler: &S,
     tile: &mut Tile,
     end: u32,
-) -> Statistics {
+    observer: &impl Observer,
+) -> Option<Statistics> {
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
-    let again = (start < next).then(|| render_tile::<R, _, _>(integrator, sampler, tile, start..next, Turn::TakeBack));
-    let taken = passes(start..end).map(|pass| render_tile::<R, _, _>(integrator, sampler, tile, pass, Turn::Add));
-    let statistics = taken.reduce(Statistics::merge).unwrap_or_default();
-    match again {
+    let again = match start < next {
+        true => Some(render_tile::<R, _, _>(
+            integrator,
+            sampler,
+            tile,
+            (start..next, Turn::TakeBack),
+            observer,
+        )?),
+        false => None,
+    };
+    let mut statistics = Statistics::default();
+    for pass in passes(start..end) {
+        let taken = render_tile::<R, _, _>(integrator, sampler, tile, (pass, Turn::Add), observer)?;
+        statistics = statistics.merge(taken);
+    }
+    Some(match again {
         Some(again) => statistics.after(&again),
         None => statistics,
-    }
+    })
 }
 
 /// What becomes of samples that are taken.
@@ -136,14 +175,19 @@ enum Turn {
     TakeBack,
 }
 
-/// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again.
+/// Rays that a sample takes from which on it is work enough by itself: the observer is asked before each. A gathering or branching method may
+/// take seconds for one.
+const MANY_RAYS: u64 = 64;
+
+/// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
+/// asked to stop.
 fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
     integrator: &I,
     sampler: &S,
     tile: &mut Tile,
-    samples: Range<u32>,
-    turn: Turn,
-) -> Statistics {
+    (samples, turn): (Range<u32>, Turn),
+    observer: &impl Observer,
+) -> Option<Statistics> {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
     let mut taken: [PixelSample<R>; SAMPLES_AT_ONCE] = Default::default();
@@ -168,6 +212,8 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
     };
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
+    // Of a pixel: one, until it is known how much work that is
+    let mut samples_now = 1;
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
             continue;
@@ -175,8 +221,12 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
         blocks[..group.len()].fill_with(Block::default);
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
         part_blocks.iter_mut().for_each(PartBlock::clear);
-        for start in samples.clone().step_by(samples_at_once) {
-            let end = samples.end.min(start.saturating_add(samples_at_once as u32));
+        let mut start = samples.start;
+        while start < samples.end {
+            if observer.should_stop() {
+                return None;
+            }
+            let end = samples.end.min(start.saturating_add(samples_now as u32));
             let mut count = 0;
             for pixel in group {
                 for sample in start..end {
@@ -187,6 +237,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
             let (keys, taken) = (&keys[..count], &mut taken[..count]);
             taken.fill_with(PixelSample::default);
             integrator.samples(keys, &mut sampler, taken);
+            let rays_before = statistics.rays.total();
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
                 if !sample.radiance.sum().is_valid() {
@@ -209,6 +260,9 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
                 }
                 blocks[place].add(radiance.sum(), sample.surface.as_ref());
             }
+            let is_slow = statistics.rays.total() - rays_before > MANY_RAYS * count as u64;
+            samples_now = if is_slow { 1 } else { samples_at_once };
+            start = end;
         }
         for (&pixel, block) in group.iter().zip(&feature_blocks) {
             match (tile.features_mut(pixel), turn) {
@@ -234,7 +288,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
             }
         }
     }
-    statistics
+    Some(statistics)
 }
 
 /// What one sample gave.
@@ -265,5 +319,70 @@ impl<R: Gathered> Sink for PixelSample<R> {
 impl<R> RaySink for PixelSample<R> {
     fn ray(&mut self, kind: RayKind) {
         self.rays.count(kind);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Rect;
+    use crate::math::UVec2;
+    use crate::sampler::{Dimension, SamplerKind};
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// Counts the samples that it is asked for, each of which takes many rays.
+    struct Slow(AtomicU64);
+
+    impl Integrator for Slow {
+        fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            sampler.start(key);
+            (0..=MANY_RAYS).for_each(|_| out.ray(RayKind::Bounce));
+            out.weight(1.0);
+            out.radiance(Spectrum::splat(sampler.get_1d(Dimension::PIXEL)).into());
+        }
+    }
+
+    struct Until<'a>(&'a Slow, u64);
+
+    impl Observer for Until<'_> {
+        fn progress(&self, _: u64) {}
+
+        fn should_stop(&self) -> bool {
+            self.0.0.load(Ordering::Relaxed) >= self.1
+        }
+    }
+
+    /// Slow samples are stopped one by one. Tiles that are not whole then are as they were, and bits are those of one render.
+    #[test]
+    fn slow_samples_are_stopped_within_tiles() {
+        let sampler = SamplerKind::Independent.with_seed(1, 90);
+        let new = || Film::new(UVec2::new(40, 20), Rect::full(UVec2::new(40, 20)));
+        let mut whole = new();
+        assert_eq!(
+            render(&Slow(AtomicU64::new(0)), &sampler, &mut whole, 90, &()).0,
+            Outcome::Complete
+        );
+        let (mut film, mut patience, mut stops) = (new(), 100, 0);
+        // Between cuts too
+        for end in [50, 90] {
+            loop {
+                let slow = Slow(AtomicU64::new(0));
+                let (outcome, statistics) = render(&slow, &sampler, &mut film, end, &Until(&slow, patience));
+                if outcome == Outcome::Complete {
+                    break;
+                }
+                let taken = slow.0.into_inner();
+                assert!(
+                    taken <= patience + rayon::current_num_threads() as u64,
+                    "{taken}, {patience}"
+                );
+                assert!(statistics.samples <= taken);
+                (patience, stops) = (patience + patience / 2, stops + 1);
+            }
+        }
+        assert!(stops > 5, "{stops}");
+        let sums = |film: &Film| film.pixels().map(|(_, sums)| *sums).collect::<Vec<_>>();
+        assert_eq!(sums(&film), sums(&whole));
     }
 }

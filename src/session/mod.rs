@@ -24,13 +24,13 @@ pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
 pub(crate) use estimator::{
-    DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, METROPOLIS_TARGETS, Prepared, REUSES, SELECTIONS,
+    DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, METROPOLIS_TARGETS, Prepared, REUSES, SELECTIONS, SWITCHES,
     TRIANGLE_SAMPLINGS, VIEWS,
 };
 pub(crate) use settings::{DENOISERS, all_threads};
 
 use crate::camera::{Camera, CameraParameters};
-use crate::film::{Aov, Film, Filter, Rect};
+use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
 use crate::lint::Forecast;
@@ -86,7 +86,7 @@ impl Session {
         settings.check()?;
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
-        let forecast = Forecast::new(&scene, settings.crop(), 0);
+        let forecast = forecast_of(&scene, 0, &settings);
         let description = format!("{camera:?}");
         let camera = Camera::new(camera, settings.resolution)?;
         let mut warnings: Vec<String> = settings.estimator.check_lights(&scene)?.into_iter().collect();
@@ -170,17 +170,27 @@ pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
 }
 
-/// What a render of these pixels of the scene will take.
-pub(crate) fn forecast(file: &SceneFile, scene: &Scene, crop: Rect) -> Forecast {
+/// What a render of the scene with these settings will take.
+pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> Forecast {
     let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
     let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
-    Forecast::new(scene, crop, sizes.max().unwrap_or(0))
+    forecast_of(scene, sizes.max().unwrap_or(0), settings)
+}
+
+/// The same, where the largest OBJ file has so many bytes.
+fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecast {
+    let method = settings.estimator.memory(settings, scene);
+    Forecast {
+        prepared: method.prepared,
+        sampling: method.frame,
+        ..Forecast::new(scene, settings.crop(), largest_file)
+    }
 }
 
 /// The scene, compact if that is asked for or if only then its render keeps to the file's `max_memory`, and about how many bytes that
 /// takes at most. An error, before they are taken, where that is too much.
 fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<(Scene, u64), Error> {
-    let peak = |scene: &Scene| peak(settings, scene, &forecast(file, scene, settings.crop()));
+    let peak = |scene: &Scene| peak(settings, scene, &forecast(file, scene, settings));
     let scene = if settings.compact { scene.into_compact() } else { scene };
     let (usual, limit) = (peak(&scene), file.options.max_memory);
     let Some(limit) = limit.filter(|limit| usual > *limit) else {
@@ -194,7 +204,10 @@ fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<
             in_words(compact),
             in_words(limit)
         ));
-        let help = "allow more, render a smaller picture or a --crop, or let objects share their OBJ";
+        let help = match settings.estimator.reads("photons") {
+            true => "allow more, send fewer --photons, or render a smaller picture",
+            false => "allow more, render a smaller picture or a --crop, or let objects share their OBJ",
+        };
         return Err(error.help(help).into());
     }
     Ok((scene, compact))
@@ -204,16 +217,8 @@ fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<
 fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
     let crop = settings.crop();
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
-    let groups = match settings.aovs.contains(&Aov::Lights) {
-        true => scene.light_groups().names().len(),
-        false => 0,
-    };
-    let strategies = match settings.aovs.contains(&Aov::Strategies) {
-        true => settings.estimator.strategies().len(),
-        false => 0,
-    };
-    let parts = Film::part_bytes(crop, groups + 2 * strategies);
-    forecast.peak(settings.backend.name()) + denoising + parts
+    let parts = Film::part_bytes(crop, settings.parts_of_light(scene));
+    forecast.peak(settings.backend.name()).saturating_add(denoising + parts)
 }
 
 /// An error where the lights of a scene that has no groups are to be told apart.

@@ -118,7 +118,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; it
-    /// may be gone on with then. Bits depend neither on threads nor on when it was stopped.
+    /// may be gone on with then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
+    /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &impl Observer) -> Outcome {
         let start = Instant::now();
         let film = &mut state.film;
@@ -205,7 +206,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
-    /// well, so that [`Parts`](super::Parts) can be joined.
+    /// well, so that [`Parts`](super::Parts) can be joined. A picture of no sample is not written, and what was there stays.
     #[must_use = "what could not be written is not there"]
     pub fn write(
         &self,

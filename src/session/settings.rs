@@ -333,6 +333,19 @@ impl Settings {
         }
     }
 
+    /// Parts of the light that are summed by themselves: groups of lights of `scene`, and strategies, weighed and alone.
+    pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
+        let groups = match self.aovs.contains(&Aov::Lights) {
+            true => scene.light_groups().names().len(),
+            false => 0,
+        };
+        let strategies = match self.aovs.contains(&Aov::Strategies) {
+            true => self.estimator.strategies().len(),
+            false => 0,
+        };
+        groups + 2 * strategies
+    }
+
     /// Names of the further channels, in whatever order they were asked for.
     pub(super) fn aov_names(&self) -> Vec<&'static str> {
         let is_wanted = |(_, aov): &&(&'static str, Aov)| self.aovs.contains(aov);

@@ -32,6 +32,11 @@ impl RenderState {
         }
     }
 
+    /// Whether there is no sample yet, and so no picture: a method whose samples are of all pixels may be stopped before its first is whole.
+    pub fn is_empty(&self) -> bool {
+        self.film.samples() == 0
+    }
+
     /// What was read.
     pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
         let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
@@ -71,7 +76,8 @@ impl RenderState {
         self.as_state(&statistics).write(output, metadata)
     }
 
-    /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them.
+    /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them. A picture of no sample is not written:
+    /// what was there stays.
     pub(super) fn write(
         &self,
         image: &Image,
@@ -79,6 +85,12 @@ impl RenderState {
         with_sums: bool,
         metadata: &Metadata,
     ) -> Vec<FileError> {
+        if self.is_empty() {
+            let refused = |(_, output): &(_, Output)| {
+                FileError::new(output.path(), "not written: no sample was taken").help("render for longer")
+            };
+            return outputs.iter().map(refused).collect();
+        }
         let statistics = self.counted();
         let state = with_sums.then(|| self.as_state(&statistics));
         let write = |(format, output): &(_, Output)| output.write_image(format, image, state.as_ref(), metadata);

@@ -70,6 +70,16 @@ pub fn done(folder: &Path, args: &[&str]) -> Output {
     out
 }
 
+/// Runs with a time limit, which may come before the first sample: asserts that nothing else went wrong.
+pub fn limited(folder: &Path, args: &[&str], limit: f64) -> Output {
+    let limit = format!("{limit}s");
+    let args = joined(args, &["--time-limit", &limit]);
+    let out = run(folder, &args);
+    let is_early = code(&out) == 1 && words(&out).contains("before the first sample");
+    assert!(is_early || code(&out) == 0, "{args:?}: {}", words(&out));
+    out
+}
+
 /// Runs, asserts that it ends with this code, and gives what it said.
 pub fn refused(folder: &Path, args: &[&str], expected: i32) -> String {
     let out = run(folder, args);

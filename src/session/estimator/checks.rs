@@ -1,6 +1,6 @@
 use super::{
     Estimator, IntegratorKind, LEAST_CACHE_RAYS, MOST_BRANCHES, MOST_CACHE_RAYS, MOST_GATHER_RAYS, MOST_LIGHT_SAMPLES,
-    MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_STRATEGIES_DEPTH,
+    MOST_MERGED_PHOTONS, MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_STRATEGIES_DEPTH,
 };
 use crate::camera::Camera;
 use crate::integrator::{Metropolis, strategies};
@@ -28,8 +28,12 @@ impl Estimator {
         }
         let is_length = |d: f32| d > 0.0 && d.is_finite();
         let above_0 = |setting, value: &dyn Display| Some(InvalidSetting::new(setting, value, ABOVE_0));
-        if let Some(n) = self.photons.filter(|&n| n > MOST_PHOTONS) {
-            let help = format!("{MOST_PHOTONS} at most; frames of progressive photon mapping add up");
+        let most = match self.kind {
+            IntegratorKind::VertexMerging => MOST_MERGED_PHOTONS,
+            _ => MOST_PHOTONS,
+        };
+        if let Some(n) = self.photons.filter(|&n| n > most) {
+            let help = format!("{most} at most with {}; frames of sppm and vcm add up", self.name());
             return Some(InvalidSetting::new("photons", n, help));
         }
         if !(self.photon_alpha > 0.0 && self.photon_alpha <= 1.0) {

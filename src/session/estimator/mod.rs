@@ -1,8 +1,10 @@
 mod checks;
-mod describe;
+mod memory;
 mod run;
+mod switches;
 
 pub(crate) use run::Prepared;
+pub(crate) use switches::SWITCHES;
 
 use crate::integrator::{
     DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, MetropolisTarget, Roulette, Strategy,
@@ -170,6 +172,8 @@ const DEFAULT_RADIUS_PIXELS: f32 = 3.0;
 const DEFAULT_MERGING_PIXELS: f32 = 1.0;
 /// Paths of photons at a time at most: each leaves several photons, of 64 bytes.
 const MOST_PHOTONS: u32 = 1 << 26;
+/// The same where they are kept whole, to merge with: some 1.5 kB each.
+const MOST_MERGED_PHOTONS: u32 = 1 << 24;
 /// Paths of photons that are sent once.
 const DEFAULT_PHOTONS: u32 = 1 << 18;
 /// Photons of an estimate.
@@ -311,15 +315,15 @@ impl Estimator {
     /// A sampler of `kind`, for `count` samples of a pixel, as the directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
-        match self.strategy.directions {
-            Directions::PerturbedQmc => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
-            Directions::Bsdf | Directions::Cosine | Directions::Uniform => RenderSampler::Plain(sampler),
+        match self.knows_count() {
+            true => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
+            false => RenderSampler::Plain(sampler),
         }
     }
 
     /// Whether its random numbers depend on how many samples a pixel gets in all.
     pub(crate) fn knows_count(&self) -> bool {
-        self.strategy.directions == Directions::PerturbedQmc
+        self.reads("directions") && self.strategy.directions == Directions::PerturbedQmc
     }
 
     /// The name users type.

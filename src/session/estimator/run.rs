@@ -2,10 +2,10 @@ use super::{DEFAULT_DEPTH_BRANCHING, Estimator, IntegratorKind};
 use crate::accel::Accel;
 use crate::film::{Film, Filter};
 use crate::integrator::{
-    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Integrator,
-    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator, PathIntegrator,
-    PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, RecordMaker, SearchRadius, Sink, TestPicture, TestPictureMaker,
+    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic,
+    Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator,
+    PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, RecordMaker, Roulette, SearchRadius, Sink, TestPicture, TestPictureMaker,
     VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
@@ -127,11 +127,12 @@ impl Estimator {
             IntegratorKind::PrimarySpace | IntegratorKind::PathSpace
                 if self.metropolis.target == MetropolisTarget::Relative && prepared.test.get().is_none() =>
             {
+                // Its own switches are no business of the chains.
                 let maker = TestPictureMaker {
                     world,
-                    heuristic: self.strategy.heuristic,
+                    heuristic: Heuristic::default(),
                     max_depth: self.max_depth(),
-                    roulette: self.roulette,
+                    roulette: Roulette::default(),
                 };
                 let mut statistics = Statistics::default();
                 let Some((picture, rays)) = render::test_picture(&maker, sampler, observer) else {
@@ -218,8 +219,11 @@ impl Estimator {
         let test = prepared.test.get().unwrap_or(&even);
         match self.kind {
             IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
-            // One scattering is a path of depth 1, which has nothing to share.
-            IntegratorKind::Direct => task.run(&path(Some(1), false)),
+            // One scattering is a path of depth 1, which has nothing to share, and for roulette nothing to end.
+            IntegratorKind::Direct => task.run(&PathIntegrator {
+                roulette: Roulette::default(),
+                ..path(Some(1), false)
+            }),
             IntegratorKind::Naive => task.run(&NaiveIntegrator {
                 world,
                 max_depth,

@@ -54,7 +54,7 @@ pub enum MetropolisDirect {
 pub enum MetropolisTarget {
     /// The luminance that a path brings to the picture.
     Luminance,
-    /// That over what a [`TestPicture`] shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
+    /// That over what a [`TestPicture`](super::TestPicture) shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
     /// transport, Veach and Guibas 1997).
     #[default]
     Relative,

@@ -115,7 +115,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             }
         };
         if let Some(merging) = &self.merging {
-            // To be compared with densities of merging, those by delta lobes need the geometry that is common to all other strategies.
+            // To be compared with densities of merging, those by delta lobes need the geometry of their segments, which connections alone leave out.
             for i in (1..n - 1).filter(|&i| path.is_delta[i]) {
                 path.from_camera[i + 1] = at(i).density_at(1.0, at(i + 1));
                 path.from_light[i - 1] = at(i).density_at(1.0, at(i - 1));

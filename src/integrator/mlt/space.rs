@@ -268,15 +268,6 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Notes it at the last vertex of `camera`, from which a ray has gone to `next`.
-    pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
-        if let [.., before, last] = camera {
-            last.through = self.through((Some(before), last), next, time, out);
-        } else if let [lens] = camera {
-            lens.through = self.through((None, lens), next, time, out);
-        }
-    }
-
     /// The same where none has.
     fn visibility(
         &self,
@@ -292,6 +283,15 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             false => segment(origin, b.origin_towards_camera(-w)),
         };
         self.world.transmittance(&ray.when(time), out)
+    }
+
+    /// Notes [`PathSpace::through`] at the last vertex of `camera`, from which a ray has gone to `next`.
+    pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
+        if let [.., before, last] = camera {
+            last.through = self.through((Some(before), last), next, time, out);
+        } else if let [lens] = camera {
+            lens.through = self.through((None, lens), next, time, out);
+        }
     }
 
     /// Joins two subpaths by an edge: one from the camera and one from a light, whose vertices begin there. `None` where no light passes. `fresh` are the

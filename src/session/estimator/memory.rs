@@ -22,6 +22,7 @@ const BYTES_OF_A_BOOTSTRAP_PATH: u64 = 24;
 const BYTES_OF_A_SEED: u64 = 240;
 /// Bytes of a record of irradiance, with its places in the cache, and of what finds it.
 const BYTES_OF_A_RECORD: u64 = 200;
+
 /// Bytes that a method takes, about, beside the film.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::session) struct MethodMemory {

@@ -196,7 +196,8 @@ impl Audit<'_> {
     fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
-        let world = self.session.world(&auditor);
+        let audited: &dyn Accel = &auditor;
+        let world = self.session.world(&audited);
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
         let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());

@@ -230,17 +230,19 @@ impl Measure<'_> {
             .prepare((world, &self.prepared), &settings.random_numbers(), &nobody);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
-            let recorder = Recorder::new(accel);
+            let any: &dyn Accel = accel;
+            let recorder = Recorder::new(&any);
+            let recorded: &dyn Accel = &recorder;
             let mut sampler = settings.random_numbers();
             let mut rays = <[Vec<Ray>; 4]>::default();
             let mut all = Vec::new();
             for (pixel, _) in tile.iter() {
                 for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
-                    let world = self.session.world(&recorder);
+                    let world = self.session.world(&recorded);
                     let key = (settings.resolution, key);
                     let world = (world, &self.prepared);
-                    settings.estimator.sample(world, key, &mut sampler, |_| Nothing);
+                    settings.estimator.sample(world, key, &mut sampler, &|_| Box::new(Nothing));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);

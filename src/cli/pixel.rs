@@ -6,7 +6,7 @@ use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::UVec2;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
-use crate::session::{AccelTask, Prepared, Renderer, Session};
+use crate::session::{Prepared, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
@@ -16,7 +16,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result
     let key = key(pixel, sample, session.settings().crop())?;
     renderer.prepare();
     let prepared = renderer.prepared();
-    if renderer.accel().with(Trace { session, prepared, key }) {
+    if print_sample(session, prepared, renderer.accel().as_dyn(), key) {
         return Ok(ExitCode::SUCCESS);
     }
     Err(CliError::Usage(format!(
@@ -26,51 +26,41 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result
     )))
 }
 
-struct Trace<'a> {
-    session: &'a Session,
-    prepared: &'a Prepared,
-    key: SampleKey,
-}
-
-impl AccelTask for Trace<'_> {
-    /// Whether there is such a sample.
-    type Output = bool;
-
-    fn run<A: Accel>(self, accel: &A) -> bool {
-        let Self { session, prepared, key } = self;
-        let settings = session.settings();
-        let recorder = Recorder::new(accel);
-        let story = RefCell::new(Story {
-            recorder: &recorder,
-            scene: session.scene(),
-            kinds: Vec::new(),
-            weight: 1.0,
-            radiance: Spectrum::ZERO,
-            lines: Vec::new(),
-        });
-        let world = session.world(&recorder);
-        let listener = |told| Listener { story: &story, told };
-        let mut sampler = settings.random_numbers();
-        let estimator = &settings.estimator;
-        if !estimator.sample((world, prepared), (settings.resolution, key), &mut sampler, listener) {
-            return false;
-        }
-        let mut story = story.into_inner();
-        story.take_rays();
-        outln!(
-            "sample {} of pixel {},{}: {}",
-            key.sample,
-            key.x,
-            key.y,
-            settings.estimator.settings()
-        );
-        story.lines.iter().for_each(|line| outln!("{line}"));
-        if story.weight != 1.0 {
-            outln!("times the filter's weight, {}", story.weight);
-        }
-        outln!("radiance {:?}", (story.radiance * story.weight).to_array());
-        true
+/// Traces the sample and prints it. Gives whether there is such a sample.
+fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: SampleKey) -> bool {
+    let settings = session.settings();
+    let recorder = Recorder::new(&accel);
+    let story = RefCell::new(Story {
+        recorder: &recorder,
+        scene: session.scene(),
+        kinds: Vec::new(),
+        weight: 1.0,
+        radiance: Spectrum::ZERO,
+        lines: Vec::new(),
+    });
+    let recorded: &dyn Accel = &recorder;
+    let world = session.world(&recorded);
+    let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { story: &story, told }) };
+    let mut sampler = settings.random_numbers();
+    let estimator = &settings.estimator;
+    if !estimator.sample((world, prepared), (settings.resolution, key), &mut sampler, &listener) {
+        return false;
     }
+    let mut story = story.into_inner();
+    story.take_rays();
+    outln!(
+        "sample {} of pixel {},{}: {}",
+        key.sample,
+        key.x,
+        key.y,
+        settings.estimator.settings()
+    );
+    story.lines.iter().for_each(|line| outln!("{line}"));
+    if story.weight != 1.0 {
+        outln!("times the filter's weight, {}", story.weight);
+    }
+    outln!("radiance {:?}", (story.radiance * story.weight).to_array());
+    true
 }
 
 /// The pixel and sample that `--pixel` and `--sample` name.
@@ -88,8 +78,8 @@ fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError>
 }
 
 /// The rays, their purpose and what they gave, in one order.
-struct Story<'a, A> {
-    recorder: &'a Recorder<'a, A>,
+struct Story<'a> {
+    recorder: &'a Recorder<'a, &'a dyn Accel>,
     scene: &'a Scene,
     /// What each ray since the last time was for, and whether it is told.
     kinds: Vec<(RayKind, bool)>,
@@ -98,7 +88,7 @@ struct Story<'a, A> {
     lines: Vec<String>,
 }
 
-impl<A: Accel> Story<'_, A> {
+impl Story<'_> {
     /// Rays that were answered since the last time.
     fn take_rays(&mut self) {
         for ((kind, told), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
@@ -129,13 +119,13 @@ impl<A: Accel> Story<'_, A> {
 }
 
 /// Listens to one of the samples that are traced together.
-struct Listener<'a, 'b, A> {
-    story: &'a RefCell<Story<'b, A>>,
+struct Listener<'a, 'b> {
+    story: &'a RefCell<Story<'b>>,
     /// Whether it is the one that is asked for.
     told: bool,
 }
 
-impl<A: Accel> Sink for Listener<'_, '_, A> {
+impl Sink for Listener<'_, '_> {
     type Radiance = Spectrum;
 
     fn weight(&mut self, weight: f32) {
@@ -164,7 +154,7 @@ impl<A: Accel> Sink for Listener<'_, '_, A> {
     }
 }
 
-impl<A: Accel> RaySink for Listener<'_, '_, A> {
+impl RaySink for Listener<'_, '_> {
     fn ray(&mut self, kind: RayKind) {
         self.story.borrow_mut().kinds.push((kind, self.told));
     }

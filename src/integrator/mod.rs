@@ -107,6 +107,29 @@ pub trait Sink: RaySink {
     fn first_surface(&mut self, surface: FirstSurface);
 }
 
+/// Dynamic dispatch, for sinks that look at single samples.
+impl<R: Gathered> Sink for Box<dyn Sink<Radiance = R> + '_> {
+    type Radiance = R;
+
+    fn weight(&mut self, weight: f32) {
+        (**self).weight(weight);
+    }
+
+    fn radiance(&mut self, radiance: R) {
+        (**self).radiance(radiance);
+    }
+
+    fn first_surface(&mut self, surface: FirstSurface) {
+        (**self).first_surface(surface);
+    }
+}
+
+impl<R: Gathered> RaySink for Box<dyn Sink<Radiance = R> + '_> {
+    fn ray(&mut self, kind: RayKind) {
+        (**self).ray(kind);
+    }
+}
+
 /// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
 ///
 /// A frame is made of work that may be done in any order: first what all of the rest looks at, then the samples of pixels, and chains of

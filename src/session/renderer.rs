@@ -220,15 +220,15 @@ impl<'a> Renderer<'a> {
 }
 
 /// Adds samples to a film.
-struct Render<'a, O> {
+struct Render<'a> {
     session: &'a Session,
     estimator: &'a Estimator,
     prepared: &'a Prepared,
     film: &'a mut Film,
-    observer: &'a O,
+    observer: &'a dyn Observer,
 }
 
-impl<O: Observer> AccelTask for Render<'_, O> {
+impl AccelTask for Render<'_> {
     type Output = (Outcome, Statistics);
 
     fn run<A: Accel>(self, accel: &A) -> Self::Output {

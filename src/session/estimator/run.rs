@@ -1,5 +1,6 @@
 use super::{DEFAULT_DEPTH_BRANCHING, Estimator, IntegratorKind};
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic,
@@ -42,17 +43,17 @@ impl Estimator {
         film: &mut Film,
         end: u32,
         noise: Option<f64>,
-        observer: &impl Observer,
+        observer: &dyn Observer,
     ) -> (Outcome, Statistics) {
-        struct Render<'a, S, O> {
+        struct Render<'a, S> {
             sampler: &'a S,
             film: &'a mut Film,
             end: u32,
             noise: Option<f64>,
             filter: &'a Filter,
-            observer: &'a O,
+            observer: &'a dyn Observer,
         }
-        impl<S: Sampler, O: Observer> Task for Render<'_, S, O> {
+        impl<S: Sampler> Task for Render<'_, S> {
             type Output = (Outcome, Statistics);
             fn run(self, integrator: &impl Integrator) -> Self::Output {
                 let Self {
@@ -64,14 +65,13 @@ impl Estimator {
                     ..
                 } = self;
                 match noise {
-                    None => render::render(integrator, sampler, film, end, observer),
-                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, observer),
+                    None => render::render(integrator, sampler, film, end, &observer),
+                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, &observer),
                 }
             }
             fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
                 let numbers = (self.sampler, self.filter);
-                let observer: &dyn Observer = self.observer;
-                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), &observer)
+                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), &self.observer)
             }
         }
         let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
@@ -95,11 +95,11 @@ impl Estimator {
         &self,
         (world, prepared): (World<A>, &Prepared),
         sampler: &impl Sampler,
-        observer: &impl Observer,
+        observer: &dyn Observer,
     ) -> (Outcome, Statistics) {
         // Compiled once, as below
         let accel: &dyn Accel = world.accel;
-        let world = world.with_accel(&accel);
+        let (world, observer) = (world.with_accel(&accel), &observer);
         match self.kind {
             IntegratorKind::IrradianceCache => {
                 let maker = RecordMaker {
@@ -166,24 +166,26 @@ impl Estimator {
 
     /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told whether it is for
     /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
-    pub(crate) fn sample<A: Accel, O: Sink>(
+    ///
+    /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
+    pub(crate) fn sample<'s>(
         &self,
-        (world, prepared): (World<A>, &Prepared),
+        (world, prepared): (World<&dyn Accel>, &Prepared),
         (resolution, key): (UVec2, SampleKey),
         sampler: &mut impl Sampler,
-        sink: impl Fn(bool) -> O,
+        sink: &dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
     ) -> bool {
-        struct Sample<'a, S, F> {
+        struct Sample<'a, 's, S> {
             resolution: UVec2,
             key: SampleKey,
             sampler: &'a mut S,
-            sink: F,
+            sink: &'a dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
         }
-        impl<S: Sampler, O: Sink, F: Fn(bool) -> O> Task for Sample<'_, S, F> {
+        impl<S: Sampler> Task for Sample<'_, '_, S> {
             type Output = bool;
             fn run(self, integrator: &impl Integrator) -> bool {
                 let keys = companions(integrator, self.resolution, self.key);
-                let mut sinks: Vec<O> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
+                let mut sinks: Vec<_> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
                 integrator.samples(&keys, self.sampler, &mut sinks);
                 true
             }

@@ -109,14 +109,12 @@ fn intersect_triangle(ray: &Ray, [p0, p1, p2]: [DVec3; 3]) -> Option<(f32, f32, 
     if determinant == 0.0 {
         return None;
     }
-    let (t, b1, b2) = (
-        e2.dot(q) / determinant,
-        s.dot(h) / determinant,
-        direction.dot(q) / determinant,
-    );
+    let (b1, b2) = (s.dot(h) / determinant, direction.dot(q) / determinant);
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
-    let in_range = t > ray.t_min as f64 && t < ray.t_max as f64;
-    (inside && in_range).then_some((t as f32, b1 as f32, b2 as f32))
+    // The parameter that is told is the one that is compared: a ray that goes on behind it must not find it again.
+    let t = (e2.dot(q) / determinant) as f32;
+    let in_range = t > ray.t_min && t < ray.t_max;
+    (inside && in_range).then_some((t, b1 as f32, b2 as f32))
 }
 
 impl Accel for BruteForce {

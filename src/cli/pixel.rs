@@ -158,4 +158,6 @@ impl RaySink for Listener<'_, '_> {
     fn ray(&mut self, kind: RayKind) {
         self.story.borrow_mut().kinds.push((kind, self.told));
     }
+
+    fn cut_walk(&mut self) {}
 }

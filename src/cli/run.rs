@@ -121,6 +121,9 @@ impl Run<'_> {
         if state.statistics.dropped > 0 {
             warn(dropped_warning(&state.statistics));
         }
+        if state.statistics.rays.cut > 0 {
+            warn(cut_warning(state.statistics.rays.cut));
+        }
         let noise = job.settings.noise.map(|level| Noise::new(&state.film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
             warn(noise.warning());
@@ -299,6 +302,7 @@ impl Run<'_> {
             scene_bytes: scene.bytes(),
             bvh_bytes: self.renderer.accel_bytes(),
             peak_rss_bytes: peak_rss_bytes(),
+            cut_walks: statistics.rays.cut,
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
@@ -383,6 +387,16 @@ fn dropped_warning(statistics: &Statistics) -> String {
     format!(
         "{} samples were NaN, infinite or negative and count as black{first}",
         statistics.dropped
+    )
+}
+
+fn cut_warning(walks: u64) -> String {
+    format!(
+        "{} passed 10,000 surfaces of an opacity below 1; what lies behind counts as opaque",
+        match walks {
+            1 => "1 ray".into(),
+            _ => format!("{walks} rays"),
+        }
     )
 }
 

@@ -35,6 +35,8 @@ pub(super) struct Stats<'a> {
     pub bvh_bytes: u64,
     /// `null` where the system does not tell.
     pub peak_rss_bytes: Option<u64>,
+    /// Walks through surfaces of an opacity below 1 that were cut at the bound of 10,000 surfaces.
+    pub cut_walks: u64,
     pub dropped_samples: u64,
     /// The first few, each enough to trace it again.
     pub dropped: Vec<Dropped>,

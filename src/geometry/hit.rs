@@ -33,3 +33,10 @@ pub struct Hit {
     /// Instance that was hit.
     pub inst: InstanceId,
 }
+
+impl Hit {
+    /// Whether `other` is a hit of the same triangle in the same instance.
+    pub fn is_same_surface(&self, other: &Self) -> bool {
+        (self.prim, self.geom, self.inst) == (other.prim, other.geom, other.inst)
+    }
+}

@@ -9,6 +9,7 @@ mod direct;
 mod distributed;
 mod gathered;
 mod irradiance_cache;
+mod layers;
 mod light_tracing;
 mod metropolis;
 mod mlt;
@@ -128,6 +129,10 @@ impl<R: Gathered> RaySink for Box<dyn Sink<Radiance = R> + '_> {
     fn ray(&mut self, kind: RayKind) {
         (**self).ray(kind);
     }
+
+    fn cut_walk(&mut self) {
+        (**self).cut_walk();
+    }
 }
 
 /// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
@@ -182,6 +187,9 @@ pub trait FrameIntegrator: Sync {
 pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
+
+    /// Counts a walk through surfaces of an opacity below 1 that was cut at its bound.
+    fn cut_walk(&mut self);
 }
 
 /// Takes light that falls on other pixels too.

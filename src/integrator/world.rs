@@ -1,11 +1,11 @@
 use super::direct::Vertex;
+use super::layers::{Layers, stops};
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Features, Filter, FirstSurface};
-use crate::geometry::{Hit, SurfacePoint, ray_between, ray_towards};
+use crate::geometry::{Hit, SurfacePoint};
 use crate::material::BsdfSlot;
-use crate::math::hash::mix;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::scene::Scene;
@@ -128,24 +128,28 @@ impl<'a, A: Accel> World<'a, A> {
         hit
     }
 
-    /// What the unit direction of `ray` meets at last, where `hit` is what it meets first. Of a surface that is there to some share a ray meets
-    /// as large a share; chance comes from the bits of the hit.
+    /// The first surface along `ray` that is opaque where the ray meets it; `first` is the ray's closest hit. A surface of opacity α stops the
+    /// share α of all rays, by [`stops`].
     #[inline(never)]
-    pub(super) fn past_holes(&self, ray: Ray, hit: Option<Hit>, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
-        let mut next = hit;
-        while let Some(hit) = next {
-            let opacity = self.scene.opacity(&hit);
-            if opacity >= 1.0 || chance(&hit, &ray) < opacity {
-                return Some(hit);
+    pub(super) fn past_holes(
+        &self,
+        ray: Ray,
+        first: Option<Hit>,
+        kind: RayKind,
+        out: &mut impl RaySink,
+    ) -> Option<Hit> {
+        let mut hit = first?;
+        let mut layers = Layers::behind(self.accel, ray, &hit);
+        while !stops(&hit, &ray, self.scene.opacity(&hit)) {
+            match layers.next(kind, out) {
+                Some(next) => hit = next,
+                None => return layers.is_cut().then_some(hit),
             }
-            out.ray(kind);
-            let onwards = ray_towards(&self.scene.surface_point(&hit, ray.time), ray.direction);
-            next = self.accel.intersect(&onwards);
         }
-        None
+        Some(hit)
     }
 
-    /// The share of light that passes along `ray`: 0 or 1, but for surfaces with holes.
+    /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.
     #[inline(always)]
     pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> f32 {
         if self.scene.has_holes() {
@@ -156,23 +160,18 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     #[inline(never)]
-    fn transmittance_of_holes(&self, mut ray: Ray, out: &mut impl RaySink) -> f32 {
-        let end = ray.at(ray.t_max);
+    fn transmittance_of_holes(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
+        let mut layers = Layers::along(self.accel, ray);
         let mut transmittance = 1.0;
-        loop {
-            out.ray(RayKind::Shadow);
-            let Some(hit) = self.accel.intersect(&ray) else {
-                return transmittance;
-            };
+        while let Some(hit) = layers.next(RayKind::Shadow, out) {
             transmittance *= 1.0 - self.scene.opacity(&hit);
             if transmittance <= 0.0 {
                 return 0.0;
             }
-            let point = self.scene.surface_point(&hit, ray.time);
-            ray = match ray.t_max.is_finite() {
-                true => ray_between(&point, end),
-                false => ray_towards(&point, ray.direction),
-            };
+        }
+        match layers.is_cut() {
+            true => 0.0,
+            false => transmittance,
         }
     }
 
@@ -254,21 +253,4 @@ impl<A: Accel> World<'_, A> {
             material: self.scene.shape(hit.geom).material.0,
         }
     }
-}
-
-/// A number in [0, 1) made of the bits of `hit` along `ray`, as good as drawn: no two rays of a render are alike.
-fn chance(hit: &Hit, ray: &Ray) -> f32 {
-    let [x, y, z] = ray.direction.to_array().map(f32::to_bits);
-    let [t, b1, b2] = [hit.t, hit.b1, hit.b2].map(f32::to_bits);
-    let pairs = [
-        [x, y],
-        [z, t],
-        [b1, b2],
-        [hit.geom.0, hit.prim.0],
-        [hit.inst.0, ray.time.to_bits()],
-    ];
-    let hash = pairs
-        .iter()
-        .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));
-    (hash >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
 }

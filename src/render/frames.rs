@@ -286,6 +286,10 @@ impl<R> RaySink for Piece<'_, R> {
     fn ray(&mut self, kind: RayKind) {
         self.statistics.rays.count(kind);
     }
+
+    fn cut_walk(&mut self) {
+        self.statistics.rays.cut_walk();
+    }
 }
 
 impl<R: Gathered> Sink for Piece<'_, R> {
@@ -360,6 +364,10 @@ impl<'a> Place<'a> {
 impl RaySink for RayCounts {
     fn ray(&mut self, kind: RayKind) {
         self.count(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.cut += 1;
     }
 }
 

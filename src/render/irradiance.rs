@@ -310,4 +310,8 @@ impl RaySink for Counter {
     fn ray(&mut self, kind: RayKind) {
         self.0.count(kind);
     }
+
+    fn cut_walk(&mut self) {
+        self.0.cut_walk();
+    }
 }

@@ -12,6 +12,8 @@ pub struct RayCounts {
     pub bounce: u64,
     /// Towards a light.
     pub shadow: u64,
+    /// Walks through surfaces of an opacity below 1 that were cut after 10,000 surfaces; each is several of the rays above.
+    pub cut: u64,
 }
 
 impl RayCounts {
@@ -35,6 +37,7 @@ impl RayCounts {
             camera: self.camera + other.camera,
             bounce: self.bounce + other.bounce,
             shadow: self.shadow + other.shadow,
+            cut: self.cut + other.cut,
         }
     }
 }

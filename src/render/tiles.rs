@@ -320,6 +320,10 @@ impl<R> RaySink for PixelSample<R> {
     fn ray(&mut self, kind: RayKind) {
         self.rays.count(kind);
     }
+
+    fn cut_walk(&mut self) {
+        self.rays.cut_walk();
+    }
 }
 
 #[cfg(test)]

@@ -117,6 +117,9 @@ struct Counted {
     seconds: f64,
     /// Camera, bounce, shadow.
     rays: [u64; 3],
+    /// Walks that were cut.
+    #[serde(default)]
+    cut: u64,
     samples: u64,
     dropped: u64,
     first_dropped: Vec<CountedSample>,
@@ -135,7 +138,12 @@ struct CountedSample {
 
 impl Counted {
     fn new(statistics: &Statistics, seconds: f64) -> Self {
-        let RayCounts { camera, bounce, shadow } = statistics.rays;
+        let RayCounts {
+            camera,
+            bounce,
+            shadow,
+            cut,
+        } = statistics.rays;
         let dropped = statistics.first_dropped.iter().map(|d| CountedSample {
             pixel: d.key.pixel().to_array(),
             sample: d.key.sample,
@@ -148,6 +156,7 @@ impl Counted {
         Self {
             seconds,
             rays: [camera, bounce, shadow],
+            cut,
             samples: statistics.samples,
             dropped: statistics.dropped,
             first_dropped: dropped.collect(),
@@ -166,7 +175,12 @@ impl Counted {
             .iter()
             .map(|(kind, &[proposed, accepted])| (kind.clone().into(), MutationCounts { proposed, accepted }));
         Statistics {
-            rays: RayCounts { camera, bounce, shadow },
+            rays: RayCounts {
+                camera,
+                bounce,
+                shadow,
+                cut: self.cut,
+            },
             samples: self.samples,
             dropped: self.dropped,
             first_dropped: dropped.collect(),

@@ -245,10 +245,10 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
-/// Where Embree's interval begins: it holds its lower end, but a surface that a ray starts on is not in ours.
+/// The near end of Embree's interval, which is closed, for the open interval of `ray`: the next number above `t_min`, no subnormal one.
 #[inline(always)]
 pub(super) fn t_near(ray: &Ray) -> f32 {
-    ray.t_min.max(f32::MIN_POSITIVE)
+    f32::from_bits(ray.t_min.to_bits() + 1).max(f32::MIN_POSITIVE)
 }
 
 /// An Embree ray for `ray`: all masks, no id and no flags.

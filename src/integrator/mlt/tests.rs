@@ -17,6 +17,7 @@ struct Uncounted;
 
 impl RaySink for Uncounted {
     fn ray(&mut self, _: RayKind) {}
+    fn cut_walk(&mut self) {}
 }
 
 /// A rectangle with a corner at `p` and the edges `a` and `b`, its front towards `a × b`.

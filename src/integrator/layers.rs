@@ -1,0 +1,343 @@
+//! The surfaces along one ray, for alpha: opacity below 1 lets light pass, and a walk goes on behind each surface.
+
+use super::{RayKind, RaySink};
+use crate::accel::Accel;
+use crate::geometry::Hit;
+use crate::math::Ray;
+use crate::math::hash::mix;
+
+/// Ray queries of one walk at most. What lies behind so many layers counts as opaque: a walk that is cut loses light and never hangs.
+/// Statistics count such walks.
+pub(super) const MAX_LAYERS: u32 = 10_000;
+
+/// Walks along a ray from surface to surface, nearest first.
+///
+/// Origin and direction stay, and only the near end of the interval rises, to the parameter of the last hit. The interval is open, so that the
+/// parameter grows with each query: a walk ends, and counts no surface twice. Surfaces that coincide to the last bit count as one.
+pub(super) struct Layers<'a, A> {
+    accel: &'a A,
+    ray: Ray,
+    /// The surface that the walk has met last.
+    last: Option<Hit>,
+    /// Ray queries that are left.
+    left: u32,
+    is_cut: bool,
+}
+
+impl<'a, A: Accel> Layers<'a, A> {
+    /// All surfaces along `ray`.
+    pub fn along(accel: &'a A, ray: Ray) -> Self {
+        Self {
+            accel,
+            ray,
+            last: None,
+            left: MAX_LAYERS,
+            is_cut: false,
+        }
+    }
+
+    /// Those behind `hit`, which is the closest hit of `ray`.
+    pub fn behind(accel: &'a A, ray: Ray, hit: &Hit) -> Self {
+        let mut layers = Self::along(accel, ray);
+        layers.pass(hit);
+        layers
+    }
+
+    /// The next surface; `None` behind the last one, or where the walk is cut. Each ray query is counted as one of `kind`.
+    pub fn next(&mut self, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
+        loop {
+            if self.left == 0 {
+                self.is_cut = true;
+                out.cut_walk();
+                return None;
+            }
+            self.left -= 1;
+            out.ray(kind);
+            let hit = self.accel.intersect(&self.ray)?;
+            let is_same = self.last.is_some_and(|last| last.is_same_surface(&hit));
+            self.pass(&hit);
+            // A packet of rays and a single ray may find one surface at parameters that differ by a rounding.
+            if !is_same {
+                return Some(hit);
+            }
+        }
+    }
+
+    /// Whether the walk ended at [`MAX_LAYERS`], with surfaces behind.
+    pub fn is_cut(&self) -> bool {
+        self.is_cut
+    }
+
+    fn pass(&mut self, hit: &Hit) {
+        // Strictly farther, also where a backend gives a parameter outside the interval that it was asked for
+        self.ray.t_min = hit.t.max(f32::from_bits(self.ray.t_min.to_bits() + 1));
+        self.last = Some(*hit);
+    }
+}
+
+/// Whether the surface of this `opacity` at `hit` stops `ray`: true for the share `opacity` of all rays. The random number is a hash of ray and
+/// hit, since the dimensions of a sample know no number of layers; no two rays of a render are alike.
+pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
+    opacity >= 1.0 || (opacity > 0.0 && uniform(hit, ray) < opacity)
+}
+
+/// A number in [0, 1), by the bits of `hit` and `ray`.
+fn uniform(hit: &Hit, ray: &Ray) -> f32 {
+    let [x, y, z] = ray.direction.to_array().map(f32::to_bits);
+    let [t, b1, b2] = [hit.t, hit.b1, hit.b2].map(f32::to_bits);
+    let pairs = [
+        [x, y],
+        [z, t],
+        [b1, b2],
+        [hit.geom.0, hit.prim.0],
+        [hit.inst.0, ray.time.to_bits()],
+    ];
+    let hash = pairs
+        .iter()
+        .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));
+    (hash >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::brute::BruteForce;
+    use crate::camera::{Camera, CameraParameters};
+    use crate::film::Filter;
+    use crate::geometry::Mesh;
+    use crate::integrator::World;
+    use crate::material::Material;
+    use crate::math::{DVec3, UVec2, Vec3};
+    use crate::scene::{Scene, SceneBuilder};
+
+    #[derive(Default)]
+    struct Counts {
+        rays: u64,
+        cut: u64,
+    }
+
+    impl RaySink for Counts {
+        fn ray(&mut self, _: RayKind) {
+            self.rays += 1;
+        }
+
+        fn cut_walk(&mut self) {
+            self.cut += 1;
+        }
+    }
+
+    /// Random numbers in [0, 1), by SplitMix64.
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> f32 {
+            self.0 = self.0.wrapping_add(crate::math::hash::GOLDEN_GAMMA);
+            (mix(self.0) >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+        }
+
+        /// A point of the cube [-1, 1]³.
+        fn point(&mut self) -> Vec3 {
+            Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+        }
+    }
+
+    /// Random triangles within `scale` of the origin, each of an opacity of its own, with shading normals that have nothing to do with them, as
+    /// foliage has: most triangles stand for curved surfaces, from which rays start far off.
+    fn cards(random: &mut Random, scale: f32) -> Scene {
+        let mut builder = SceneBuilder::new();
+        for _ in 0..10 + (random.next() * 40.0) as usize {
+            let opacity = [0.0, 1.0, random.next(), random.next()][(random.next() * 4.0) as usize];
+            let material = Material {
+                opacity,
+                ..Material::default()
+            };
+            let center = 0.5 * random.point();
+            let mesh = Mesh {
+                positions: (0..3).map(|_| scale * (center + 0.7 * random.point())).collect(),
+                triangles: vec![[0, 1, 2]],
+                normals: (0..3).map(|_| random.point().normalize_or(Vec3::Y)).collect(),
+                ..Mesh::default()
+            };
+            let id = builder.add_material(material).unwrap();
+            builder.add_mesh(mesh, id).unwrap();
+        }
+        builder.build().unwrap().0
+    }
+
+    /// Opacities of the triangles that `ray` crosses, nearest first, by Möller and Trumbore in f64; `None` where rounding might decide: at an edge,
+    /// at an end of the ray, and where two triangles meet.
+    fn sorted_opacities(scene: &Scene, ray: &Ray) -> Option<Vec<f32>> {
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let mut crossings = Vec::new();
+        for geom in scene.geom_ids() {
+            let [a, b, c] = scene.mesh(geom).corners(crate::geometry::PrimId(0)).map(Vec3::as_dvec3);
+            let (e1, e2, s): (DVec3, DVec3, DVec3) = (b - a, c - a, o - a);
+            let (h, q) = (d.cross(e2), s.cross(e1));
+            let determinant = e1.dot(h);
+            if determinant.abs() < 1e-3 * e1.length() * e2.length() * d.length() {
+                return None;
+            }
+            let (t, b1, b2) = (e2.dot(q) / determinant, s.dot(h) / determinant, d.dot(q) / determinant);
+            let margin = b1.min(b2).min(1.0 - b1 - b2);
+            if margin < -1e-3 {
+                continue;
+            }
+            let ends = [ray.t_min, ray.t_max.min(1e30)].map(|end| (t - end as f64).abs() * d.length());
+            let size = scene.bounds().radius() as f64;
+            if margin < 1e-3 || ends[0].min(ends[1]) < 1e-3 * size {
+                return None;
+            }
+            if t > ray.t_min as f64 && t < ray.t_max as f64 {
+                crossings.push((t, scene.materials()[scene.shape(geom).material.0 as usize].opacity));
+            }
+        }
+        crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let size = scene.bounds().radius() as f64 / d.length();
+        let is_close = crossings.windows(2).any(|pair| pair[1].0 - pair[0].0 < 1e-4 * size);
+        (!is_close).then(|| crossings.into_iter().map(|(_, opacity)| opacity).collect())
+    }
+
+    /// Shows `scene` through each backend there is.
+    fn with_worlds(scene: &Scene, mut look: impl FnMut(World<&dyn Accel>)) {
+        let camera = CameraParameters {
+            position: Vec3::Z,
+            look_at: Vec3::ZERO,
+            up: Vec3::Y,
+            vertical_fov: 40.0,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        };
+        let camera = Camera::new(camera, UVec2::ONE).unwrap();
+        let mut show = |accel: &dyn Accel| {
+            look(World {
+                scene,
+                accel: &accel,
+                camera: &camera,
+                filter: &Filter::BOX,
+                features: false,
+                strategies: false,
+            });
+        };
+        show(&BruteForce::new(scene));
+        #[cfg(feature = "embree")]
+        show(&crate::accel::embree::EmbreeAccel::new(scene, 1).unwrap());
+        #[cfg(feature = "obvhs")]
+        show(&crate::accel::bvh::BvhAccel::new(scene));
+    }
+
+    #[test]
+    fn transmittance_is_the_product_over_sorted_hits() {
+        let mut random = Random(7);
+        let mut checked = 0;
+        for k in 0..26 {
+            let scale = 10f32.powi(k / 2 - 6);
+            let scene = cards(&mut random, scale);
+            let rays: Vec<Ray> = (0..60)
+                .map(|i| {
+                    let (a, b) = (scale * random.point(), scale * random.point());
+                    match i % 2 {
+                        0 => Ray::new(a, (b - a).normalize_or(Vec3::X)),
+                        _ => crate::geometry::segment(a, b),
+                    }
+                })
+                .collect();
+            with_worlds(&scene, |world| {
+                for ray in &rays {
+                    let Some(opacities) = sorted_opacities(&scene, ray) else {
+                        continue;
+                    };
+                    let expected: f32 = opacities.iter().map(|opacity| 1.0 - opacity).product();
+                    let mut counts = Counts::default();
+                    let found = world.transmittance(ray, &mut counts);
+                    let name = world.accel.info().name;
+                    assert!(
+                        (found - expected).abs() <= 1e-6,
+                        "{name}, scale {scale}: {found} instead of {expected} of {opacities:?} along {ray:?}"
+                    );
+                    // A query for each surface up to the first opaque one, and one behind the last
+                    let met = opacities.iter().position(|&opacity| opacity >= 1.0);
+                    let queries = met.map_or(opacities.len() + 1, |opaque| opaque + 1);
+                    assert_eq!((counts.rays, counts.cut), (queries as u64, 0), "{name}, {opacities:?}");
+                    checked += 1;
+                }
+            });
+        }
+        assert!(checked > 500, "{checked}");
+    }
+
+    /// The first hit lies behind as many layers as chance lets pass: of all rays, as many get through as transmittance says, whether the closest hit
+    /// came by itself or in a packet.
+    #[test]
+    fn rays_get_through_as_often_as_transmittance_says() {
+        let mut random = Random(8);
+        for _ in 0..4 {
+            let scene = cards(&mut random, 1.0);
+            let rays: Vec<[Ray; 16]> = (0..300)
+                .map(|_| {
+                    let (a, b) = (random.point() * 2.0, random.point());
+                    std::array::from_fn(|_| Ray::new(a, b + 0.02 * random.point() - a))
+                })
+                .collect();
+            with_worlds(&scene, |world| {
+                for in_packets in [false, true] {
+                    let mut counts = Counts::default();
+                    let (mut difference, mut variance) = (0.0, 0.0);
+                    for rays in &rays {
+                        let mut firsts = [None; 16];
+                        match in_packets {
+                            true => world.accel.intersect_coherent(rays, &mut firsts),
+                            false => firsts = rays.each_ref().map(|ray| world.accel.intersect(ray)),
+                        }
+                        for (ray, first) in rays.iter().zip(firsts) {
+                            let hit = world.past_holes(*ray, first, RayKind::Bounce, &mut counts);
+                            let transmittance = f64::from(world.transmittance(ray, &mut counts));
+                            difference += f64::from(u8::from(hit.is_none())) - transmittance;
+                            variance += transmittance * (1.0 - transmittance);
+                        }
+                    }
+                    let z = difference / variance.sqrt();
+                    assert!(z.abs() < 4.5, "{}: {z} standard deviations", world.accel.info().name);
+                    assert_eq!(counts.cut, 0);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn walks_are_cut_at_their_bound_and_counted() {
+        let mut builder = SceneBuilder::new();
+        let material = Material {
+            opacity: 0.0,
+            ..Material::default()
+        };
+        let id = builder.add_material(material).unwrap();
+        let layers = MAX_LAYERS + 5;
+        let z = |i: u32| -1.0 - i as f32 * 1e-3;
+        let mesh = Mesh {
+            positions: (0..layers)
+                .flat_map(|i| [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z(i))))
+                .collect(),
+            triangles: (0..layers).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Mesh::default()
+        };
+        builder.add_mesh(mesh, id).unwrap();
+        let scene = builder.build().unwrap().0;
+        with_worlds(&scene, |world| {
+            // Brute force would take a minute.
+            if world.accel.info().name == crate::accel::brute::NAME {
+                return;
+            }
+            let (through, mut counts) = (Ray::new(Vec3::ZERO, Vec3::NEG_Z), Counts::default());
+            assert_eq!(world.transmittance(&through, &mut counts), 0.0);
+            assert_eq!((counts.rays, counts.cut), (u64::from(MAX_LAYERS), 1));
+            let hit = world.intersect(&through, RayKind::Bounce, &mut counts);
+            assert!(hit.is_some(), "what is behind the bound counts as opaque");
+            assert_eq!(counts.cut, 2);
+            // Six surfaces less
+            let within = Ray::new(Vec3::Z * (z(5) - 1e-4), Vec3::NEG_Z);
+            assert_eq!(world.transmittance(&within, &mut counts), 1.0);
+            assert_eq!(world.intersect(&within, RayKind::Bounce, &mut counts), None);
+            assert_eq!(counts.cut, 2);
+        });
+    }
+}

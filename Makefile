@@ -31,10 +31,10 @@ FLAGS_oidn := -p embrasure --features oidn --lib --test denoise denois
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn test-farm sanitize fuzz bench bench-peers gallery clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn test-farm sanitize fuzz random-renders bench bench-peers gallery clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) where it is missing
 	@scripts/setup
@@ -80,6 +80,9 @@ gallery: setup ## render the pictures of docs/gallery from ../shared/scenes
 
 bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; rewrites table and plot of docs/benchmarks.md
 	scripts/bench-peers
+
+random-renders: setup ## render RANDOM_RENDERS (0..20000) random products of scenes, materials and flags; each must end well
+	EMBRASURE_RANDOM_RENDERS=$(or $(RANDOM_RENDERS),0..20000) $(CARGO) test --release --locked --features obvhs --test random_renders -- --nocapture
 
 bench: setup ## measure ray rates of all backends on all scenes there are, and rewrite the tables of docs/benchmarks.md
 	scripts/bench

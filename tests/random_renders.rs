@@ -409,9 +409,9 @@ fn unsound(path: &Path) -> Option<String> {
     };
     for layer in image.layer_data {
         for channel in layer.channel_data.list {
-            // Where nothing is seen, and where one sample tells no variance
+            // Where nothing is seen, and where few samples tell no variance
             let name = channel.name.to_string();
-            let may_be_infinite = name == "Z" || name.starts_with("variance.");
+            let may_be_infinite = name == "Z" || name == "error" || name.starts_with("variance.");
             let is_sound = |x: f32| x.is_finite() || (may_be_infinite && x == f32::INFINITY);
             let bad = match channel.sample_data {
                 FlatSamples::F32(values) => values.into_iter().find(|x| !is_sound(*x)),

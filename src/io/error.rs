@@ -66,7 +66,8 @@ impl FileError {
 
     /// The file, line and column as editors jump to them: `file:line:column`.
     pub fn place(&self) -> String {
-        let mut place = self.file.display().to_string();
+        // A name with line breaks stays a line.
+        let mut place = self.file.display().to_string().replace('\n', "\\u000a");
         if let Some(position) = self.position {
             place += &format!(":{}", position.line);
             if let Some(column) = position.column {

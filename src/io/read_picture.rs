@@ -1,12 +1,11 @@
 use super::FileError;
+use super::guard::guarded;
 use super::read_image::{check_exr, check_size};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use std::cell::Cell;
 use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 /// A picture as its file has it, row by row from the top.
@@ -59,10 +58,10 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some(MAX_BYTES);
             reader.limits(limits);
-            let decoder = guarded(path, || reader.into_decoder())?;
+            let decoder = decoded(path, || reader.into_decoder())?;
             let (width, height) = decoder.dimensions();
             check_size(path, width as usize, height as usize)?;
-            let image = guarded(path, || DynamicImage::from_decoder(decoder))?;
+            let image = decoded(path, || DynamicImage::from_decoder(decoder))?;
             unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
         }
         _ => {
@@ -76,24 +75,10 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
     Ok(picture)
 }
 
-thread_local! {
-    static IS_DECODING: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Whether this thread is in a decoder whose panics are caught: a panic hook need not speak of them.
-pub fn is_decoding() -> bool {
-    IS_DECODING.get()
-}
-
 /// What a decoder of another crate makes of the file. Some panic over damaged ones (zune-jpeg 0.5.15 does, over wrong sampling factors), which is
 /// one more way to say so.
-fn guarded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
-    // Whoever waits in a decoder may read another picture meanwhile.
-    let before = IS_DECODING.replace(true);
-    // What a panic leaves half-done is dropped with the decoder.
-    let decoded = catch_unwind(AssertUnwindSafe(decode));
-    IS_DECODING.set(before);
-    match decoded {
+fn decoded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
+    match guarded(decode) {
         Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
         Err(_) => Err(damaged(path, &"it makes no sense to the decoder")),
     }

@@ -8,7 +8,7 @@ use embrasure::film::Film;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::SceneBuilder;
 use embrasure::{
-    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, SceneFile, Session, Settings,
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session, Settings,
     read_checkpoint,
 };
 use std::path::Path;

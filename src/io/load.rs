@@ -505,10 +505,14 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                let words = format!("cannot be used; the material's constant counts alone: {place}: {message}");
-                let mut unread = request.remark(&words);
+                // A disk that fails, or a file that may not be read, is no part of the scene.
+                let (severity, words) = match error.is_system {
+                    true => (Severity::Error, "cannot be read"),
+                    false => (Severity::Warning, "cannot be used; the material's constant counts alone"),
+                };
+                let mut unread = request.remark(&format!("{words}: {place}: {message}"));
                 unread.help.clone_from(&error.help);
-                self.findings.add(Severity::Warning, "unreadable-texture", unread);
+                self.findings.add(severity, "unreadable-texture", unread);
             }
             ids.push(result.ok());
         }

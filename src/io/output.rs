@@ -233,6 +233,18 @@ mod tests {
     }
 
     #[test]
+    fn a_panic_is_an_error_of_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.exr");
+        fs::write(&path, "old").unwrap();
+        let output = Output::prepare(&path).unwrap();
+        let error = output.write(|w| w.write_all(b"half").map(|()| panic!("row 3"))).unwrap_err();
+        assert!(error.message.contains("row 3") && error.help.is_some(), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
     fn what_cannot_be_written_is_found_beforehand() {
         let folder = tempfile::tempdir().unwrap();
         assert!(

@@ -71,8 +71,8 @@ pub mod texture;
 
 pub use film::{Aov, Image, Rect};
 pub use io::{
-    Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output, OutputLock,
-    SceneFile, read_checkpoint,
+    Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
+    OutputLock, SceneFile, read_checkpoint,
 };
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{

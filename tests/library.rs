@@ -8,8 +8,8 @@ use embrasure::film::Film;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::SceneBuilder;
 use embrasure::{
-    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session, Settings,
-    read_checkpoint,
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session,
+    Settings, read_checkpoint,
 };
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -233,12 +233,17 @@ fn builds_are_told_apart() {
     keep("other.exr", "0123456789ab");
     keep("unknown.exr", "");
     renderer.resume(read_checkpoint(&path("own.exr")).unwrap()).unwrap();
-    let error = renderer.resume(read_checkpoint(&path("other.exr")).unwrap()).unwrap_err().to_string();
+    let error = renderer
+        .resume(read_checkpoint(&path("other.exr")).unwrap())
+        .unwrap_err()
+        .to_string();
     for word in ["other.exr", "build 0123456789ab", embrasure::BUILD, "help:"] {
         assert!(error.contains(word), "{error}");
     }
     let error = read_checkpoint(&path("unknown.exr")).unwrap_err().to_string();
     assert!(error.contains("which build") && error.contains("help:"), "{error}");
-    let error = Parts::describe(&[path("own.exr"), path("other.exr")]).unwrap_err().to_string();
+    let error = Parts::describe(&[path("own.exr"), path("other.exr")])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("build") && error.contains("0123456789ab"), "{error}");
 }

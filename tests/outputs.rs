@@ -49,11 +49,16 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 fn pictures_hold_names_of_all_scripts() {
     use exr::prelude::*;
     let names = ["木", "Küche", "дом", "лампа 🦀"];
-    let mtl = names.map(|name| format!("newmtl {name}\nKd .5 .5 .5\nKe 1 1 1\n")).concat();
+    let mtl = names
+        .map(|name| format!("newmtl {name}\nKd .5 .5 .5\nKe 1 1 1\n"))
+        .concat();
     let faces = names.map(|name| format!("usemtl {name}\nf 1 2 3\n")).concat();
     let folder = folder(&[
         ("材料.mtl", &mtl),
-        ("場面.obj", &format!("mtllib 材料.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}")),
+        (
+            "場面.obj",
+            &format!("mtllib 材料.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}"),
+        ),
         (
             "сцена.toml",
             "version = 1\n[image]\nwidth = 4\nheight = 4\n[[object]]\nobj = \"場面.obj\"\nname = \"объект 🦀\"\n",
@@ -94,8 +99,14 @@ fn outputs_never_overwrite_what_is_read() {
     done(folder.path(), &split("render s.toml -q -o a.exr"));
     done(folder.path(), &split("render s.toml -q -o r.png"));
     fs::create_dir(path("parts")).unwrap();
-    done(folder.path(), &split("render s.toml -q --spp 128 --samples 0..64 -o parts/a.exr"));
-    done(folder.path(), &split("render s.toml -q --spp 128 --samples 64..128 -o parts/b.exr"));
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 128 --samples 0..64 -o parts/a.exr"),
+    );
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 128 --samples 64..128 -o parts/b.exr"),
+    );
     fs::remove_dir_all(path("sub")).unwrap();
     fs::rename(path("parts/a.exr"), path("1.exr")).unwrap();
     fs::rename(path("parts/b.exr"), path("2.exr")).unwrap();
@@ -141,7 +152,10 @@ fn outputs_never_overwrite_each_other() {
         "-o a.exr --stats s.json --checkpoint ./s.json",
     ] {
         let said = refused(folder.path(), &joined(&["render", "s.toml"], &split(line)), 2);
-        assert!(said.contains("is the same file as") && said.contains("help:"), "{line}: {said}");
+        assert!(
+            said.contains("is the same file as") && said.contains("help:"),
+            "{line}: {said}"
+        );
     }
     assert!(!path("a.exr").exists() && !path("new.exr").exists());
 }
@@ -153,10 +167,25 @@ fn names_that_cannot_be_written_are_refused_first() {
     fs::create_dir(folder.path().join("folder.exr")).unwrap();
     symlink("loop.exr", folder.path().join("loop.exr")).unwrap();
     let long = format!("{}.exr", "x".repeat(252));
-    for name in [&*long, "new.exr/", "new.exr/.", "s.toml/x.exr", "gone/x.exr", "folder.exr", "loop.exr", "gone/../x.exr"] {
+    for name in [
+        &*long,
+        "new.exr/",
+        "new.exr/.",
+        "s.toml/x.exr",
+        "gone/x.exr",
+        "folder.exr",
+        "loop.exr",
+        "gone/../x.exr",
+    ] {
         let said = refused(folder.path(), &["render", "a.obj", "--backend", "brute", "-o", name], 1);
-        assert!(said.contains("cannot write") && said.contains("help:"), "{name}: {said}");
-        assert!(!said.contains("nothing in the scene"), "{name} was refused after the scene was read: {said}");
+        assert!(
+            said.contains("cannot write") && said.contains("help:"),
+            "{name}: {said}"
+        );
+        assert!(
+            !said.contains("nothing in the scene"),
+            "{name} was refused after the scene was read: {said}"
+        );
     }
 }
 
@@ -176,7 +205,9 @@ fn links_are_followed_to_files_that_are_not_there_yet() {
 #[test]
 fn a_checkpoint_has_one_writer() {
     let folder = scene();
-    let args = split("render s.toml --backend brute --size 64x64 --spp 1000000 --checkpoint c.exr --resume --checkpoint-interval 0.1s -o x.exr");
+    let args = split(
+        "render s.toml --backend brute --size 64x64 --spp 1000000 --checkpoint c.exr --resume --checkpoint-interval 0.1s -o x.exr",
+    );
     let mut first = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let start = Instant::now();
     while !folder.path().join("c.exr").exists() && start.elapsed() < Duration::from_secs(60) {
@@ -186,7 +217,10 @@ fn a_checkpoint_has_one_writer() {
     first.kill().unwrap();
     first.wait().unwrap();
     let (said, owner) = (words(&said), format!("process {}", first.id()));
-    assert!(said.contains("c.exr: another run writes this file now") && said.contains(&owner), "{said}");
+    assert!(
+        said.contains("c.exr: another run writes this file now") && said.contains(&owner),
+        "{said}"
+    );
     let merged = run(folder.path(), &split("merge c.exr --allow-gaps --checkpoint d.exr"));
     assert_eq!(code(&merged), 0, "{}", words(&merged));
 
@@ -227,14 +261,22 @@ fn errors_of_the_standard_output_are_heard() {
             let full = fs::File::options().write(true).open("/dev/full").unwrap();
             let out = command(folder.path(), &split(line)).stdout(full).output().unwrap();
             assert_eq!(code(&out), 1, "{line}: {}", words(&out));
-            assert!(words(&out).contains("cannot write to the standard output"), "{line}: {}", words(&out));
+            assert!(
+                words(&out).contains("cannot write to the standard output"),
+                "{line}: {}",
+                words(&out)
+            );
         }
         // A pipe of which the other end is gone
         let mut reader = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
         let writer = reader.stdin.take().unwrap();
         reader.wait().unwrap();
         let out = command(folder.path(), &split(line)).stdout(writer).output().unwrap();
-        assert!(code(&out) == 0 && !words(&out).contains("error"), "{line}: {}", words(&out));
+        assert!(
+            code(&out) == 0 && !words(&out).contains("error"),
+            "{line}: {}",
+            words(&out)
+        );
     }
 }
 
@@ -245,7 +287,12 @@ fn a_full_standard_error_ends_nothing() {
     if !Path::new("/dev/full").exists() {
         return;
     }
-    for (line, expected) in [("render s.toml -v -o x.exr", 0), ("check gone.toml", 1), ("render", 2), ("bogus", 2)] {
+    for (line, expected) in [
+        ("render s.toml -v -o x.exr", 0),
+        ("check gone.toml", 1),
+        ("render", 2),
+        ("bogus", 2),
+    ] {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let out = command(folder.path(), &split(line)).stderr(full).output().unwrap();
         assert_eq!(code(&out), expected, "{line}");
@@ -261,7 +308,10 @@ fn statistics_go_to_the_standard_output_too() {
     assert_eq!((&stats["samples"], &stats["complete"]), (&24.into(), &true.into()));
     assert!(!folder.path().join("-").exists());
     let version = printed(&run(folder.path(), &["--version"]));
-    assert!(version.contains(&format!("(build {})", stats["build"].as_str().unwrap())), "{version}");
+    assert!(
+        version.contains(&format!("(build {})", stats["build"].as_str().unwrap())),
+        "{version}"
+    );
 }
 
 /// Names of files, materials and objects that would move a terminal's cursor, colour it, or name its window
@@ -269,7 +319,10 @@ fn statistics_go_to_the_standard_output_too() {
 fn names_do_not_speak_to_the_terminal() {
     let evil = "\u{1b}[31mred\u{7f}\u{9b}2J\u{1b}]0;title\u{7}";
     let folder = folder(&[
-        ("a.mtl", &format!("newmtl {evil}\nKd .9 .9 .9\nKs .9 .9 .9\nmap_Kd {evil}.png\n")),
+        (
+            "a.mtl",
+            &format!("newmtl {evil}\nKd .9 .9 .9\nKs .9 .9 .9\nmap_Kd {evil}.png\n"),
+        ),
         (
             &format!("{evil}.obj"),
             &format!("mtllib a.mtl {evil}.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl {evil}\nf 1 2 3\nf 1 1 9\n"),
@@ -288,8 +341,28 @@ fn names_do_not_speak_to_the_terminal() {
         &["info", "good.obj", "--json"],
         &["explain", "good.obj", evil],
         &["explain", "good.obj", &evil[1..]],
-        &["render", "good.obj", "--backend", "brute", "--size", "4x4", "--spp", "1", "-o", &format!("{evil}.png")],
-        &["render", "good.obj", "--backend", "brute", "--size", "4x4", "--pixel", "1,2"],
+        &[
+            "render",
+            "good.obj",
+            "--backend",
+            "brute",
+            "--size",
+            "4x4",
+            "--spp",
+            "1",
+            "-o",
+            &format!("{evil}.png"),
+        ],
+        &[
+            "render",
+            "good.obj",
+            "--backend",
+            "brute",
+            "--size",
+            "4x4",
+            "--pixel",
+            "1,2",
+        ],
         &["compare", &format!("{evil}.png"), &format!("{evil}.png")],
         &["render", "good.obj", "--bogus", evil],
         &["render", "good.obj", "--size", evil],
@@ -300,7 +373,9 @@ fn names_do_not_speak_to_the_terminal() {
         let all = printed(&out) + &words(&out);
         let shown = all.chars().find(|c| c.is_control() && *c != '\n' && *c != '\t');
         assert_eq!(shown, None, "{args:?}: {all:?}");
-        let is_named = ["\\u001b", "[31mred", "line\\u000abreak"].iter().any(|name| all.contains(name));
+        let is_named = ["\\u001b", "red", "line\\u000abreak"]
+            .iter()
+            .any(|name| all.contains(name));
         assert!(is_named || args.contains(&"--bogus"), "{args:?}: {all}");
         if args.contains(&"--json") {
             json(&out);
@@ -314,19 +389,27 @@ fn what_cannot_be_written_costs_nothing_else() {
     let folder = scene();
     fs::write(folder.path().join("x.rescue.exr"), "mine").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
-    let Some(faulty) = Faulty::new(folder, line, &["x.exr", "x.png"]) else { return };
+    let Some(faulty) = Faulty::new(folder, line, &["x.exr", "x.png"]) else {
+        return;
+    };
     faulty.restore();
     let out = faulty.run("rename", 1).unwrap();
     assert_eq!(code(&out), 1);
     let said = words(&out);
-    assert!(said.contains("x.exr: cannot write") && said.contains("x.rescue-2.exr"), "{said}");
+    assert!(
+        said.contains("x.exr: cannot write") && said.contains("x.rescue-2.exr"),
+        "{said}"
+    );
     let path = |name: &str| faulty.folder.path().join(name);
     assert!(!path("x.exr").exists() && faulty.is_right("x.png", &faulty.right[1].1));
     assert_eq!(read_json(&path("x.json"))["complete"], true);
     assert_eq!(fs::read(path("x.rescue.exr")).unwrap(), b"mine");
 
     // The rescued sums are all: the picture is made of them.
-    done(faulty.folder.path(), &split("render s.toml -q --checkpoint x.rescue-2.exr --resume -o y.exr"));
+    done(
+        faulty.folder.path(),
+        &split("render s.toml -q --checkpoint x.rescue-2.exr --resume -o y.exr"),
+    );
     assert_same_bits(&path("y.exr"), &faulty.right[0].1);
     // Where a checkpoint has them, they need no rescue.
     let line = "render s.toml -q --threads 1 --checkpoint c.exr -o z.exr";
@@ -360,7 +443,11 @@ impl Faulty {
         let library = right_folder.path().join("inject.so");
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults/inject.c");
         let mut compiler = Command::new("cc");
-        compiler.args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).arg(source).arg("-ldl");
+        compiler
+            .args(["-shared", "-fPIC", "-O1", "-o"])
+            .arg(&library)
+            .arg(source)
+            .arg("-ldl");
         match compiler.output() {
             Ok(out) if cfg!(target_os = "linux") => assert!(out.status.success(), "{}", words(&out)),
             _ => {
@@ -456,12 +543,19 @@ impl Faulty {
                     let now = fs::read(&path).ok();
                     let is_old = now.as_ref() == old.map(|(_, content)| content);
                     let is_right = (code == 0 || !is_old) && now.is_some() && self.is_right(name, right);
-                    assert!(is_right || (code == 1 && is_old), "{what}: {code}, {name} is neither old nor right");
+                    assert!(
+                        is_right || (code == 1 && is_old),
+                        "{what}: {code}, {name} is neither old nor right"
+                    );
                 }
                 // What was read is there, and nothing is left over but what was rescued.
                 for (path, content) in &self.before {
                     let is_output = self.right.iter().any(|(name, _)| path.ends_with(name));
-                    assert!(is_output || fs::read(path).unwrap() == *content, "{what}: {}", path.display());
+                    assert!(
+                        is_output || fs::read(path).unwrap() == *content,
+                        "{what}: {}",
+                        path.display()
+                    );
                 }
                 for (path, _) in contents(self.folder.path()) {
                     let name = path.file_name().unwrap().to_string_lossy().into_owned();
@@ -490,7 +584,10 @@ fn renders_survive_faults_of_the_system() {
 #[test]
 fn checkpoints_survive_faults_of_the_system() {
     let folder = scene();
-    done(folder.path(), &split("render s.toml -q --spp 2 --checkpoint c.exr -o old.png"));
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 2 --checkpoint c.exr -o old.png"),
+    );
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr --resume -o x.png";
     if let Some(faulty) = Faulty::new(folder, line, &["c.exr", "x.png"]) {
         faulty.check();
@@ -501,10 +598,15 @@ fn checkpoints_survive_faults_of_the_system() {
 fn merges_and_comparisons_survive_faults_of_the_system() {
     let folder = scene();
     for (range, name) in [("0..64", "1.exr"), ("64..128", "2.exr")] {
-        done(folder.path(), &split(&format!("render s.toml -q --spp 128 --samples {range} -o {name}")));
+        done(
+            folder.path(),
+            &split(&format!("render s.toml -q --spp 128 --samples {range} -o {name}")),
+        );
     }
     let line = "merge 1.exr 2.exr -q --threads 1 -o x.exr -o x.png --checkpoint c.exr";
-    let Some(merge) = Faulty::new(folder, line, &["x.exr", "x.png", "c.exr"]) else { return };
+    let Some(merge) = Faulty::new(folder, line, &["x.exr", "x.png", "c.exr"]) else {
+        return;
+    };
     merge.check();
     merge.restore();
     done(merge.folder.path(), &split("merge 1.exr 2.exr -q -o x.exr"));

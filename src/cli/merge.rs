@@ -19,7 +19,9 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let images = prepare_images(&args.output, settings.tone, &exr_format(&args.exr)?, &mut outputs)?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
-    checkpoint.iter().try_for_each(|output| outputs.add("--checkpoint", output))?;
+    checkpoint
+        .iter()
+        .try_for_each(|output| outputs.add("--checkpoint", output))?;
     outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     // Headers first: what does not fit together is refused before anything large is read.

@@ -62,7 +62,11 @@ pub fn main() -> ExitCode {
     match words::finish() {
         Err(error) => {
             words::error(format_args!("cannot write to the standard output: {error}"));
-            if code == ExitCode::SUCCESS { ExitCode::FAILURE } else { code }
+            if code == ExitCode::SUCCESS {
+                ExitCode::FAILURE
+            } else {
+                code
+            }
         }
         Ok(()) => code,
     }

@@ -29,11 +29,17 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let files = Files {
         images: images(args, job.settings.tone, &mut outputs)?,
-        stats: args.stats.as_deref().map(|path| stats_output(path, &mut outputs)).transpose()?,
+        stats: args
+            .stats
+            .as_deref()
+            .map(|path| stats_output(path, &mut outputs))
+            .transpose()?,
         write_every: args.write_every,
     };
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
-    checkpoint.iter().try_for_each(|output| outputs.add("--checkpoint", output))?;
+    checkpoint
+        .iter()
+        .try_for_each(|output| outputs.add("--checkpoint", output))?;
     outputs.spare([&*args.scene])?;
     let other = args
         .audit_rays

@@ -106,7 +106,10 @@ mod tests {
 
     #[test]
     fn names_cannot_speak_to_terminals() {
-        assert_eq!(escaped("a\x1b[31mb\r\u{9b}2J\x7f"), "a\\u001b[31mb\\u000d\\u009b2J\\u007f");
+        assert_eq!(
+            escaped("a\x1b[31mb\r\u{9b}2J\x7f"),
+            "a\\u001b[31mb\\u000d\\u009b2J\\u007f"
+        );
         assert_eq!(escaped("Küche 木\n\tnext"), "Küche 木\n\tnext");
     }
 }

@@ -7,7 +7,11 @@ pub(super) fn ascii(text: &str) -> String {
         if c.is_ascii() {
             escaped.push(c);
         } else {
-            let units = c.encode_utf16(&mut [0; 2]).iter().map(|unit| format!("\\u{unit:04x}")).collect::<String>();
+            let units = c
+                .encode_utf16(&mut [0; 2])
+                .iter()
+                .map(|unit| format!("\\u{unit:04x}"))
+                .collect::<String>();
             escaped.push_str(&units);
         }
     }

@@ -40,7 +40,10 @@ mod tests {
             panic!("row {} is missing", 3)
         });
         assert_eq!(said, Err::<(), _>("row 3 is missing".into()));
-        assert_eq!(guarded(|| std::panic::panic_any(1)), Err::<(), _>("a panic without a message".into()));
+        assert_eq!(
+            guarded(|| std::panic::panic_any(1)),
+            Err::<(), _>("a panic without a message".into())
+        );
         assert!(!is_guarded());
     }
 }

@@ -97,11 +97,7 @@ pub fn load_scene_watched(
     } = Loader::new(file, builder, observer, false).load();
     let warnings = findings.warnings();
     match (findings.first_error(), scene) {
-        (None, Some(scene)) => Ok(Loaded {
-            scene,
-            warnings,
-            files,
-        }),
+        (None, Some(scene)) => Ok(Loaded { scene, warnings, files }),
         (Some(error), _) => Err(error.clone()),
         (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
     }
@@ -492,7 +488,8 @@ impl Loader<'_> {
     }
 
     fn load_textures(&mut self) {
-        self.files.extend(self.textures.iter().map(|texture| texture.path.clone()));
+        self.files
+            .extend(self.textures.iter().map(|texture| texture.path.clone()));
         let loaded = load_textures(&self.textures, self.observer);
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
@@ -508,7 +505,10 @@ impl Loader<'_> {
                 // A disk that fails, or a file that may not be read, is no part of the scene.
                 let (severity, words) = match error.is_system {
                     true => (Severity::Error, "cannot be read"),
-                    false => (Severity::Warning, "cannot be used; the material's constant counts alone"),
+                    false => (
+                        Severity::Warning,
+                        "cannot be used; the material's constant counts alone",
+                    ),
                 };
                 let mut unread = request.remark(&format!("{words}: {place}: {message}"));
                 unread.help.clone_from(&error.help);

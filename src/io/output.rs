@@ -238,7 +238,9 @@ mod tests {
         let path = folder.path().join("x.exr");
         fs::write(&path, "old").unwrap();
         let output = Output::prepare(&path).unwrap();
-        let error = output.write(|w| w.write_all(b"half").map(|()| panic!("row 3"))).unwrap_err();
+        let error = output
+            .write(|w| w.write_all(b"half").map(|()| panic!("row 3")))
+            .unwrap_err();
         assert!(error.message.contains("row 3") && error.help.is_some(), "{error}");
         assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);

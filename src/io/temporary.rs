@@ -69,7 +69,13 @@ impl OutputLock {
         let failed = |error: io::Error| FileError::system(path, "cannot lock this file", &error);
         for _ in 0..MOST_TRIES {
             let mut options = File::options();
-            let mut file = options.read(true).write(true).create(true).truncate(false).open(&lock).map_err(failed)?;
+            let mut file = options
+                .read(true)
+                .write(true)
+                .create(true)
+                .truncate(false)
+                .open(&lock)
+                .map_err(failed)?;
             match try_lock(&file).map_err(failed)? {
                 Lock::Unknown => return Ok(Self { held: None }),
                 Lock::Refused => {

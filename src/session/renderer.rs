@@ -1,5 +1,5 @@
-use super::estimator::Estimator;
 use super::backend::BUILD;
+use super::estimator::Estimator;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
@@ -91,7 +91,9 @@ impl<'a> Renderer<'a> {
         let build = &checkpoint.metadata.build;
         if build != BUILD {
             return refused(
-                format!("build {build} of this program wrote this checkpoint; this is build {BUILD}, whose bits may differ"),
+                format!(
+                    "build {build} of this program wrote this checkpoint; this is build {BUILD}, whose bits may differ"
+                ),
                 "resume it with the program that wrote it (embrasure --version tells its build), or render anew to another --checkpoint",
             );
         }

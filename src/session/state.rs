@@ -99,8 +99,15 @@ impl RenderState {
 
     /// Writes what can be saved where none of `outputs` holds the picture as floats: `R G B` and all sums, as a checkpoint has them, beside the first
     /// output. Gives that file.
-    pub(super) fn rescue(&self, outputs: &[(Format, Output)], metadata: &Metadata) -> Option<Result<Output, FileError>> {
-        let (_, beside) = outputs.iter().find(|(format, _)| matches!(format, Format::Exr(_))).or(outputs.first())?;
+    pub(super) fn rescue(
+        &self,
+        outputs: &[(Format, Output)],
+        metadata: &Metadata,
+    ) -> Option<Result<Output, FileError>> {
+        let (_, beside) = outputs
+            .iter()
+            .find(|(format, _)| matches!(format, Format::Exr(_)))
+            .or(outputs.first())?;
         let write = || {
             let output = beside.rescue()?;
             // Plain: without anything that failed before, perhaps.

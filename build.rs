@@ -1,10 +1,24 @@
-//! Tells the linker where the libraries will be found at run time.
+//! Names the build, and tells the linker where the libraries will be found at run time.
 
-use std::env;
-use std::path::Path;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::{env, fs, io};
+
+/// Files and folders that decide the bits of a picture; a package may lack some.
+const SOURCES: [&str; 8] = [
+    "Cargo.lock",
+    "Cargo.toml",
+    "build.rs",
+    "src",
+    "sys/build",
+    "sys/build.rs",
+    "sys/oidn/src",
+    "sys/src",
+];
 
 fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rustc-env=EMBRASURE_BUILD={}", build_name());
     // Embree, which `embree4-sys` has found. Empty where it lies in a system folder, unset where the feature is off.
     match env::var("DEP_EMBREE4_RPATH") {
         Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}"),
@@ -22,4 +36,42 @@ fn main() {
             }
         }
     }
+}
+
+/// A hash of the sources, the compiler's version, and the processor that it compiles for: the same for one source tree wherever it lies. Features of
+/// the crate do not count: files name the backend that answered, and no other feature changes bits.
+fn build_name() -> String {
+    let mut hash = Sha256::new();
+    for source in SOURCES {
+        println!("cargo::rerun-if-changed={source}");
+        for path in files(Path::new(source)).unwrap_or_default() {
+            let content = fs::read(&path).unwrap_or_default();
+            hash.update(format!("{} {}\n", path.display(), content.len()));
+            hash.update(content);
+        }
+    }
+    let compiler = env::var_os("RUSTC").unwrap_or("rustc".into());
+    let version = Command::new(compiler).arg("--version").output();
+    hash.update(version.map(|output| output.stdout).unwrap_or_default());
+    for name in ["TARGET", "CARGO_CFG_TARGET_FEATURE"] {
+        hash.update(format!("{}\n", env::var(name).unwrap_or_default()));
+    }
+    let digest = hash.finalize();
+    digest.iter().take(6).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// All files below `path`, in the order of their names; hidden ones, such as editors leave, are none of the sources.
+fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(path.exists().then(|| path.to_path_buf()).into_iter().collect());
+    }
+    let entries: io::Result<Vec<_>> = fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect();
+    let mut entries = entries?;
+    entries.sort();
+    let is_hidden = |path: &PathBuf| {
+        path.file_name()
+            .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+    };
+    let below = entries.iter().filter(|path| !is_hidden(path)).map(|path| files(path));
+    Ok(below.collect::<io::Result<Vec<_>>>()?.concat())
 }

@@ -71,11 +71,11 @@ pub mod texture;
 
 pub use film::{Aov, Image, Rect};
 pub use io::{
-    Checkpoint, Compression, ExrFormat, FileError, Format, LoadObserver, LoadOptions, Metadata, Output, SceneFile,
-    read_checkpoint,
+    Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
+    OutputLock, SceneFile, read_checkpoint,
 };
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{
-    Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting, Joined, MOST_FOR_NOISE, Parts,
+    BUILD, Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting, Joined, MOST_FOR_NOISE, Parts,
     RenderState, Renderer, Session, Settings, version_text,
 };

@@ -8,8 +8,8 @@ use embrasure::film::Film;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::SceneBuilder;
 use embrasure::{
-    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, SceneFile, Session, Settings,
-    read_checkpoint,
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session,
+    Settings, read_checkpoint,
 };
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -212,4 +212,38 @@ fn a_picture_of_no_sample_is_not_written() {
     assert_eq!(std::fs::read(&path).unwrap(), b"good");
     renderer.render(&mut state, &());
     assert!(!state.is_empty() && write(&state).is_empty());
+}
+
+/// Sums of another build are of other bits, perhaps: they are neither gone on with nor joined with those of this one.
+#[test]
+fn builds_are_told_apart() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    let session = session(&path("s.toml"), |_| {}).unwrap();
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    renderer.render(&mut state, &());
+    let keep = |name: &str, build: &str| {
+        let mut metadata = renderer.metadata(&state, true);
+        assert_eq!(metadata.build, embrasure::BUILD);
+        metadata.build = build.into();
+        state.keep(&Output::prepare(&path(name)).unwrap(), &metadata).unwrap();
+    };
+    keep("own.exr", embrasure::BUILD);
+    keep("other.exr", "0123456789ab");
+    keep("unknown.exr", "");
+    renderer.resume(read_checkpoint(&path("own.exr")).unwrap()).unwrap();
+    let error = renderer
+        .resume(read_checkpoint(&path("other.exr")).unwrap())
+        .unwrap_err()
+        .to_string();
+    for word in ["other.exr", "build 0123456789ab", embrasure::BUILD, "help:"] {
+        assert!(error.contains(word), "{error}");
+    }
+    let error = read_checkpoint(&path("unknown.exr")).unwrap_err().to_string();
+    assert!(error.contains("which build") && error.contains("help:"), "{error}");
+    let error = Parts::describe(&[path("own.exr"), path("other.exr")])
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("build") && error.contains("0123456789ab"), "{error}");
 }

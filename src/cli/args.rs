@@ -510,7 +510,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "K", requires = "pixel")]
     pub sample: Option<u32>,
 
-    /// Write machine-readable statistics here, as JSON
+    /// Write statistics to FILE as JSON; - is the standard output
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 

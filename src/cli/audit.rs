@@ -3,6 +3,7 @@
 use super::args::{AuditArgs, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
+use super::outputs::Outputs;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::brute::{self, BruteForce};
@@ -16,7 +17,7 @@ use crate::render::{Outcome, Statistics};
 use crate::session::{Backend, Session};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Triangles times rays up to which brute force is asked for its opinion.
@@ -92,8 +93,12 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
     let other = other_backend(job.settings.backend, args.against.as_deref())?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
+    let mut outputs = Outputs::default();
+    output.iter().try_for_each(|output| outputs.add("-o", output))?;
+    outputs.spare([Some(&*args.scene), args.replay.as_deref()].into_iter().flatten())?;
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
+    outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     session.warnings().iter().for_each(words::warning);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
         if replay.scene_hash != session.scene_hash() {

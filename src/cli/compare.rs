@@ -2,6 +2,7 @@
 
 use super::args::CompareArgs;
 use super::error::CliError;
+use super::outputs::Outputs;
 use crate::color::{Spectrum, false_color};
 use crate::film::{
     CommonErrors, Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
@@ -15,6 +16,9 @@ use std::process::ExitCode;
 /// Prints how far the image is from the reference. The exit code is 1 where it differs, or is beyond a limit.
 pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let output = args.output.as_deref().map(output).transpose()?;
+    let mut outputs = Outputs::default();
+    output.iter().try_for_each(|output| outputs.add("-o", output))?;
+    outputs.spare([&*args.reference, &*args.image])?;
     let map = find(Map::NAMES, &args.map).ok_or_else(|| {
         let names = join_names(Map::NAMES);
         CliError::Usage(format!("--map {}: unknown map\n  help: there is {names}", args.map))

@@ -2,7 +2,7 @@
 
 use super::args::{Args, CompletionsArgs};
 use super::error::CliError;
-use super::man::print_bytes;
+use super::words::print_bytes;
 use clap::CommandFactory;
 use std::process::ExitCode;
 
@@ -10,5 +10,6 @@ use std::process::ExitCode;
 pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), "embrasure", &mut script);
-    print_bytes(&script)
+    print_bytes(&script);
+    Ok(ExitCode::SUCCESS)
 }

@@ -4,6 +4,7 @@ use super::args::ExplainArgs;
 use super::error::{CliError, INTERRUPTED};
 use super::info::decimal;
 use super::job::read_scene;
+use super::outputs::Outputs;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::color::Spectrum;
@@ -40,6 +41,9 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         Ok::<_, CliError>((format, Output::prepare(path)?))
     });
     let output = output.transpose()?;
+    let mut outputs = Outputs::default();
+    output.iter().try_for_each(|(_, output)| outputs.add("-o", output))?;
+    outputs.spare([&*args.scene])?;
     let pool = thread_pool(settings.threads)?;
     let file = read_scene(&args.scene, &args.load)?;
     let inspection = pool.install(|| inspect_scene(&file, SceneBuilder::new()));
@@ -48,8 +52,10 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         findings,
         materials,
         textures,
+        files,
         ..
     } = inspection;
+    outputs.spare(files.iter().map(PathBuf::as_path))?;
     if let Some(error) = findings.first_error() {
         return Err(error.clone().into());
     }

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Prints what is in a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
-    let Loaded { scene, warnings } = load_scene(&file, SceneBuilder::new())?;
+    let Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
     let settings = Settings::of(&file).unwrap_or_default();
     let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());

@@ -1,6 +1,6 @@
 use super::args::RenderArgs;
 use super::error::CliError;
-use crate::io::{Checkpoint, FileError, Metadata, Output, read_checkpoint};
+use crate::io::{Checkpoint, FileError, Metadata, Output, OutputLock, read_checkpoint};
 use crate::session::{RenderState, Renderer};
 
 /// Seconds between checkpoints where nothing else is said.
@@ -9,6 +9,8 @@ const USUAL_INTERVAL: f64 = 60.0;
 /// Where a render keeps what it knows: what `--checkpoint` and `--resume` ask for.
 pub(super) struct Keeper {
     output: Output,
+    /// Keeps other runs away from it.
+    _lock: OutputLock,
     /// What is there from before.
     found: Option<Checkpoint>,
     /// Seconds between one time and the next.
@@ -16,11 +18,14 @@ pub(super) struct Keeper {
 }
 
 impl Keeper {
-    /// As the arguments say, if they do. What is there already is not overwritten, unless the render goes on from it.
-    pub fn new(args: &RenderArgs) -> Result<Option<Self>, CliError> {
-        let Some(path) = &args.checkpoint else {
+    /// At `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
+    pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
+        let Some(output) = output else {
             return Ok(None);
         };
+        // Nobody writes it from here on.
+        let lock = output.lock()?;
+        let path = output.path();
         let is_there = path.exists();
         if is_there && !args.resume {
             return Err(CliError::Usage(format!(
@@ -29,9 +34,10 @@ impl Keeper {
             )));
         }
         Ok(Some(Self {
-            output: Output::prepare(path)?,
             found: is_there.then(|| read_checkpoint(path)).transpose()?,
+            _lock: lock,
             interval: args.checkpoint_interval.unwrap_or(USUAL_INTERVAL),
+            output,
         }))
     }
 

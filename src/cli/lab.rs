@@ -3,6 +3,7 @@
 use super::args::{EstimatorArgs, LabArgs, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
+use super::outputs::Outputs;
 use super::progress::{Progress, catch_interrupts};
 use super::words;
 use crate::accel::Accel;
@@ -33,6 +34,9 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     };
     let [sheet, csv, markdown] = ["png", "csv", "md"].map(|e| Output::prepare(&with_extension(&prefix, e)));
     let outputs = [sheet?, csv?, markdown?];
+    let mut named = Outputs::default();
+    outputs.iter().try_for_each(|output| named.add("-o", output))?;
+    named.spare([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
     let job = Job::new(&render_args(args))?;
     let reference = args.reference.as_deref().map(read_exr).transpose()?;
     if let (Some(image), Some(path)) = (&reference, &args.reference) {
@@ -59,6 +63,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         return Err(no_truth(&estimators));
     }
     let session = Session::load(&job.scene, job.settings, &())?;
+    named.spare(session.files().iter().map(PathBuf::as_path))?;
     session.warnings().iter().for_each(words::warning);
     // Light from points or single directions is not met by chance.
     let lights = |estimator: &Estimator| match estimator.check_lights(session.scene()) {

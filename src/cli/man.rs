@@ -2,6 +2,7 @@
 
 use super::args::{Args, ManArgs};
 use super::error::CliError;
+use super::words::print_bytes;
 use crate::io::Output;
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
@@ -15,7 +16,8 @@ pub(super) fn man(args: &ManArgs) -> Result<ExitCode, CliError> {
     let mut program = Args::command().disable_help_subcommand(true);
     program.build();
     let Some(folder) = &args.output else {
-        return print_bytes(&page(&program)?);
+        print_bytes(&page(&program)?);
+        return Ok(ExitCode::SUCCESS);
     };
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
         let text = page(command)?;
@@ -53,14 +55,4 @@ fn write_page(command: &Command) -> io::Result<Vec<u8>> {
         section.control("fi", []).to_writer(&mut page)?;
     }
     Ok(page)
-}
-
-/// Prints to the standard output; a reader who has had enough is no failure.
-pub(super) fn print_bytes(bytes: &[u8]) -> Result<ExitCode, CliError> {
-    match io::stdout().write_all(bytes) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(CliError::Failed(format!(
-            "cannot write to the standard output: {error}"
-        ))),
-        _ => Ok(ExitCode::SUCCESS),
-    }
 }

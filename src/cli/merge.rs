@@ -1,9 +1,11 @@
 use super::args::MergeArgs;
 use super::error::CliError;
 use super::job::{exr_format, tone};
+use super::outputs::Outputs;
 use super::run::{failed, prepare_images};
 use crate::io::{FileError, Output};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Joins parts of a picture, and writes it.
@@ -14,8 +16,14 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         ..Settings::default()
     };
     settings.check()?;
-    let images = prepare_images(&args.output, settings.tone, &exr_format(&args.exr)?)?;
+    let mut outputs = Outputs::default();
+    let images = prepare_images(&args.output, settings.tone, &exr_format(&args.exr)?, &mut outputs)?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
+    checkpoint
+        .iter()
+        .try_for_each(|output| outputs.add("--checkpoint", output))?;
+    outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
+    let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     // Headers first: what does not fit together is refused before anything large is read.
     let parts = Parts::describe(&args.parts)?;
     let pool = thread_pool(settings.threads)?;

@@ -21,6 +21,7 @@ mod keeper;
 mod lab;
 mod man;
 mod merge;
+mod outputs;
 mod pixel;
 mod progress;
 mod run;
@@ -28,36 +29,58 @@ mod stats;
 mod tev;
 mod values;
 
-use crate::io::is_decoding;
+use crate::io::is_guarded;
 use args::{Args, Command};
 use error::CliError;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Runs the program on the process's arguments and turns the outcome into an exit code.
 ///
 /// 0 done, 1 failed, 2 wrong usage, 130 interrupted.
 pub fn main() -> ExitCode {
-    // Decoders that panic are heard of as errors of their files.
+    // Panics that are caught are heard of as errors of their files.
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !is_decoding() {
+        if !is_guarded() {
             usual(panic);
         }
     }));
-    let args = match Args::of_process() {
-        Ok(args) => args,
+    let code = match Args::of_process() {
+        Ok(args) => match dispatch(args) {
+            Ok(code) => code,
+            Err(error) => {
+                words::error(&error);
+                ExitCode::from(error.exit_code())
+            }
+        },
         Err(error) => {
-            // Help goes to the standard output and is no failure; clap decides by the kind of error.
-            let _ = error.print();
-            return ExitCode::from(error.exit_code() as u8);
+            print_of_clap(&error);
+            ExitCode::from(error.exit_code() as u8)
         }
     };
-    match dispatch(args) {
-        Ok(code) => code,
+    match words::finish() {
         Err(error) => {
-            words::error(&error);
-            ExitCode::from(error.exit_code())
+            words::error(format_args!("cannot write to the standard output: {error}"));
+            if code == ExitCode::SUCCESS {
+                ExitCode::FAILURE
+            } else {
+                code
+            }
         }
+        Ok(()) => code,
+    }
+}
+
+/// Prints help to the standard output, which is no failure, and what is wrong with the arguments to the standard error; clap decides by the kind.
+fn print_of_clap(error: &clap::Error) {
+    let has_controls = |arg: OsString| arg.to_string_lossy().chars().any(char::is_control);
+    if !error.use_stderr() {
+        words::note(error.print());
+    } else if std::env::args_os().any(has_controls) {
+        errln!("{}", error.render());
+    } else {
+        let _ = error.print();
     }
 }
 

@@ -1,4 +1,4 @@
-use super::words::in_colour;
+use super::words::{escaped, in_colour};
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
@@ -147,7 +147,7 @@ impl LoadObserver for Loading {
     fn begin(&self, what: &str, units: u64) {
         self.bar.reset();
         self.bar.set_length(units);
-        self.bar.set_message(what.to_string());
+        self.bar.set_message(escaped(what));
     }
 
     fn advance(&self, units: u64) {

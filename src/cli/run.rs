@@ -4,6 +4,7 @@ use super::clock::Clock;
 use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, exr_format};
 use super::keeper::Keeper;
+use super::outputs::Outputs;
 use super::pixel;
 use super::progress::{Loading, Progress, Until, catch_interrupts};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
@@ -13,10 +14,10 @@ use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::denoise::DenoiseError;
 use crate::film::{Film, Image};
-use crate::io::{ExrFormat, FileError, Format, Output, in_words};
+use crate::io::{ExrFormat, FileError, Format, Output, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
-use crate::session::{RenderState, Renderer, Session};
-use std::path::PathBuf;
+use crate::session::{BUILD, RenderState, Renderer, Session};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -25,21 +26,32 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let job = Job::new(args)?;
     // Files that cannot be written are found before any work.
+    let mut outputs = Outputs::default();
     let files = Files {
-        images: images(args, job.settings.tone)?,
-        stats: args.stats.as_deref().map(Output::prepare).transpose()?,
+        images: images(args, job.settings.tone, &mut outputs)?,
+        stats: args
+            .stats
+            .as_deref()
+            .map(|path| stats_output(path, &mut outputs))
+            .transpose()?,
         write_every: args.write_every,
     };
+    let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
+    checkpoint
+        .iter()
+        .try_for_each(|output| outputs.add("--checkpoint", output))?;
+    outputs.spare([&*args.scene])?;
     let other = args
         .audit_rays
         .map(|_| other_backend(job.settings.backend, None))
         .transpose()?;
-    let keeper = Keeper::new(args)?;
+    let keeper = Keeper::new(args, checkpoint)?;
     let preview = Preview::new(args)?;
     let loading = Loading::new(job.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
+    outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
@@ -81,9 +93,15 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 /// What a render writes.
 struct Files {
     images: Vec<(Format, Output)>,
-    stats: Option<Output>,
+    stats: Option<StatsOutput>,
     /// Seconds after which images are written while the render goes on.
     write_every: Option<f64>,
+}
+
+/// Where statistics go.
+enum StatsOutput {
+    StandardOutput,
+    File(Output),
 }
 
 /// A render that is about to begin.
@@ -156,8 +174,13 @@ impl Run<'_> {
         };
         if let Some(output) = &self.files.stats {
             let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
-            let unwritten = output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err();
-            failures.extend(unwritten.iter().map(FileError::to_string));
+            match output {
+                StatsOutput::StandardOutput => outln!("{json}"),
+                StatsOutput::File(output) => {
+                    let unwritten = output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err();
+                    failures.extend(unwritten.iter().map(FileError::to_string));
+                }
+            }
         }
         if state.is_empty() {
             return Err(self.nothing_written(failures, stop));
@@ -178,19 +201,50 @@ impl Run<'_> {
     ) -> Image {
         let mut metadata = self.renderer.metadata(state, stop.is_complete());
         let kept = keeper.map(|keeper| keeper.keep(state, &metadata));
+        let is_kept = matches!(kept, Some(Ok(())));
         failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
-        let mut image = self.renderer.develop(state);
+        let mut image = self.develop(state, failures);
         // Where denoising fails, the raw picture is written all the same.
         let start = Instant::now();
-        let done = self.renderer.denoise(&mut image, &mut metadata);
-        failures.extend(done.err().iter().map(DenoiseError::to_string));
+        match guarded(|| self.renderer.denoise(&mut image, &mut metadata)) {
+            Ok(done) => failures.extend(done.err().iter().map(DenoiseError::to_string)),
+            Err(panic) => {
+                failures.push(fault("the picture stays raw", &panic));
+                image = self.develop(state, failures);
+            }
+        }
         *denoised = metadata.denoiser.clone().map(|by| Denoised {
             by,
             seconds: start.elapsed().as_secs_f64(),
         });
-        let unwritten = self.renderer.write(state, &image, &self.files.images, &metadata);
+        let images = &self.files.images;
+        let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
+        let is_exr = |(format, output): &(Format, Output)| {
+            let is_written = unwritten.iter().all(|error| error.file != output.path());
+            matches!(format, Format::Exr(_)) && is_written
+        };
+        if !unwritten.is_empty() && !is_kept && !images.iter().any(is_exr) {
+            match self.renderer.rescue(state, images, &metadata) {
+                Some(Ok(rescued)) => {
+                    let name = rescued.path().display();
+                    words::warning(format_args!(
+                        "the picture and its sums are saved in {name}\n  help: add --checkpoint {name} --resume to this command to write its files"
+                    ));
+                }
+                Some(Err(error)) => failures.push(error.to_string()),
+                None => {}
+            }
+        }
         image
+    }
+
+    /// The picture of `state`, without further channels where making them fails.
+    fn develop(&self, state: &RenderState, failures: &mut Vec<String>) -> Image {
+        guarded(|| self.renderer.develop(state)).unwrap_or_else(|panic| {
+            failures.push(fault("the picture has the usual channels alone", &panic));
+            state.film.develop()
+        })
     }
 
     /// That no sample was taken before `stop`, and what else went wrong.
@@ -259,7 +313,9 @@ impl Run<'_> {
         }
         if clock.images.is_due() {
             if !state.is_empty() {
-                let image = self.renderer.develop(state);
+                let mut faults = Vec::new();
+                let image = self.develop(state, &mut faults);
+                faults.iter().for_each(words::warning);
                 failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
             }
             clock.images.restart();
@@ -274,6 +330,7 @@ impl Run<'_> {
         let mutations = statistics.mutations.iter();
         Stats {
             version: env!("CARGO_PKG_VERSION"),
+            build: BUILD,
             backend: info.name,
             backend_version: &info.version,
             isa: info.isa,
@@ -400,6 +457,11 @@ fn cut_warning(walks: u64) -> String {
     )
 }
 
+/// A panic that was caught, and what comes of it.
+fn fault(outcome: &str, panic: &str) -> String {
+    format!("the program has failed, so that {outcome}: {panic}\n  help: please report this, with the command")
+}
+
 /// All of `failures`, as one.
 pub(super) fn failed<T: ToString>(failures: &[T]) -> CliError {
     let words: Vec<String> = failures.iter().map(T::to_string).collect();
@@ -461,8 +523,18 @@ impl Stop {
     }
 }
 
+/// Where `--stats` goes; `-` is the standard output.
+fn stats_output(path: &Path, outputs: &mut Outputs) -> Result<StatsOutput, CliError> {
+    if path == Path::new("-") {
+        return Ok(StatsOutput::StandardOutput);
+    }
+    let output = Output::prepare(path)?;
+    outputs.add("--stats", &output)?;
+    Ok(StatsOutput::File(output))
+}
+
 /// The images that a render writes.
-fn images(args: &RenderArgs, tone: Tone) -> Result<Vec<(Format, Output)>, CliError> {
+fn images(args: &RenderArgs, tone: Tone, outputs: &mut Outputs) -> Result<Vec<(Format, Output)>, CliError> {
     let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
     let paths = if !args.output.is_empty() {
         args.output.clone()
@@ -472,32 +544,25 @@ fn images(args: &RenderArgs, tone: Tone) -> Result<Vec<(Format, Output)>, CliErr
     } else {
         default()
     };
-    prepare_images(&paths, tone, &exr_format(&args.exr)?)
+    prepare_images(&paths, tone, &exr_format(&args.exr)?, outputs)
 }
 
-/// The images to write, by name.
+/// The images to write, by name, which join `outputs`.
 pub(super) fn prepare_images(
     paths: &[PathBuf],
     tone: Tone,
     exr: &ExrFormat,
+    outputs: &mut Outputs,
 ) -> Result<Vec<(Format, Output)>, CliError> {
-    if let Some(twice) = paths
-        .iter()
-        .enumerate()
-        .find_map(|(i, p)| paths[..i].contains(p).then_some(p))
-    {
-        let twice = twice.display();
-        return Err(CliError::Usage(format!(
-            "-o {twice} is given twice\n  help: name each file once"
-        )));
-    }
     // A name that is no image is wrong usage; a folder that cannot be written is a failure.
     let prepared = paths.iter().map(|path| {
         let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
             Format::Png(_) => Format::Png(tone),
             Format::Exr(_) => Format::Exr(exr.clone()),
         };
-        Ok((format, Output::prepare(path)?))
+        let output = Output::prepare(path)?;
+        outputs.add("-o", &output)?;
+        Ok((format, output))
     });
     prepared.collect()
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Serialize)]
 pub(super) struct Stats<'a> {
     pub version: &'static str,
+    pub build: &'static str,
     pub backend: &'static str,
     pub backend_version: &'a str,
     pub isa: &'static str,

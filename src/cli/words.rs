@@ -2,53 +2,95 @@
 
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};
-use std::fmt::Display;
+use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
+use std::sync::{Mutex, PoisonError};
 
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 
-// Who reads a part of what is said and goes (`embrasure info SCENE | head`) is no reason to fail: the macros of the standard library panic there.
+/// What has kept words from the standard output, first.
+static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// Prints to the standard output.
 macro_rules! out {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = write!(std::io::stdout().lock(), $($words)*);
-    }};
+    ($($words:tt)*) => {
+        $crate::cli::words::print(format_args!($($words)*))
+    };
 }
 
 /// Prints a line to the standard output.
 macro_rules! outln {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout().lock(), $($words)*);
-    }};
+    ($($words:tt)*) => {
+        $crate::cli::words::print(format_args!("{}\n", format_args!($($words)*)))
+    };
 }
 
 /// Prints to the standard error.
 macro_rules! err {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = write!(std::io::stderr().lock(), $($words)*);
-    }};
+    ($($words:tt)*) => {
+        $crate::cli::words::say(format_args!($($words)*))
+    };
 }
 
 /// Prints a line to the standard error.
 macro_rules! errln {
-    ($($words:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr().lock(), $($words)*);
-    }};
+    ($($words:tt)*) => {
+        $crate::cli::words::say(format_args!("{}\n", format_args!($($words)*)))
+    };
+}
+
+/// Prints words that may hold names to the standard output.
+pub(super) fn print(words: Arguments) {
+    print_bytes(escaped(&words.to_string()).as_bytes());
+}
+
+/// Prints to the standard output. What goes wrong there is told by [`finish`], since the rest of a command is worth doing.
+pub(super) fn print_bytes(bytes: &[u8]) {
+    note(io::stdout().lock().write_all(bytes));
+}
+
+/// Prints words that may hold names to the standard error. Where nobody can be told, there is nobody to tell so.
+pub(super) fn say(words: Arguments) {
+    let _ = io::stderr().lock().write_all(escaped(&words.to_string()).as_bytes());
+}
+
+/// Ends the standard output. An error where not all of it could be written.
+pub(super) fn finish() -> io::Result<()> {
+    note(io::stdout().lock().flush());
+    let lost = LOST.lock().unwrap_or_else(PoisonError::into_inner).take();
+    lost.map_or(Ok(()), Err)
+}
+
+/// Remembers the first error. A reader that has read enough (`embrasure info SCENE | head`) is none.
+pub(super) fn note(written: io::Result<()>) {
+    if let Err(error) = written.map_err(|error| (error.kind() != io::ErrorKind::BrokenPipe).then_some(error)) {
+        let mut lost = LOST.lock().unwrap_or_else(PoisonError::into_inner);
+        *lost = lost.take().or(error);
+    }
+}
+
+/// `text` without control characters, which names may hold and terminals obey: `\u001b`, as JSON escapes them. Lines and tabs stay.
+pub(super) fn escaped(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c.is_control() && c != '\n' && c != '\t' {
+            true => shown += &format!("\\u{:04x}", c as u32),
+            false => shown.push(c),
+        }
+    }
+    shown
 }
 
 /// Says why a command ends early.
 pub(super) fn error(text: impl Display) {
+    let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{ERROR}error:{ERROR:#} {text}");
 }
 
 /// Says what should be looked at.
 pub(super) fn warning(text: impl Display) {
+    let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{WARNING}warning:{WARNING:#} {text}");
 }
 
@@ -56,4 +98,18 @@ pub(super) fn warning(text: impl Display) {
 /// (<https://no-color.org>, <https://bixense.com/clicolors>).
 pub(super) fn in_colour() -> bool {
     AutoStream::choice(&io::stderr()) != ColorChoice::Never
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_cannot_speak_to_terminals() {
+        assert_eq!(
+            escaped("a\x1b[31mb\r\u{9b}2J\x7f"),
+            "a\\u001b[31mb\\u000d\\u009b2J\\u007f"
+        );
+        assert_eq!(escaped("Küche 木\n\tnext"), "Küche 木\n\tnext");
+    }
 }

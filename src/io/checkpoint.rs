@@ -297,6 +297,10 @@ impl Opened {
             film: &film,
             statistics: &self.statistics,
         };
+        if self.metadata.build.is_empty() {
+            let error = FileError::new(path, "this file does not say which build of the program wrote it");
+            return Err(error.help("use the program that wrote it, or render it anew"));
+        }
         if state.digest(&self.metadata) != self.digest {
             return Err(damaged(path, &"its contents are not those that were written"));
         }

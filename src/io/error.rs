@@ -40,6 +40,8 @@ pub struct FileError {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
+    /// Whether the system has refused an operation, rather than the content being wrong.
+    pub is_system: bool,
 }
 
 impl FileError {
@@ -50,12 +52,16 @@ impl FileError {
             position: None,
             message: message.into(),
             help: None,
+            is_system: false,
         }
     }
 
     /// An operation on the file that the system refused.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
-        Self::new(file, format!("{what}: {error}"))
+        Self {
+            is_system: true,
+            ..Self::new(file, format!("{what}: {error}"))
+        }
     }
 
     /// The same, at a place.
@@ -66,7 +72,8 @@ impl FileError {
 
     /// The file, line and column as editors jump to them: `file:line:column`.
     pub fn place(&self) -> String {
-        let mut place = self.file.display().to_string();
+        // A name with line breaks stays a line.
+        let mut place = self.file.display().to_string().replace('\n', "\\u000a");
         if let Some(position) = self.position {
             place += &format!(":{}", position.line);
             if let Some(column) = position.column {

@@ -1,3 +1,4 @@
+use super::ascii::ascii;
 use super::{State, cryptomatte};
 use crate::film::{Aov, Image, Rect};
 use crate::math::UVec2;
@@ -13,6 +14,7 @@ use std::io::{self, Seek, Write};
 
 // Names of attributes
 const VERSION: &str = "embrasure.version";
+const BUILD: &str = "embrasure.build";
 const SCENE_HASH: &str = "embrasure.sceneHash";
 const SETTINGS: &str = "embrasure.settings";
 const SAMPLES: &str = "embrasure.samples";
@@ -30,6 +32,8 @@ const RENDER_TIME: &str = "renderTime";
 pub struct Metadata {
     /// Name and version of this program.
     pub version: String,
+    /// Name of the build of this program: bits are only promised within one. Empty in files that do not tell.
+    pub build: String,
     /// Hash of the frozen scene and the camera.
     pub scene_hash: String,
     /// What was rendered: integrator, sampler, depth and the like, as `key=value` pairs.
@@ -127,6 +131,7 @@ impl Metadata {
         let seconds = attributes.other.get(&exr::Text::from(RENDER_TIME))?;
         Some(Self {
             version: text(VERSION)?,
+            build: text(BUILD).unwrap_or_default(),
             scene_hash: text(SCENE_HASH)?,
             settings: text(SETTINGS)?,
             first_sample: first,
@@ -152,6 +157,7 @@ impl Metadata {
     pub fn difference(&self, other: &Self) -> Option<String> {
         let pairs = [
             ("version", &self.version, &other.version),
+            ("build", &self.build, &other.build),
             ("scene hash", &self.scene_hash, &other.scene_hash),
             ("backend", &self.backend, &other.backend),
             ("version of the backend", &self.backend_version, &other.backend_version),
@@ -166,12 +172,13 @@ impl Metadata {
 
     /// Attributes of the EXR header, by name.
     fn attributes(&self) -> Vec<(&'static str, exr::AttributeValue)> {
-        let text = |s: &str| exr::AttributeValue::Text(s.into());
+        let text = |s: &str| exr::AttributeValue::Text(exr_text(s));
         // Names alone: nothing can go wrong.
         let features = self.features.as_ref();
         let features = features.map(|names| serde_json::to_string(names).unwrap_or_default());
         let mut attributes = vec![
             (VERSION, text(&self.version)),
+            (BUILD, text(&self.build)),
             (SCENE_HASH, text(&self.scene_hash)),
             (SETTINGS, text(&self.settings)),
             // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the seed are text.
@@ -187,6 +194,11 @@ impl Metadata {
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes
     }
+}
+
+/// Text of an EXR file. Conversions of the exr crate (1.74) panic over letters beyond Latin-1, and write the others in that encoding.
+fn exr_text(text: &str) -> exr::Text {
+    ascii(text).as_str().into()
 }
 
 /// The first `key=value` pair that is not in both.
@@ -353,6 +365,9 @@ pub(super) fn write(
 
 /// Writes `channels`, in the order of their names as the format wants it.
 pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels: Vec<RowChannel>) -> io::Result<()> {
+    for channel in &mut channels {
+        channel.name = ascii(&channel.name);
+    }
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     let Header {
         resolution,
@@ -362,16 +377,16 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     } = header;
     let mut attributes = exr::LayerAttributes {
         layer_position: exr::Vec2(crop.min.x as i32, crop.min.y as i32),
-        software_name: Some(metadata.software().as_str().into()),
+        software_name: Some(exr_text(&metadata.software())),
         ..Default::default()
     };
     let own = metadata.attributes().into_iter();
     let own = own.map(|(name, value)| (name.to_string(), value));
     let further = header.attributes.into_iter();
-    let further = further.map(|(name, text)| (name, exr::AttributeValue::Text(text.as_str().into())));
+    let further = further.map(|(name, text)| (name, exr::AttributeValue::Text(exr_text(&text))));
     attributes
         .other
-        .extend(own.chain(further).map(|(name, value)| (name.as_str().into(), value)));
+        .extend(own.chain(further).map(|(name, value)| (exr_text(&name), value)));
     let layer = exr::Layer::new(
         (crop.size().x as usize, crop.size().y as usize),
         attributes,

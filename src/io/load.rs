@@ -4,7 +4,7 @@ use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
-use super::scene_file::{ObjectSection, SceneFile};
+use super::scene_file::{Instances, ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures};
 use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
 use crate::color::Spectrum;
@@ -31,6 +31,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What was missing, repaired or assumed, in sentences.
     pub warnings: Vec<String>,
+    /// All files that were read; nothing may be written over them.
+    pub files: Vec<PathBuf>,
 }
 
 /// What the files of a scene say, wrong or not.
@@ -46,6 +48,8 @@ pub struct Inspection {
     pub objs: Vec<ObjSource>,
     /// Files of the scene's textures, by their id.
     pub textures: Vec<PathBuf>,
+    /// All files that were read; nothing may be written over them.
+    pub files: Vec<PathBuf>,
 }
 
 /// Where a material of the scene is from.
@@ -88,10 +92,12 @@ pub fn load_scene_watched(
     builder: SceneBuilder,
     observer: &dyn LoadObserver,
 ) -> Result<Loaded, FileError> {
-    let Inspection { scene, findings, .. } = Loader::new(file, builder, observer, false).load();
+    let Inspection {
+        scene, findings, files, ..
+    } = Loader::new(file, builder, observer, false).load();
     let warnings = findings.warnings();
     match (findings.first_error(), scene) {
-        (None, Some(scene)) => Ok(Loaded { scene, warnings }),
+        (None, Some(scene)) => Ok(Loaded { scene, warnings, files }),
         (Some(error), _) => Err(error.clone()),
         (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
     }
@@ -131,6 +137,8 @@ struct Loader<'a> {
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
     prototypes: HashMap<Shapes, PrototypeId>,
+    /// Files that were read, or tried.
+    files: Vec<PathBuf>,
 }
 
 /// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
@@ -170,6 +178,7 @@ impl<'a> Loader<'a> {
             asked: Vec::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
+            files: file.path().into_iter().map(Path::to_path_buf).collect(),
         }
     }
 
@@ -181,6 +190,7 @@ impl<'a> Loader<'a> {
             materials: self.materials,
             objs,
             textures: self.texture_files,
+            files: self.files,
         };
         let findings = &mut inspection.findings;
         if findings.first_error().is_some() && !self.goes_on {
@@ -230,6 +240,8 @@ impl<'a> Loader<'a> {
                 match load_obj(&path, &self.file.options, allowance, self.observer, &mut self.findings) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(obj) => {
+                        self.files.push(path.clone());
+                        self.files.extend(obj.libraries.iter().cloned());
                         sources.push(ObjSource::new(path.clone(), &obj));
                         self.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
                         objs.insert(path, obj);
@@ -249,6 +261,8 @@ impl<'a> Loader<'a> {
             }
         }
         for light in &self.file.light {
+            let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
+            self.files.extend(image);
             if let Err(error) = light.add_to(&mut self.builder, self.file) {
                 self.wrong("wrong-light", error);
             }
@@ -276,6 +290,9 @@ impl Loader<'_> {
         object: &ObjectSection,
         objs: &mut BTreeMap<PathBuf, ObjFile>,
     ) -> Result<(), FileError> {
+        if let Some(Instances::File(list)) = object.instances.as_ref().map(Spanned::get_ref) {
+            self.files.push(self.file.resolve(list));
+        }
         let place = place(self.file, object)?;
         let stem = object.obj.get_ref().file_stem().unwrap_or_default().to_string_lossy();
         self.builder.begin_object(object.name.as_deref().unwrap_or(&stem));
@@ -471,6 +488,8 @@ impl Loader<'_> {
     }
 
     fn load_textures(&mut self) {
+        self.files
+            .extend(self.textures.iter().map(|texture| texture.path.clone()));
         let loaded = load_textures(&self.textures, self.observer);
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
@@ -483,10 +502,17 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                let words = format!("cannot be used; the material's constant counts alone: {place}: {message}");
-                let mut unread = request.remark(&words);
+                // A disk that fails, or a file that may not be read, is no part of the scene.
+                let (severity, words) = match error.is_system {
+                    true => (Severity::Error, "cannot be read"),
+                    false => (
+                        Severity::Warning,
+                        "cannot be used; the material's constant counts alone",
+                    ),
+                };
+                let mut unread = request.remark(&format!("{words}: {place}: {message}"));
                 unread.help.clone_from(&error.help);
-                self.findings.add(Severity::Warning, "unreadable-texture", unread);
+                self.findings.add(severity, "unreadable-texture", unread);
             }
             ids.push(result.ok());
         }

@@ -1,5 +1,6 @@
 //! Files in and out: scene files, OBJ and MTL, textures, EXR and PNG.
 
+mod ascii;
 mod checkpoint;
 mod contact_sheet;
 mod cryptomatte;
@@ -8,6 +9,8 @@ mod error;
 mod exr;
 mod find_file;
 mod finding;
+mod guard;
+mod identity;
 mod light_group_section;
 mod light_section;
 mod load;
@@ -27,6 +30,7 @@ mod read_picture;
 mod read_rendering;
 mod scene_file;
 mod statements;
+mod temporary;
 mod texture;
 
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
@@ -36,6 +40,9 @@ pub use error::{FileError, Position};
 pub use exr::{Compression, ExrFormat, FeatureNames, Metadata};
 use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MOST_PLACES, Severity};
+pub(crate) use guard::guarded;
+pub use guard::is_guarded;
+pub use identity::FileId;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
@@ -52,9 +59,9 @@ pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::{Format, Output};
 pub use png::Figure;
 pub use read_image::read_exr;
-pub use read_picture::is_decoding;
 pub use read_rendering::{Rendering, read_rendering};
 pub use scene_file::{
     CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,
 };
+pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};

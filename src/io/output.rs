@@ -1,9 +1,16 @@
-use super::{ExrFormat, FileError, Metadata, State, exr, png};
+use super::guard::guarded;
+use super::identity::{folder_of, follow_links};
+use super::temporary::{sweep, temporary};
+use super::{ExrFormat, FileError, FileId, Metadata, OutputLock, State, exr, png};
 use crate::color::Tone;
 use crate::film::Image;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// Rescued files of one name: more of them help nobody.
+const MOST_RESCUES: u32 = 100;
 
 /// Image file formats that can be written.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,26 +26,42 @@ pub enum Format {
 pub struct Output {
     /// As the user named it.
     path: PathBuf,
-    /// Where the bytes go: `path` with symbolic links followed, so that a link stays a link.
+    /// Where the bytes go: `path` with symbolic links followed, so that a link stays a link, in a folder by its full name.
     target: PathBuf,
 }
 
 impl Output {
-    /// Checks that `path` can be written, by writing beside it.
+    /// Checks that `path` can be written, by writing beside it, and removes what killed runs have left there. A link is followed, also one whose
+    /// target is not there yet.
     pub fn prepare(path: &Path) -> Result<Self, FileError> {
-        if path.is_dir() {
-            return Err(FileError::new(path, "cannot write: this is a directory").help("give a file name"));
+        let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
+        let unusable = |error: io::Error| {
+            FileError::system(path, "cannot write", &error).help("give another name, in a folder that is there")
+        };
+        if path.is_dir() || names_a_folder(path) {
+            return Err(refused("this is a directory").help("give a file name"));
         }
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        if let Ok(metadata) = fs::metadata(&target) {
-            if !metadata.is_file() {
-                return Err(FileError::new(path, "cannot write: not a regular file").help("give another file name"));
-            }
-            if metadata.permissions().readonly() {
-                return Err(FileError::new(path, "cannot write: the file is read-only")
-                    .help("make it writable, or give another name"));
-            }
+        let target = follow_links(path).map_err(unusable)?;
+        if names_a_folder(&target) {
+            return Err(refused("this is a link to a directory").help("give a file name"));
         }
+        let folder = folder_of(&target);
+        if !folder.is_dir() {
+            let folder = folder.display();
+            return Err(refused(&format!("folder {folder} does not exist"))
+                .help(format!("create it (mkdir -p {folder}), or give another path")));
+        }
+        let folder = fs::canonicalize(folder).map_err(unusable)?;
+        let target = folder.join(target.file_name().unwrap_or_default());
+        match fs::metadata(&target) {
+            Ok(data) if !data.is_file() => return Err(refused("not a regular file").help("give another file name")),
+            Ok(data) if data.permissions().readonly() => {
+                return Err(refused("the file is read-only").help("make it writable, or give another name"));
+            }
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(unusable(error)),
+            _ => {}
+        }
+        sweep(&target);
         let output = Self {
             path: path.to_path_buf(),
             target,
@@ -52,17 +75,62 @@ impl Output {
         &self.path
     }
 
-    /// Writes with `content` to a temporary file beside the target, syncs it and renames it over the target.
+    /// The file that it is, as long as nobody writes it.
+    pub fn id(&self) -> Option<FileId> {
+        FileId::of(&self.target)
+    }
+
+    /// Keeps other runs of the program from locking the same output.
+    ///
+    /// # Errors
+    ///
+    /// Another run has locked it.
+    pub fn lock(&self) -> Result<OutputLock, FileError> {
+        OutputLock::take(&self.path, &self.target)
+    }
+
+    /// Writes with `content` to a temporary file beside the target, syncs it, renames it over the target and syncs the folder. A panic of `content` is
+    /// an error.
     pub fn write(&self, content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), FileError> {
         let failed = |error: io::Error| FileError::system(&self.path, "cannot write", &error);
         let mut temporary = self.temporary()?;
         let mut writer = BufWriter::new(temporary.as_file_mut());
-        content(&mut writer).map_err(failed)?;
-        writer.flush().map_err(failed)?;
-        drop(writer);
+        let written = guarded(|| content(&mut writer).and_then(|()| writer.flush()));
+        // What is left in the buffer of a failure belongs nowhere.
+        drop(writer.into_parts());
+        match written {
+            Ok(written) => written.map_err(failed)?,
+            Err(panic) => {
+                let message = format!("cannot write: the program has failed: {panic}");
+                return Err(FileError::new(&self.path, message).help("please report this, with the command"));
+            }
+        }
         temporary.as_file().sync_all().map_err(failed)?;
-        temporary.persist(&self.target).map_err(|e| failed(e.error))?;
-        Ok(())
+        // The system's rename by the standard library: injected faults of the tests reach it, and not that of tempfile.
+        let (_file, path) = temporary.into_parts();
+        fs::rename(&path, &self.target).map_err(failed)?;
+        // Nothing has the temporary name any more.
+        let _ = path.keep();
+        sync_folder(folder_of(&self.target)).map_err(|error| {
+            let what = "written, but a power failure may lose it: cannot sync its folder";
+            FileError::system(&self.path, what, &error)
+        })
+    }
+
+    /// An output beside this one that replaces nothing, for what can be saved of it: `NAME.rescue.exr`.
+    pub(crate) fn rescue(&self) -> Result<Self, FileError> {
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = |n: u32| match n {
+            1 => format!("{stem}.rescue.exr"),
+            n => format!("{stem}.rescue-{n}.exr"),
+        };
+        let paths = (1..=MOST_RESCUES).map(|n| self.path.with_file_name(name(n)));
+        let mut free = paths.filter(|path| fs::symlink_metadata(path).is_err());
+        let Some(path) = free.next() else {
+            let message = format!("cannot write {}: there are {MOST_RESCUES} of them", name(1));
+            return Err(FileError::new(&self.path, message).help("remove old ones"));
+        };
+        Self::prepare(&path)
     }
 
     /// Writes `image` in `format`; an EXR also holds `state`, if there is one.
@@ -80,33 +148,31 @@ impl Output {
     }
 
     /// A new file in the target's folder, which vanishes unless it is persisted.
-    fn temporary(&self) -> Result<tempfile::NamedTempFile, FileError> {
-        let folder = match self.target.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        if !folder.is_dir() {
-            return Err(FileError::new(
-                &self.path,
-                format!("cannot write: folder {} does not exist", folder.display()),
-            )
-            .help(format!(
-                "create it (mkdir -p {}), or give another path",
-                folder.display()
-            )));
-        }
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".embrasure-").suffix(".tmp");
-        // Temporary files are private by default; this one becomes the user's picture, under the user's umask.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder.tempfile_in(folder).map_err(|error| {
-            FileError::new(
-                &self.path,
-                format!("cannot write in folder {}: {}", folder.display(), error.kind()),
-            )
-            .help("make the folder writable, or give another path")
+    fn temporary(&self) -> Result<NamedTempFile, FileError> {
+        temporary(&self.target).map_err(|error| {
+            let folder = folder_of(&self.target).display();
+            FileError::new(&self.path, format!("cannot write in folder {folder}: {error}"))
+                .help("make the folder writable, or give another path")
         })
+    }
+}
+
+/// Whether a path can only be that of a folder, by its last letters.
+fn names_a_folder(path: &Path) -> bool {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let last = bytes.rsplit(|&byte| std::path::is_separator(byte as char)).next();
+    last.is_some_and(|name| [&b""[..], b".", b".."].contains(&name))
+}
+
+/// Makes a rename in `folder` last through a power failure. Systems that cannot sync folders do without.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    use io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(error) if [InvalidInput, PermissionDenied, Unsupported].contains(&error.kind()) => Ok(()),
+        synced => synced,
     }
 }
 
@@ -163,6 +229,20 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"old");
         output.write(|w| w.write_all(b"new")).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_panic_is_an_error_of_its_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.exr");
+        fs::write(&path, "old").unwrap();
+        let output = Output::prepare(&path).unwrap();
+        let error = output
+            .write(|w| w.write_all(b"half").map(|()| panic!("row 3")))
+            .unwrap_err();
+        assert!(error.message.contains("row 3") && error.help.is_some(), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 

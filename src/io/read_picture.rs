@@ -1,12 +1,10 @@
 use super::FileError;
+use super::guard::guarded;
 use super::read_image::{check_exr, check_size};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
-use std::cell::Cell;
-use std::fmt::Display;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use std::fs::File;
-use std::io::Read;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::io::{self, Read};
 use std::path::Path;
 
 /// A picture as its file has it, row by row from the top.
@@ -59,10 +57,10 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some(MAX_BYTES);
             reader.limits(limits);
-            let decoder = guarded(path, || reader.into_decoder())?;
+            let decoder = decoded(path, || reader.into_decoder())?;
             let (width, height) = decoder.dimensions();
             check_size(path, width as usize, height as usize)?;
-            let image = guarded(path, || DynamicImage::from_decoder(decoder))?;
+            let image = decoded(path, || DynamicImage::from_decoder(decoder))?;
             unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
         }
         _ => {
@@ -76,26 +74,30 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileE
     Ok(picture)
 }
 
-thread_local! {
-    static IS_DECODING: Cell<bool> = const { Cell::new(false) };
-}
-
-/// Whether this thread is in a decoder whose panics are caught: a panic hook need not speak of them.
-pub fn is_decoding() -> bool {
-    IS_DECODING.get()
-}
-
 /// What a decoder of another crate makes of the file. Some panic over damaged ones (zune-jpeg 0.5.15 does, over wrong sampling factors), which is
 /// one more way to say so.
-fn guarded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
-    // Whoever waits in a decoder may read another picture meanwhile.
-    let before = IS_DECODING.replace(true);
-    // What a panic leaves half-done is dropped with the decoder.
-    let decoded = catch_unwind(AssertUnwindSafe(decode));
-    IS_DECODING.set(before);
-    match decoded {
-        Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
+fn decoded<T>(path: &Path, decode: impl FnOnce() -> ImageResult<T>) -> Result<T, FileError> {
+    match guarded(decode) {
+        Ok(decoded) => decoded.map_err(|error| match &error {
+            ImageError::IoError(system) => unread(path, system),
+            _ => damaged(path, &error),
+        }),
         Err(_) => Err(damaged(path, &"it makes no sense to the decoder")),
+    }
+}
+
+/// An error of reading; numbers of the system tell those that are not the content's.
+fn unread(path: &Path, error: &io::Error) -> FileError {
+    match error.raw_os_error() {
+        Some(_) => FileError::system(path, "cannot read it", error).help("check the file and its disk"),
+        None => damaged(path, error),
+    }
+}
+
+fn of_exr(path: &Path, error: &exr::Error) -> FileError {
+    match error {
+        exr::Error::Io(system) => unread(path, system),
+        _ => damaged(path, error),
     }
 }
 
@@ -132,7 +134,7 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
 fn check_tga(path: &Path) -> Result<(), FileError> {
     let mut header = [0; 18];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
-    read.map_err(|e| damaged(path, &e))?;
+    read.map_err(|e| unread(path, &e))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
     if has_palette == 1 && !matches!(kind, 1 | 9) && palette_bits != pixel_bits {
         let palette = format!("a palette of {palette_bits} bits that pixels of {pixel_bits} bits do not use");
@@ -162,7 +164,7 @@ enum Source {
 
 /// Reads the first layer of an EXR file: `R G B` or, where these are not there, `Y`, and `A` where it is there; or `Z`.
 fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
-    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| damaged(path, &e))?;
+    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| of_exr(path, &e))?;
     check_exr(path, &meta)?;
     let choose = |size: exr::Vec2<usize>, found: &Found| {
         let sources = sources(found, wanted);
@@ -196,7 +198,7 @@ fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
         .all_attributes()
         .non_parallel()
         .from_file(path)
-        .map_err(|e| damaged(path, &e))?;
+        .map_err(|e| of_exr(path, &e))?;
     let Channels {
         width,
         height,

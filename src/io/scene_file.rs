@@ -395,6 +395,11 @@ impl SceneFile {
     pub fn is_file(&self) -> bool {
         !self.path.as_os_str().is_empty()
     }
+
+    /// The scene file itself; `None` for a bare OBJ.
+    pub fn path(&self) -> Option<&Path> {
+        self.is_file().then_some(&self.path)
+    }
 }
 
 /// Errors of a scene file that are told.

@@ -102,9 +102,12 @@ impl AnyAccel<'_> {
     }
 }
 
-/// Name and version of this program and of the backends built in, a line each.
+/// Name of this build: a hash of its sources and of what the compiler was told (`build.rs`). Bits are only promised within one build.
+pub const BUILD: &str = env!("EMBRASURE_BUILD");
+
+/// Name, version and build of this program, and the backends built in, a line each.
 pub fn version_text() -> String {
-    let mut text = format!("embrasure {}", env!("CARGO_PKG_VERSION"));
+    let mut text = format!("embrasure {} (build {BUILD})", env!("CARGO_PKG_VERSION"));
     #[cfg(feature = "embree")]
     match embree::Device::new(1) {
         Ok(device) => text += &format!("\nbackend embree {} ({})", device.version(), device.isa()),

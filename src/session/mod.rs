@@ -13,7 +13,7 @@ mod renderer;
 mod settings;
 mod state;
 
-pub use backend::{Backend, version_text};
+pub use backend::{BUILD, Backend, version_text};
 pub use camera::CameraSettings;
 pub use error::{Error, InvalidSetting};
 pub use estimator::{Estimator, IntegratorKind};
@@ -35,6 +35,7 @@ use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
 use crate::lint::Forecast;
 use crate::scene::Scene;
+use std::path::PathBuf;
 
 /// A scene that is in memory, with all that is settled about its render.
 pub struct Session {
@@ -44,6 +45,8 @@ pub struct Session {
     filter: Filter,
     scene_hash: String,
     warnings: Vec<String>,
+    /// Files that the scene was read from.
+    files: Vec<PathBuf>,
     /// Bytes that the render takes at most, about.
     memory: u64,
     pool: rayon::ThreadPool,
@@ -59,7 +62,11 @@ impl Session {
         settings.check()?;
         let pool = thread_pool(settings.threads)?;
         let builder = settings.estimator.scene_builder();
-        let Loaded { scene, mut warnings } = pool.install(|| load_scene_watched(file, builder, observer))?;
+        let Loaded {
+            scene,
+            mut warnings,
+            files,
+        } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
@@ -72,6 +79,7 @@ impl Session {
             scene,
             camera,
             warnings,
+            files,
             memory,
             pool,
         })
@@ -96,6 +104,7 @@ impl Session {
             filter: settings.filter(),
             camera,
             warnings,
+            files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
             settings,
@@ -130,6 +139,11 @@ impl Session {
     /// What was odd about the scene, a sentence each.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// All files that the scene was read from: nothing may be written over them. None of a scene that was made in code.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
     }
 
     /// About how many bytes the render takes at most.

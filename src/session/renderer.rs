@@ -1,3 +1,4 @@
+use super::backend::BUILD;
 use super::estimator::Estimator;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
 use crate::accel::{Accel, Auditor, BackendInfo};
@@ -87,6 +88,15 @@ impl<'a> Renderer<'a> {
     pub fn resume(&self, checkpoint: Checkpoint) -> Result<RenderState, Error> {
         let settings = self.session.settings();
         let refused = |message: String, help: &str| Err(FileError::new(&checkpoint.path, message).help(help).into());
+        let build = &checkpoint.metadata.build;
+        if build != BUILD {
+            return refused(
+                format!(
+                    "build {build} of this program wrote this checkpoint; this is build {BUILD}, whose bits may differ"
+                ),
+                "resume it with the program that wrote it (embrasure --version tells its build), or render anew to another --checkpoint",
+            );
+        }
         let film = &checkpoint.film;
         let (there, here) = (film.crop(), settings.crop());
         let difference = if film.resolution() != settings.resolution {
@@ -146,6 +156,7 @@ impl<'a> Renderer<'a> {
         let samples = settings.samples();
         Metadata {
             version: env!("CARGO_PKG_VERSION").into(),
+            build: BUILD.into(),
             scene_hash: session.scene_hash().into(),
             settings: settings.describe(),
             first_sample: samples.start,
@@ -216,6 +227,17 @@ impl<'a> Renderer<'a> {
         metadata: &Metadata,
     ) -> Vec<FileError> {
         state.write(image, outputs, self.session.settings().is_part(), metadata)
+    }
+
+    /// Saves what can be saved of `state` after [`Renderer::write`] has failed with all EXR files of `outputs`: `R G B` and all sums, which a render can
+    /// be resumed from, in a new file `NAME.rescue.exr` beside the first of them. `None` without outputs or samples.
+    pub fn rescue(
+        &self,
+        state: &RenderState,
+        outputs: &[(Format, Output)],
+        metadata: &Metadata,
+    ) -> Option<Result<Output, FileError>> {
+        state.rescue(outputs, metadata)
     }
 }
 

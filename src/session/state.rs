@@ -97,6 +97,31 @@ impl RenderState {
         outputs.iter().filter_map(|o| write(o).err()).collect()
     }
 
+    /// Writes what can be saved where none of `outputs` holds the picture as floats: `R G B` and all sums, as a checkpoint has them, beside the first
+    /// output. Gives that file.
+    pub(super) fn rescue(
+        &self,
+        outputs: &[(Format, Output)],
+        metadata: &Metadata,
+    ) -> Option<Result<Output, FileError>> {
+        let (_, beside) = outputs
+            .iter()
+            .find(|(format, _)| matches!(format, Format::Exr(_)))
+            .or(outputs.first())?;
+        let write = || {
+            let output = beside.rescue()?;
+            // Plain: without anything that failed before, perhaps.
+            let metadata = Metadata {
+                features: None,
+                denoiser: None,
+                ..metadata.clone()
+            };
+            self.keep(&output, &metadata)?;
+            Ok(output)
+        };
+        (!self.is_empty()).then(write)
+    }
+
     fn as_state<'a>(&'a self, statistics: &'a str) -> State<'a> {
         State {
             film: &self.film,

@@ -19,7 +19,7 @@ use parse::{Outline, Pieces};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes of text that one task reads: many tasks in a large file, and work enough in each.
 const PIECE_BYTES: usize = 1 << 20;
@@ -42,6 +42,8 @@ pub(super) struct ObjFile {
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
     pub materials: Vec<FileMaterial>,
+    /// Files of the libraries that were found.
+    pub libraries: Vec<PathBuf>,
     /// The last of each name among them.
     last_named: HashMap<String, usize>,
 }
@@ -77,7 +79,7 @@ pub(super) fn load_obj(
         findings.add(Severity::Error, "wrong-statement", error);
     }
     findings.add_untold(path, untold);
-    let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, findings);
+    let (materials, libraries) = load_libraries(path, &outline.libraries, options.mtl_dialect, findings);
     findings.extend(outline.remarks.findings(path));
     let is_wrong = outline.wrong_count > 0;
 
@@ -97,6 +99,7 @@ pub(super) fn load_obj(
         groups,
         last_named: named.collect(),
         materials,
+        libraries,
     })
 }
 
@@ -122,16 +125,16 @@ fn into_groups(mut outline: Outline) -> Vec<Group> {
     faces.into_par_iter().map(|f| f.into_group(&outline)).collect()
 }
 
-/// The materials of the libraries, each read once, in the order of the lines that name them.
+/// The materials of the libraries, each read once, in the order of the lines that name them, and the files of the libraries.
 fn load_libraries(
     obj: &Path,
     libraries: &[(String, usize)],
     dialect: MtlDialect,
     findings: &mut Findings,
-) -> Vec<FileMaterial> {
+) -> (Vec<FileMaterial>, Vec<PathBuf>) {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut seen = HashSet::new();
-    let mut materials = Vec::new();
+    let (mut materials, mut files) = (Vec::new(), Vec::new());
     for (named, line) in libraries {
         // One name with blanks, or several names.
         let names = match find_file(folder, named) {
@@ -168,9 +171,10 @@ fn load_libraries(
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
             materials.extend(load_mtl(&path, dialect, findings));
+            files.push(path);
         }
     }
-    materials
+    (materials, files)
 }
 
 /// Names between blanks; a `\` before a blank makes it a part of the name.

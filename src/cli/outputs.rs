@@ -1,0 +1,43 @@
+//! The files that a command writes: none may be another one of them, nor a file that the command reads.
+
+use super::error::CliError;
+use crate::io::{FileId, Output};
+use std::path::Path;
+
+/// Files to write, by the flags that name them.
+#[derive(Default)]
+pub(super) struct Outputs(Vec<(&'static str, String, FileId)>);
+
+impl Outputs {
+    /// Takes in one more; `flag` is what names it.
+    ///
+    /// # Errors
+    ///
+    /// Another output is the same file.
+    pub fn add(&mut self, flag: &'static str, output: &Output) -> Result<(), CliError> {
+        let (name, Some(id)) = (output.path().display().to_string(), output.id()) else {
+            return Ok(());
+        };
+        if let Some((other_flag, other, _)) = self.0.iter().find(|(.., other)| *other == id) {
+            return Err(CliError::Usage(format!(
+                "{flag} {name} is the same file as {other_flag} {other}\n  help: give each output a name of its own"
+            )));
+        }
+        self.0.push((flag, name, id));
+        Ok(())
+    }
+
+    /// Refuses outputs that are among the files `read`, by whatever name.
+    pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
+        for path in read {
+            let id = FileId::of(path);
+            if let Some((flag, name, _)) = self.0.iter().find(|(.., output)| Some(output) == id.as_ref()) {
+                return Err(CliError::Usage(format!(
+                    "{flag} {name} would overwrite {}, which this command reads\n  help: give the output another name",
+                    path.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -753,21 +753,38 @@ fn intervals_are_open() {
                         panic!("{what}: nothing is hit")
                     };
                     let next = |t: f32, steps: i32| f32::from_bits((t.to_bits() as i32 + steps) as u32);
+                    // Occlusion may be asked of other code than the closest hit, of which the last digits are others.
+                    const DIGITS: i32 = 8;
                     for (t_min, t_max, is_met) in [
-                        (hit.t, f32::INFINITY, false),
-                        (next(hit.t, -1), f32::INFINITY, true),
-                        (0.0, hit.t, false),
-                        (0.0, next(hit.t, 1), true),
-                        (next(hit.t, -1), next(hit.t, 1), true),
-                        (next(hit.t, 1), f32::INFINITY, false),
-                        (0.5 * hit.t, 0.9 * hit.t, false),
+                        ((hit.t, 0), (f32::INFINITY, 0), false),
+                        ((hit.t, -1), (f32::INFINITY, 0), true),
+                        ((0.0, 0), (hit.t, 0), false),
+                        ((0.0, 0), (hit.t, 1), true),
+                        ((hit.t, -1), (hit.t, 1), true),
+                        ((hit.t, 1), (f32::INFINITY, 0), false),
+                        ((0.5 * hit.t, 0), (0.9 * hit.t, 0), false),
                     ] {
-                        let (again, is_occluded) = ask(Ray { t_min, t_max, ..ray });
-                        assert_eq!(
-                            (again.is_some(), is_occluded),
-                            (is_met, is_met),
-                            "{what} in {t_min} to {t_max}"
-                        );
+                        let exact = Ray {
+                            t_min: next(t_min.0, t_min.1),
+                            t_max: next(t_max.0, t_max.1),
+                            ..ray
+                        };
+                        assert_eq!(ask(exact).0.is_some(), is_met, "{what} in {t_min:?} to {t_max:?}");
+                        let outwards = if is_met { DIGITS } else { -DIGITS };
+                        let wide = Ray {
+                            t_min: if t_min.0 > 0.0 {
+                                next(exact.t_min, -outwards)
+                            } else {
+                                0.0
+                            },
+                            t_max: if t_max.0.is_finite() {
+                                next(exact.t_max, outwards)
+                            } else {
+                                f32::INFINITY
+                            },
+                            ..ray
+                        };
+                        assert_eq!(ask(wide).1, is_met, "{what} in {t_min:?} to {t_max:?}, occlusion");
                     }
                 }
             }
@@ -952,11 +969,13 @@ mod together {
         }
     }
 
-    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ.
+    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ but which of two surfaces in one place is hit.
     fn check(name: &str, auditor: &Auditor) {
         let findings = auditor.findings();
-        let (count, rays) = (findings.count(), findings.rays());
-        println!("{name}: {count} of {rays} rays differ");
+        // Sponza has surfaces in one another.
+        let coincident = findings.caused_by(Cause::Coincident);
+        let (count, rays) = (findings.count() - coincident, findings.rays());
+        println!("{name}: {count} of {rays} rays differ, {coincident} more meet two surfaces in one place");
         for d in &findings.disagreements {
             println!(
                 "  {:?} {:?} {:x?} {:?}",

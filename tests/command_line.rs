@@ -275,7 +275,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "-o", "x.exr", "-o", "x.exr"],
             keep,
             2,
-            &["x.exr", "twice"],
+            &["x.exr", "the same file"],
         ),
         (&["render", "s.toml", "-o", "x.jpg"], keep, 2, &["x.jpg", ".exr"]),
         (

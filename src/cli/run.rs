@@ -217,13 +217,14 @@ impl Run<'_> {
             seconds: start.elapsed().as_secs_f64(),
         });
         let images = &self.files.images;
+        let before: Vec<_> = images.iter().map(|(_, output)| output.id()).collect();
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
-        let is_exr = |(format, output): &(Format, Output)| {
-            let is_written = unwritten.iter().all(|error| error.file != output.path());
-            matches!(format, Format::Exr(_)) && is_written
-        };
-        if !unwritten.is_empty() && !is_kept && !images.iter().any(is_exr) {
+        // A file that was replaced is whole, whatever went wrong afterwards.
+        let mut files = images.iter().zip(&before);
+        let has_floats =
+            files.any(|((format, output), before)| matches!(format, Format::Exr(_)) && output.id() != *before);
+        if !unwritten.is_empty() && !is_kept && !has_floats {
             match self.renderer.rescue(state, images, &metadata) {
                 Some(Ok(rescued)) => {
                     let name = rescued.path().display();

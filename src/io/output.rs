@@ -151,7 +151,7 @@ impl Output {
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
             let folder = folder_of(&self.target).display();
-            FileError::new(&self.path, format!("cannot write in folder {folder}: {error}"))
+            FileError::new(&self.path, format!("cannot write in folder {folder}: {}", error.kind()))
                 .help("make the folder writable, or give another path")
         })
     }

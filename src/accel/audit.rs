@@ -354,10 +354,15 @@ mod tests {
         }
         // Whichever of both triangles an edge is given to is right.
         let other = |hit: Hit| {
+            let (b1, b2) = if hit.prim == PrimId(0) {
+                (0.25, 0.0)
+            } else {
+                (0.0, 0.25)
+            };
             Some(Hit {
                 prim: PrimId(1 - hit.prim.0),
-                b1: 0.0,
-                b2: 0.25,
+                b1,
+                b2,
                 ..hit
             })
         };

@@ -166,8 +166,8 @@ impl PlacedTriangle {
     }
 }
 
-/// The weights `b` of a triangle's corners, changed as little as it takes for their point to be at least `distance` from each edge; from edges that are less than three
-/// times as far from the corner opposite to them, a third of that.
+/// The weights `b` of a triangle's corners, changed as little as it takes for their point to be at least `distance` from each edge; where the triangle is too narrow for that, as far
+/// from them as it can be without a longer way than four times `distance`.
 fn inside([p0, p1, p2]: [Vec3; 3], b: [f32; 3], distance: f32) -> [f32; 3] {
     let twice_area = (p1 - p0).cross(p2 - p0).length();
     // A weight is the distance from the edge opposite to the corner, over the corner's.
@@ -178,7 +178,10 @@ fn inside([p0, p1, p2]: [Vec3; 3], b: [f32; 3], distance: f32) -> [f32; 3] {
     let above = [0, 1, 2].map(|i| (b[i] - lowest[i]).max(0.0));
     let (sum, left): (f32, f32) = (above.iter().sum(), 1.0 - lowest.iter().sum::<f32>());
     let share = if sum > 0.0 { left.max(0.0) / sum } else { 0.0 };
-    [0, 1, 2].map(|i| lowest[i] + above[i] * share)
+    let change = [0, 1, 2].map(|i| lowest[i] + above[i] * share - b[i]);
+    let way = (change[0] * p0 + change[1] * p1 + change[2] * p2).length();
+    let part = (4.0 * distance / way).min(1.0);
+    [0, 1, 2].map(|i| b[i] + part * change[i])
 }
 
 #[cfg(test)]
@@ -205,9 +208,10 @@ mod tests {
             let moved = p.distance(b[1] * Vec3::X + b[2] * Vec3::Y);
             assert!(moved < 0.06, "{b:?}: {inner:?}");
         }
-        // A sliver keeps its length.
+        // Along a sliver they stay where they are, or nearly.
         let sliver = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-3, 0.0)];
         let p = inside(sliver, [0.9, 0.1, 0.0], 0.01);
-        assert!(p.iter().all(|w| *w > 0.0) && p[0] > 0.4, "{p:?}");
+        let x = p[1] + 0.5 * p[2];
+        assert!(p.iter().all(|w| *w > 0.0) && (x - 0.1).abs() < 0.041, "{p:?}");
     }
 }

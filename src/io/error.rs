@@ -40,8 +40,8 @@ pub struct FileError {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
-    /// Whether the system has refused an operation, rather than the content being wrong.
-    pub is_system: bool,
+    /// Whether the file is there and the system did not give its bytes: nothing is known of its contents.
+    pub unreadable: bool,
 }
 
 impl FileError {
@@ -52,16 +52,19 @@ impl FileError {
             position: None,
             message: message.into(),
             help: None,
-            is_system: false,
+            unreadable: false,
         }
     }
 
     /// An operation on the file that the system refused.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
-        Self {
-            is_system: true,
-            ..Self::new(file, format!("{what}: {error}"))
-        }
+        Self::new(file, format!("{what}: {error}")).unreadable()
+    }
+
+    /// Says that nothing is known of the file's contents.
+    pub fn unreadable(mut self) -> Self {
+        self.unreadable = true;
+        self
     }
 
     /// The same, at a place.

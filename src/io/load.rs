@@ -5,8 +5,8 @@ use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{Instances, ObjectSection, SceneFile};
-use super::texture::{TextureKind, TextureRequest, load_textures};
-use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
+use super::texture::{TextureKind, TextureRequest, load_textures_within};
+use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::light::LightGroupId;
@@ -112,8 +112,8 @@ struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
     observer: &'a dyn LoadObserver,
-    /// Bytes of what has been read and is kept.
-    kept: u64,
+    /// Memory that reading may take.
+    allowance: Allowance,
     /// The files of each object.
     shapes: Vec<Shapes>,
     /// How many objects have these files.
@@ -164,7 +164,10 @@ impl<'a> Loader<'a> {
             file,
             builder,
             observer,
-            kept: 0,
+            allowance: Allowance {
+                limit: MemoryLimit::of(file.options.max_memory),
+                kept: 0,
+            },
             shapes,
             copies,
             last_use,
@@ -184,6 +187,14 @@ impl<'a> Loader<'a> {
 
     fn load(mut self) -> Inspection {
         let objs = self.load_parts();
+        let building = self.builder.building_bytes();
+        if let Err(error) = self.allowance.check(Path::new(""), building) {
+            let error = FileError {
+                file: self.file.whole("").file,
+                ..error
+            };
+            self.wrong("memory", error);
+        }
         let mut inspection = Inspection {
             scene: None,
             findings: self.findings,
@@ -233,17 +244,19 @@ impl<'a> Loader<'a> {
                 if !tried.insert(path.clone()) {
                     continue;
                 }
-                let allowance = Allowance {
-                    limit: self.file.options.max_memory,
-                    kept: self.kept,
-                };
-                match load_obj(&path, &self.file.options, allowance, self.observer, &mut self.findings) {
+                match load_obj(
+                    &path,
+                    &self.file.options,
+                    self.allowance,
+                    self.observer,
+                    &mut self.findings,
+                ) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(obj) => {
                         self.files.push(path.clone());
                         self.files.extend(obj.libraries.iter().cloned());
                         sources.push(ObjSource::new(path.clone(), &obj));
-                        self.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
+                        self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
                         objs.insert(path, obj);
                     }
                 }
@@ -263,7 +276,7 @@ impl<'a> Loader<'a> {
         for light in &self.file.light {
             let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
             self.files.extend(image);
-            if let Err(error) = light.add_to(&mut self.builder, self.file) {
+            if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
         }
@@ -276,6 +289,11 @@ impl<'a> Loader<'a> {
 
     fn wrong(&mut self, code: &'static str, error: FileError) {
         self.findings.add(Severity::Error, code, error);
+    }
+
+    /// Tells of a file that a render could do without.
+    fn lacks(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(self.file.options.severity_of_lack(), code, error);
     }
 
     fn warn(&mut self, code: &'static str, error: FileError) {
@@ -479,8 +497,13 @@ impl Loader<'_> {
                     self.asked.push(request.clone());
                 }
                 None => {
-                    let missing = request.remark("is missing; the material's constant counts alone");
-                    self.warn("missing-texture", missing.help("put the file there"));
+                    let is_folder = folder.join(&statement.file).is_dir();
+                    let (what, help) = match is_folder {
+                        true => ("is a directory", "name a picture in it"),
+                        false => ("is missing", "put the file there"),
+                    };
+                    let missing = request.remark(&format!("{what}; the material's constant counts alone"));
+                    self.lacks("missing-texture", missing.help(help));
                     if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
                         material.diffuse = default_material("").diffuse;
                     }
@@ -493,7 +516,21 @@ impl Loader<'_> {
     fn load_textures(&mut self) {
         self.files
             .extend(self.textures.iter().map(|texture| texture.path.clone()));
-        let loaded = load_textures(&self.textures, self.observer);
+        let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {
+            Ok(loaded) => loaded,
+            Err(error) => {
+                let mut asked = self.asked.iter().zip(&self.textures);
+                let request = asked
+                    .find(|(_, texture)| texture.path == error.file)
+                    .map(|(request, _)| request);
+                let words = format!("cannot be used: {}: {}", error.place(), error.message);
+                let placed = request.map(|request| FileError {
+                    help: error.help.clone(),
+                    ..request.remark(&words)
+                });
+                return self.wrong("memory", placed.unwrap_or(error));
+            }
+        };
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
         }
@@ -505,15 +542,16 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                // A disk that fails, or a file that may not be read, is no part of the scene.
-                let (severity, words) = match error.is_system {
-                    true => (Severity::Error, "cannot be read"),
-                    false => (
-                        Severity::Warning,
-                        "cannot be used; the material's constant counts alone",
-                    ),
+                // What the system did not give may be sound: it is not replaced.
+                let severity = match error.unreadable {
+                    true => Severity::Error,
+                    false => self.file.options.severity_of_lack(),
                 };
-                let mut unread = request.remark(&format!("{words}: {place}: {message}"));
+                let instead = match severity {
+                    Severity::Error => "",
+                    _ => "; the material's constant counts alone",
+                };
+                let mut unread = request.remark(&format!("cannot be used{instead}: {place}: {message}"));
                 unread.help.clone_from(&error.help);
                 self.findings.add(severity, "unreadable-texture", unread);
             }
@@ -527,26 +565,29 @@ impl Loader<'_> {
     fn warn_of_idle_materials(&mut self) {
         let file = self.file;
         let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
-        let unused = file.material.keys().filter(is_unused).map(|key| {
+        let unused: Vec<_> = file.material.keys().filter(is_unused).collect();
+        let idle = idle_members(file, &self.emits);
+        for key in unused.iter().take(MAX_NAMED) {
             let warning = file.error(key.span(), format!("no face uses the material `{}`", key.get_ref()));
-            warning.help("its name must be that of a `usemtl` line")
-        });
-        let idle = [
-            ("unused-material", "no face uses", unused.collect()),
-            (
-                "idle-light-group",
-                "no light comes from",
-                idle_members(file, &self.emits),
-            ),
-        ];
-        for (code, words, warnings) in idle {
-            let more = warnings.len().saturating_sub(MAX_NAMED);
-            for warning in warnings.into_iter().take(MAX_NAMED) {
-                self.warn(code, warning);
-            }
-            if more > 0 {
-                self.warn(code, file.whole(format!("{words} {more} other materials")));
-            }
+            self.warn(
+                "unused-material",
+                warning.help("its name must be that of a `usemtl` line"),
+            );
+        }
+        self.warn_of_more("unused-material", "no face uses", unused.len());
+        for (name, why) in idle.iter().take(MAX_NAMED) {
+            let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+            let warning = file.error(name.span(), message);
+            self.warn("idle-light-group", warning.help("correct the name, or take it out"));
+        }
+        self.warn_of_more("idle-light-group", "no light comes from", idle.len());
+    }
+
+    /// Says how many materials beyond those that were named `words` hold of.
+    fn warn_of_more(&mut self, code: &'static str, words: &str, count: usize) {
+        if count > MAX_NAMED {
+            let more = count - MAX_NAMED;
+            self.warn(code, self.file.whole(format!("{words} {more} other materials")));
         }
     }
 

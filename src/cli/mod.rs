@@ -30,7 +30,7 @@ mod values;
 
 use crate::io::is_decoding;
 use args::{Args, Command};
-use error::CliError;
+use error::{CliError, INTERRUPTED};
 use std::process::ExitCode;
 
 /// Runs the program on the process's arguments and turns the outcome into an exit code.
@@ -52,13 +52,18 @@ pub fn main() -> ExitCode {
             return ExitCode::from(error.exit_code() as u8);
         }
     };
-    match dispatch(args) {
+    progress::catch_interrupts();
+    let code = match dispatch(args) {
         Ok(code) => code,
         Err(error) => {
             words::error(&error);
             ExitCode::from(error.exit_code())
         }
+    };
+    if code == ExitCode::from(INTERRUPTED) {
+        progress::leave_interrupted();
     }
+    code
 }
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {

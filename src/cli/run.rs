@@ -5,7 +5,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, exr_format};
 use super::keeper::Keeper;
 use super::pixel;
-use super::progress::{Loading, Progress, Until, catch_interrupts};
+use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
 use super::words;
@@ -18,7 +18,7 @@ use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{RenderState, Renderer, Session};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
@@ -78,6 +78,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     )
 }
 
+/// How long denoising may go on after an interrupt.
+const DENOISING_AT_END: Duration = Duration::from_millis(500);
+
 /// What a render writes.
 struct Files {
     images: Vec<(Format, Output)>,
@@ -110,6 +113,8 @@ impl Run<'_> {
             .map(|keeper| keeper.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
+        // Until all is written
+        let _heeding = Heeding::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, keeper.as_ref(), &mut preview);
 
@@ -176,11 +181,22 @@ impl Run<'_> {
         let mut metadata = self.renderer.metadata(state, stop.is_complete());
         let kept = keeper.map(|keeper| keeper.keep(state, &metadata));
         failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
-        let mut image = self.renderer.develop(state);
-        // Where denoising fails, the raw picture is written all the same.
+        // Where denoising fails, or an interrupt does not leave it the time, the raw picture is written all the same.
         let start = Instant::now();
-        let done = self.renderer.denoise(&mut image, &mut metadata);
-        failures.extend(done.err().iter().map(DenoiseError::to_string));
+        let image = self.renderer.develop(state);
+        let image = match self
+            .renderer
+            .denoise_unless(image, &mut metadata, &interrupted_for(DENOISING_AT_END))
+        {
+            Some((image, done)) => {
+                failures.extend(done.err().iter().map(DenoiseError::to_string));
+                image
+            }
+            None => {
+                words::warning("interrupted: the pictures are raw, denoising was given up");
+                self.renderer.develop(state)
+            }
+        };
         *denoised = metadata.denoiser.clone().map(|by| Denoised {
             by,
             seconds: start.elapsed().as_secs_f64(),
@@ -213,7 +229,6 @@ impl Run<'_> {
         let (job, settings) = (self.job, &self.job.settings);
         let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
         progress.skip(state.film.samples());
-        catch_interrupts();
         let interval = keeper.map(|keeper| keeper.interval);
         let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
         let stop = loop {
@@ -395,6 +410,10 @@ pub(super) fn failed<T: ToString>(failures: &[T]) -> CliError {
 fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         return Err(failed(&failures));
+    }
+    // One that comes after the last sample too: something may have been given up for it.
+    if is_interrupted() && stop != Stop::Interrupt {
+        return Ok(ExitCode::from(INTERRUPTED));
     }
     if stop == Stop::Interrupt {
         errln!("interrupted: what is written holds the samples taken so far");

@@ -128,6 +128,10 @@ impl<R: Gathered> RaySink for Box<dyn Sink<Radiance = R> + '_> {
     fn ray(&mut self, kind: RayKind) {
         (**self).ray(kind);
     }
+
+    fn is_cancelled(&self) -> bool {
+        (**self).is_cancelled()
+    }
 }
 
 /// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
@@ -182,6 +186,11 @@ pub trait FrameIntegrator: Sync {
 pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
+
+    /// Whether the work is to end: what it finds will be thrown away. Loops that may be long look here, and leave.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// Takes light that falls on other pixels too.

@@ -1,4 +1,4 @@
-use crate::integrator::RayKind;
+use crate::integrator::{RayKind, RaySink};
 use crate::sampler::SampleKey;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,6 +12,12 @@ pub struct RayCounts {
     pub bounce: u64,
     /// Towards a light.
     pub shadow: u64,
+}
+
+impl RaySink for RayCounts {
+    fn ray(&mut self, kind: RayKind) {
+        self.count(kind);
+    }
 }
 
 impl RayCounts {

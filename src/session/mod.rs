@@ -164,9 +164,15 @@ impl Session {
     }
 }
 
+/// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.
+const STACK: usize = 16 << 20;
+
 /// So many threads.
 pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+        .build();
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
 }
 

@@ -1,11 +1,13 @@
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output};
 use crate::render::{Observer, Outcome, Statistics};
-use std::time::Instant;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
 pub struct Renderer<'a> {
@@ -203,6 +205,39 @@ impl<'a> Renderer<'a> {
             metadata.denoiser = Some(by);
         }
         Ok(())
+    }
+
+    /// Does what [`Renderer::denoise`] does, on threads of its own. Where `gives_up` says so before the end they are left to themselves, and there is no image.
+    pub fn denoise_unless(
+        &self,
+        mut image: Image,
+        metadata: &mut Metadata,
+        gives_up: &dyn Fn() -> bool,
+    ) -> Option<(Image, Result<(), DenoiseError>)> {
+        /// Between two questions.
+        const LOOK: Duration = Duration::from_millis(20);
+        let Some(denoiser) = self.session.settings().denoiser else {
+            return Some((image, Ok(())));
+        };
+        let threads = self.session.settings().threads;
+        let (sender, receiver) = channel();
+        thread::spawn(move || {
+            let done = denoiser.version().and_then(|by| match thread_pool(threads) {
+                Ok(pool) => pool.install(|| denoiser.apply(&mut image)).map(|()| by),
+                Err(error) => Err(DenoiseError::Oidn(error.to_string())),
+            });
+            let _ = sender.send((image, done));
+        });
+        loop {
+            match receiver.recv_timeout(LOOK) {
+                Ok((image, done)) => {
+                    let done = done.map(|by| metadata.denoiser = Some(by));
+                    return Some((image, done));
+                }
+                Err(RecvTimeoutError::Timeout) if !gives_up() => {}
+                Err(_) => return None,
+            }
+        }
     }
 
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as

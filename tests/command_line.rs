@@ -884,6 +884,56 @@ fn the_lab_compares_the_ladder() {
     assert!(said.contains("40x24"), "{said}");
 }
 
+/// A scene may be deeper than trees of rays can be: that is refused before the first ray, with the numbers.
+#[test]
+fn the_lab_refuses_trees_without_an_end() {
+    let folder = scene();
+    replace(folder.path(), "samples = 4", "samples = 4\nmax_depth = 64");
+    let line = "lab s.toml --methods path,distributed --spp 4 -q";
+    let said = refused(folder.path(), &split(line), 2);
+    assert!(
+        said.contains("--max-depth 64") && said.contains("3.4e38 rays"),
+        "{said}"
+    );
+    done(folder.path(), &joined(&split(line), &["--max-depth", "2"]));
+}
+
+/// Far more threads than processors are refused, in whichever command.
+#[test]
+fn threads_are_counted_by_processors() {
+    let folder = scene();
+    done(folder.path(), &split("render s.toml -q --threads 64 --spp 1 -o a.png"));
+    for command in [
+        "render s.toml",
+        "lab s.toml",
+        "bench s.toml",
+        "explain s.toml floor -o a.png",
+    ] {
+        let said = refused(folder.path(), &split(&format!("{command} --threads 1000000")), 2);
+        assert!(
+            said.contains("--threads 1000000") && said.contains("processor") && said.contains("at most"),
+            "{command}: {said}"
+        );
+    }
+}
+
+/// A value may follow its flag as people write it.
+#[test]
+fn values_are_taken_as_people_write_them() {
+    let folder = scene();
+    for args in ["--denoise gaussian", "--denoise=gaussian", "--spp 128 --noise 50%"] {
+        let line = format!("render s.toml -q -o a.exr --stats s.json {args}");
+        done(folder.path(), &split(&line));
+        let stats = read_json(&folder.path().join("s.json"));
+        match args.contains("denoise") {
+            true => assert_eq!(stats["denoise"]["by"], "gaussian", "{stats}"),
+            false => assert_eq!(stats["noise"]["level"], 0.5, "{stats}"),
+        }
+    }
+    let said = refused(folder.path(), &split("render s.toml --denoise gausian"), 2);
+    assert!(said.contains("`gausian`") && said.contains("gaussian"), "{said}");
+}
+
 /// What was rendered is there when the reference, which takes long, is given up.
 #[test]
 fn the_lab_can_be_interrupted_at_its_reference() {

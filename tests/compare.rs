@@ -156,6 +156,68 @@ fn seeds_of_methods_that_look_at_maps_agree() {
     );
 }
 
+/// A plate that mirrors a grey sky in a sharp lobe, beside what it scatters evenly; in `brighter.toml` the sky is twice as bright.
+fn phong(exponent: u32) -> TempDir {
+    let mtl = format!("newmtl plate\nKd 0.3 0.3 0.3\nKs 0.6 0.6 0.6\nNs {exponent}\nillum 2\n");
+    let scene = |sky: f64| {
+        format!(
+            "version = 1\n[camera]\nposition = [0, 2, 1]\nlook_at = [0, 0, 0]\nvertical_fov = 50\n[image]\nwidth = 160\nheight = 160\n\
+             [[object]]\nobj = \"p.obj\"\n[[light]]\ntype = \"constant\"\nradiance = [{sky}, {sky}, {sky}]\n"
+        )
+    };
+    folder(&[
+        ("p.mtl", mtl.as_str()),
+        (
+            "p.obj",
+            "mtllib p.mtl\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -9 0 -9\nusemtl plate\nf 1 2 3 4\n",
+        ),
+        ("s.toml", &scene(1.0)),
+        ("brighter.toml", &scene(2.0)),
+    ])
+}
+
+/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise says nothing of it. That is no difference; one of the whole
+/// that is larger than such noise is.
+#[test]
+fn rare_samples_are_no_difference() {
+    for (exponent, spp, is_testable) in [("100000", "16", false), ("6000", "32", true)] {
+        let folder = phong(exponent.parse().unwrap());
+        let folder = folder.path();
+        render(folder, "s.toml", &["--spp", spp], "path.exr");
+        for seed in ["1", "2", "3"] {
+            let naive = ["--integrator", "naive", "--spp", spp, "--seed", seed];
+            render(folder, "s.toml", &naive, "naive.exr");
+            let (code, found) = compare(folder, &["path.exr", "naive.exr"]);
+            let outcome = if is_testable {
+                "equal within noise"
+            } else {
+                "no verdict"
+            };
+            assert_eq!((code, found["outcome"].as_str()), (0, Some(outcome)), "{found:#}");
+            let words = found["verdict"]["left_out"].as_str().unwrap_or_default();
+            assert!(words.contains("heavy tails"), "{found:#}");
+            // Two of the same kind are as often brighter as darker, and compared as ever.
+            render(folder, "s.toml", &joined(&naive[..4], &["--seed", "9"]), "other.exr");
+            let (code, found) = compare(folder, &["other.exr", "naive.exr"]);
+            assert_eq!(
+                (code, found["outcome"].as_str()),
+                (0, Some("equal within noise")),
+                "{found:#}"
+            );
+            assert_eq!(found["verdict"]["tests"].as_array().map(Vec::len), Some(4));
+
+            if is_testable {
+                render(folder, "brighter.toml", &naive, "brighter.exr");
+                let (code, found) = compare(folder, &["path.exr", "brighter.exr"]);
+                assert_eq!((code, found["outcome"].as_str()), (1, Some("differs")), "{found:#}");
+            }
+        }
+        let (code, text, _) = said(folder, &["compare", "path.exr", "naive.exr"]);
+        assert_eq!(code, 0, "{text}");
+        assert!(text.contains("heavy tails") && text.contains("rare samples"), "{text}");
+    }
+}
+
 #[test]
 fn crops_are_compared_where_both_have_pixels() {
     let folder = scenes();

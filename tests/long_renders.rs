@@ -352,12 +352,121 @@ fn signals_are_gone_on_from() {
     std::thread::sleep(Duration::from_millis(300));
     signal(&child, "TERM");
     let out = child.wait_with_output().unwrap();
-    // A machine that is quick enough has finished.
-    if out.status.code() == Some(130) {
+    // A machine that is quick enough has finished, and one that is slow has not begun.
+    if out.status.code() == Some(130) && folder.path().join("c.exr").exists() {
         assert!(words(&out).contains("interrupted"), "{}", words(&out));
     }
     done(folder.path(), &joined(&args, &["--resume"]));
     assert_same(&folder, "later.exr", "one.exr");
+}
+
+/// What the program was started to ignore it ignores: `nohup` and `trap '' INT` hold. What it was not still ends it.
+#[cfg(unix)]
+#[test]
+fn ignored_signals_stay_ignored() {
+    let folder = scene();
+    let render = "exec \"$0\" render s.toml -q --spp 100000000 --time-limit 4s -o a.png --stats s.json";
+    for ignored in ["HUP", "INT", "TERM"] {
+        let script = format!("trap '' {ignored}; {render}");
+        let mut child = Command::new("sh");
+        let child = child
+            .current_dir(folder.path())
+            .args(["-c", &script, support::program::PROGRAM]);
+        let mut child = child.spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        signal(&child, ignored);
+        std::thread::sleep(Duration::from_millis(500));
+        let ended = child.try_wait().unwrap();
+        assert!(ended.is_none(), "{ignored}: {ended:?}");
+        // Another one is an interrupt.
+        signal(&child, if ignored == "TERM" { "INT" } else { "TERM" });
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{ignored}");
+    }
+}
+
+/// A closed room that absorbs nothing, of one material; its lamp is small.
+fn furnace(material: &str) -> TempDir {
+    let mtl = format!("newmtl wall\n{material}\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n");
+    folder(&[
+        ("f.mtl", mtl.as_str()),
+        (
+            "f.obj",
+            "mtllib f.mtl\nv -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+             v -0.01 0.99 -0.01\nv 0.01 0.99 -0.01\nv 0.01 0.99 0.01\nv -0.01 0.99 0.01\n\
+             usemtl wall\nf 1 2 3 4\nf 6 5 8 7\nf 5 1 4 8\nf 2 6 7 3\nf 4 3 7 8\nf 5 6 2 1\nusemtl lamp\nf 9 10 11 12\n",
+        ),
+        (
+            "f.toml",
+            "version = 1\n[camera]\nposition = [0, 0, 0]\nlook_at = [0.3, 0.2, -1]\n[image]\nwidth = 64\nheight = 64\n\
+             [[object]]\nobj = \"f.obj\"\n",
+        ),
+    ])
+}
+
+/// A single sample may be seconds of work, and a path without roulette need not end: the time limit ends both.
+#[test]
+fn every_method_ends_by_its_time_limit() {
+    let white = furnace("Kd 1 1 1");
+    let endless = "--max-depth none --roulette-depth 4000000000";
+    let methods = [
+        format!("path {endless}"),
+        format!("naive {endless}"),
+        format!("light {endless}"),
+        format!("bdpt {endless}"),
+        format!("sppm {endless}"),
+        format!("vcm {endless}"),
+        format!("photon-map --gather-rays 100 --photon-count 65536 {endless}"),
+        format!("irradiance-cache --cache-rays 1048576 {endless}"),
+        "distributed --branching 3162 --max-depth 2".into(),
+        "mlt --chains 1 --size 1024x1024".into(),
+        "pssmlt --chains 1 --size 1024x1024".into(),
+        "path --light-samples 1024 --light-selection all".into(),
+    ];
+    for method in methods {
+        let line = format!("render f.toml -q --spp 1000000 -o a.png --integrator {method}");
+        let began = Instant::now();
+        limited(white.path(), &split(&line), 0.3);
+        let took = began.elapsed();
+        assert!(took < Duration::from_secs(20), "{method}: {took:?}");
+    }
+}
+
+/// Between mirrors that absorb nothing a branch has no end of its own: there is one all the same, and the stack is deep enough for it.
+#[test]
+fn branches_between_mirrors_end() {
+    let mirrors = furnace("Kd 0 0 0\nKs 1 1 1\nillum 3");
+    for method in [
+        "whitted --max-depth none",
+        "whitted --max-depth 1024",
+        "distributed --branching 1 --max-depth 1024",
+    ] {
+        let line = format!("render f.toml -q --size 16x16 --spp 1 -o a.png --integrator {method}");
+        done(mirrors.path(), &split(&line));
+    }
+    let said = refused(mirrors.path(), &split("render f.toml --max-depth 1025"), 2);
+    assert!(
+        said.contains("--max-depth 1025") && said.contains("1024 at most"),
+        "{said}"
+    );
+}
+
+/// Commands that have nothing to keep end at once, with the code of an interrupt: while they measure, too.
+#[cfg(unix)]
+#[test]
+fn commands_without_pictures_end_at_once() {
+    let folder = scene();
+    for line in [
+        "bench s.toml --repeat 100000 -q",
+        "audit s.toml --against brute --rays 4000000000 -q",
+    ] {
+        let child = command(folder.path(), &split(line)).spawn().unwrap();
+        std::thread::sleep(Duration::from_secs(1));
+        let began = Instant::now();
+        signal(&child, "TERM");
+        let out = child.wait_with_output().unwrap();
+        assert_eq!(out.status.code(), Some(130), "{line}: {}", words(&out));
+        assert!(began.elapsed() < Duration::from_secs(20), "{line}");
+    }
 }
 
 /// Cut short at every KiB, and with a bit that has flipped: refused in words, and the file stays.

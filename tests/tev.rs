@@ -12,6 +12,7 @@ use std::path::Path;
 use std::process::Output;
 use std::sync::mpsc;
 use std::thread;
+use std::time::{Duration, Instant};
 use support::program::{CHANNELS, code, folder, run, words};
 use support::read_channel;
 
@@ -241,6 +242,29 @@ fn a_viewer_that_never_reads_blocks_nothing() {
     served.join().unwrap();
     let said = words(&out);
     assert_eq!(code(&out), 0, "{said}");
-    assert_eq!(said.matches("it has read nothing for 3 s").count(), 1, "{said}");
+    assert_eq!(
+        said.matches("lost the viewer: it reads too slowly").count(),
+        1,
+        "{said}"
+    );
+    assert!(folder.path().join("a.png").exists());
+}
+
+/// One that reads a byte now and then always has something left to read: it holds up neither the render nor its end.
+#[test]
+fn a_viewer_that_trickles_blocks_nothing() {
+    let folder = folder(&[]);
+    let (address, _) = viewer(|mut client| {
+        while client.read(&mut [0; 64]).is_ok_and(|read| read > 0) {
+            thread::sleep(Duration::from_millis(50));
+        }
+    });
+    let began = Instant::now();
+    let args = "--size 800x600 --spp 65536 --time-limit 2s -o a.png";
+    let out = render(folder.path(), &address, args);
+    let (said, took) = (words(&out), began.elapsed());
+    assert_eq!(code(&out), 0, "{said}");
+    assert_eq!(said.matches("lost the viewer").count(), 1, "{said}");
+    assert!(took < Duration::from_secs(20), "{took:?}");
     assert!(folder.path().join("a.png").exists());
 }

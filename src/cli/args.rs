@@ -1,5 +1,6 @@
 use super::values::{
-    parse_address, parse_bytes, parse_chance, parse_duration, parse_list, parse_range, parse_share, parse_size,
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
+    parse_size,
 };
 use crate::io::MaxDepth;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -37,9 +38,34 @@ impl Args {
             false => arg,
         };
         let mut command = Self::command().mut_subcommands(|command| command.mut_args(negative));
+        let words = with_denoisers(words.into_iter().map(Into::into));
         let matches = command.try_get_matches_from_mut(words)?;
         Self::from_arg_matches(&matches).map_err(|e| e.format(&mut command))
     }
+}
+
+/// `words` with `--denoise NAME` as `--denoise=NAME`. The flag may stand alone, and clap would take the name for a scene. A scene has a `.` in its name, a filter
+/// has none.
+fn with_denoisers(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    const FLAG: &str = "--denoise";
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut is_over = false;
+    for word in words {
+        let is_name = word
+            .to_str()
+            .is_some_and(|w| !w.is_empty() && !w.starts_with('-') && !w.contains(['.', '/', '\\']));
+        match joined.last_mut().filter(|last| !is_over && is_name && *last == FLAG) {
+            Some(flag) => {
+                flag.push("=");
+                flag.push(word);
+            }
+            None => {
+                is_over |= word == "--";
+                joined.push(word);
+            }
+        }
+    }
+    joined
 }
 
 #[derive(Debug, Subcommand)]
@@ -393,8 +419,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N")]
     pub spp: Option<u32>,
 
-    /// Stop where the relative error is estimated to be LEVEL, such as 0.02; --spp is then the most a pixel may have [default: off]
-    #[arg(long, value_name = "LEVEL")]
+    /// Stop where the relative error is estimated to be LEVEL, such as 0.02 or 2%; --spp is then the most a pixel may have [default: off]
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
     /// Stop after this time of rendering, such as 90s or 10m [default: off]
@@ -477,7 +503,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub audit_rays: Option<f64>,
 
-    /// Render and build threads [default: all]
+    /// Render and build threads, 64 for each processor at most [default: one for each]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 
@@ -537,7 +563,7 @@ pub(super) struct EstimatorArgs {
     #[arg(long, value_name = "NAME", help_heading = "Estimator")]
     pub integrator: Option<String>,
 
-    /// Scattering events at most; 0 shows emission alone, `none` leaves the end to roulette [default: 16; distributed: 4]
+    /// Scattering events at most, up to 1024; 0 shows emission alone, `none` leaves the end to roulette (1024 at most) [default: 16; distributed: 4]
     #[arg(long, value_name = "N", help_heading = "Estimator")]
     pub max_depth: Option<MaxDepth>,
 
@@ -739,6 +765,30 @@ mod tests {
             (args.estimator.photon_radius, args.noise, args.quiet),
             (Some(-1.0), Some(-0.5), true)
         );
+    }
+
+    /// The name of a filter may follow with or without a `=`, before the scene or after it; the flag may stand alone.
+    #[test]
+    fn denoisers_are_named_either_way() {
+        for (line, expected) in [
+            ("s.obj --denoise gaussian -q", "gaussian"),
+            ("--denoise gaussian s.obj", "gaussian"),
+            ("--denoise=atrous s.obj", "atrous"),
+            ("--denoise s.obj", "oidn"),
+            ("s.obj --denoise", "oidn"),
+            ("s.obj --denoise -q", "oidn"),
+            ("--denoise -- s.obj", "oidn"),
+        ] {
+            let args = Args::of(["embrasure", "render"].into_iter().chain(line.split(' '))).unwrap();
+            let Some(Command::Render(args)) = args.command else {
+                panic!()
+            };
+            assert_eq!(
+                (args.denoise.as_deref(), args.scene.to_str()),
+                (Some(expected), Some("s.obj")),
+                "{line}"
+            );
+        }
     }
 
     /// Defaults in the help can be typed.

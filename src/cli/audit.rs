@@ -4,7 +4,7 @@ use super::args::{AuditArgs, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Progress, catch_interrupts};
+use super::progress::{Heeding, Progress};
 use super::words;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
@@ -123,7 +123,6 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
             );
         }
     }
-    catch_interrupts();
     let [first, second] = [job.settings.backend, other].map(|backend| backend.build(session.scene(), session.pool()));
     let (first, second) = (first?, second?);
     let audit = Audit {
@@ -194,6 +193,7 @@ struct Audit<'a> {
 impl Audit<'_> {
     /// Checks about `rays` rays, spread evenly over those of a render.
     fn sample(&self, rays: u64) -> Result<(Findings, Outcome), CliError> {
+        let _heeding = Heeding::begin();
         // One sample a pixel tells how many rays there are.
         let (_, statistics) = self.render(0.0, 1);
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;

@@ -4,13 +4,12 @@ use super::args::{BenchArgs, EstimatorArgs, RenderArgs};
 use super::bench_tables::tables;
 use super::error::CliError;
 use super::job::Job;
-use super::progress::{Progress, catch_interrupts};
+use super::progress::Progress;
 use super::words;
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::{Ray, UVec2};
-use crate::render::Observer;
 use crate::sampler::SampleKey;
 use crate::session::{AccelTask, Backend, Prepared, Session, thread_pool};
 use rayon::prelude::*;
@@ -89,7 +88,6 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
     let mut jobs = jobs?;
     jobs.iter_mut().for_each(shrink);
-    catch_interrupts();
     let scenes: Result<Vec<_>, CliError> = jobs.into_iter().map(|job| bench_scene(args, job)).collect();
     let report = Report {
         version: env!("CARGO_PKG_VERSION"),
@@ -285,9 +283,6 @@ impl Measure<'_> {
             let render_s = seconds(&|| self.render(accel));
             let replay_s = seconds(&|| trace(&recording.all, |query| query.ask(accel).is_hit()));
             pairs.push((render_s, replay_s));
-            if Progress::new(0, true).should_stop() {
-                return Err(CliError::Interrupted("interrupted; nothing was printed".into()));
-            }
         }
 
         let rate = |rays: &[Vec<Ray>], of: &(dyn Fn(&Ray) -> bool + Sync)| {

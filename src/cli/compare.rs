@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::outputs::Outputs;
 use crate::color::{Spectrum, false_color};
 use crate::film::{
-    CommonErrors, Errors, Extreme, Flip, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
+    CommonErrors, Errors, Extreme, Flip, LEAST_RARE, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
 };
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
 use crate::io::{find, join_names};
@@ -179,6 +179,7 @@ impl<'a> Comparison<'a> {
             _ if pair.is_identical => Outcome::Identical,
             None => Outcome::Unknown,
             Some(verdict) if verdict.differs() => Outcome::Differs,
+            Some(verdict) if verdict.extremes.is_empty() => Outcome::Unknown,
             Some(_) => Outcome::Equal,
         };
         Ok(Self {
@@ -279,9 +280,18 @@ impl<'a> Comparison<'a> {
         }
     }
 
+    /// About how many rare samples the noise consists of, where that limits what is tested.
+    fn rare(&self) -> Option<f64> {
+        self.verdict.as_ref().and_then(|verdict| verdict.rare)
+    }
+
     fn print_verdict(&self) {
         let level = self.args.significance;
-        let Some(verdict) = &self.verdict else {
+        if let (Outcome::Unknown, Some(rare)) = (self.outcome, self.rare()) {
+            outln!("  verdict: {}: {}", self.outcome.words(), heavy_tails(rare));
+            return;
+        }
+        let Some(verdict) = self.verdict.as_ref().filter(|verdict| !verdict.extremes.is_empty()) else {
             let why = match (self.outcome, self.pair.noisy()) {
                 (Outcome::Unknown, None) => ": one of them says nothing of its noise (variance.R, .G, .B)",
                 (Outcome::Unknown, Some(_)) => {
@@ -318,7 +328,7 @@ impl<'a> Comparison<'a> {
                 chance(e.p)
             );
         }
-        if let Some(words) = left_out(verdict.common) {
+        if let Some(words) = left_out(verdict) {
             outln!("  {words}");
         }
         let p = format!("p = {} over all tests, significance {level}", chance(verdict.p));
@@ -346,7 +356,8 @@ impl<'a> Comparison<'a> {
                 "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
                 "worst": verdict.worst().map(extreme_json),
                 "common_errors": common_name(verdict.common),
-                "left_out": left_out(verdict.common),
+                "rare_samples": verdict.rare,
+                "left_out": left_out(verdict),
             })
         });
         let limits = self.limits().map(|(flag, value, limit)| {
@@ -401,17 +412,31 @@ fn common_name(common: CommonErrors) -> &'static str {
     }
 }
 
-/// What is not tested because pixels have errors in common.
-fn left_out(common: CommonErrors) -> Option<&'static str> {
-    match common {
-        CommonErrors::None | CommonErrors::Tile => None,
+/// Why there is no verdict on pictures whose noise consists of so few samples.
+fn heavy_tails(rare: f64) -> String {
+    format!(
+        "heavy tails: not testable at this count; nearly all noise is that of about {rare:.0} rare samples, {LEAST_RARE} at least are needed; take more samples a pixel"
+    )
+}
+
+/// What is not tested, and why.
+fn left_out(verdict: &Verdict) -> Option<String> {
+    match verdict.common {
+        _ if verdict.extremes.is_empty() => verdict.rare.map(heavy_tails),
+        CommonErrors::None | CommonErrors::Tile => verdict.rare.map(|rare| {
+            format!(
+                "left out: pixels, tiles and regions; heavy tails: nearly all noise is that of about {rare:.0} rare samples, which most tiles have not seen"
+            )
+        }),
         CommonErrors::Sample => Some(
             "left out: regions; pixels of one sample have errors in common, so tiles and the whole are judged more mildly; \
-             means of several seeds tell more",
+             means of several seeds tell more"
+                .into(),
         ),
         CommonErrors::Picture => Some(
             "left out: pixels, tiles and regions; all samples look at the same photons or records, whose errors are in no variance; \
-             means of several seeds tell more",
+             means of several seeds tell more"
+                .into(),
         ),
     }
 }

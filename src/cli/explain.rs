@@ -5,7 +5,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::info::decimal;
 use super::job::read_scene;
 use super::outputs::Outputs;
-use super::progress::{Progress, catch_interrupts};
+use super::progress::{Heeding, Progress};
 use super::words;
 use crate::color::Spectrum;
 use crate::io::{FileError, Format, Inspection, MaterialSource, Output, inspect_scene};
@@ -287,7 +287,7 @@ fn portray(
     let renderer = session.renderer()?;
     let samples = session.settings().crop().area() * u64::from(session.settings().spp);
     let progress = Progress::new(samples, quiet);
-    catch_interrupts();
+    let _heeding = Heeding::begin();
     let mut state = renderer.start();
     let outcome = renderer.render(&mut state, &progress);
     progress.finish();

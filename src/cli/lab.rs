@@ -4,7 +4,7 @@ use super::args::{EstimatorArgs, LabArgs, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Progress, catch_interrupts};
+use super::progress::{Heeding, Progress};
 use super::words;
 use crate::accel::Accel;
 use crate::film::{Errors, Film, RgbImage};
@@ -58,6 +58,9 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         true => ladder(job.settings.estimator),
         false => methods(job.settings.estimator, &args.methods)?,
     };
+    estimators
+        .iter()
+        .try_for_each(|(_, estimator)| estimator.check_branches())?;
     let is_true = |(_, estimator): &(&str, Estimator)| estimator.finds_all_light();
     if reference.is_none() && !estimators.iter().any(is_true) {
         return Err(no_truth(&estimators));
@@ -85,7 +88,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         (None, None) => return Err(no_truth(&estimators)),
     };
     let renderer = session.renderer()?;
-    catch_interrupts();
+    let _heeding = Heeding::begin();
     let (rows, reference) = renderer.accel().with(Ladder {
         session: &session,
         quiet: args.quiet,

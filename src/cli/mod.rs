@@ -31,7 +31,7 @@ mod values;
 
 use crate::io::is_guarded;
 use args::{Args, Command};
-use error::CliError;
+use error::{CliError, INTERRUPTED};
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -46,6 +46,7 @@ pub fn main() -> ExitCode {
             usual(panic);
         }
     }));
+    progress::catch_interrupts();
     let code = match Args::of_process() {
         Ok(args) => match dispatch(args) {
             Ok(code) => code,
@@ -59,7 +60,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code() as u8)
         }
     };
-    match words::finish() {
+    let code = match words::finish() {
         Err(error) => {
             words::error(format_args!("cannot write to the standard output: {error}"));
             if code == ExitCode::SUCCESS {
@@ -69,7 +70,11 @@ pub fn main() -> ExitCode {
             }
         }
         Ok(()) => code,
+    };
+    if code == ExitCode::from(INTERRUPTED) {
+        progress::leave_interrupted();
     }
+    code
 }
 
 /// Prints help to the standard output, which is no failure, and what is wrong with the arguments to the standard error; clap decides by the kind.

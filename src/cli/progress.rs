@@ -3,30 +3,92 @@ use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
 use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
-use std::fmt::Write;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+use std::io::Write as _;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
-/// Set by the first Ctrl-C or termination signal.
+/// Exit code of a command that an interrupt ended.
+const INTERRUPTED_CODE: i32 = super::error::INTERRUPTED as i32;
+
+/// Whether there is a [`Heeding`].
+static IS_HEEDED: AtomicBool = AtomicBool::new(false);
+
+/// Set by the first signal that is heeded.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Signals that come closer together than this are one: schedulers signal a job's script and its program, and the script passes it on.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
-/// From now on an interrupt asks the render to end and be written; a second one ends the process at once.
+/// Takes over Ctrl-C (SIGINT), SIGTERM and SIGHUP: they end the process at once with exit code 130, unless a [`Heeding`] is there. Signals that the
+/// process was started to ignore, as by `nohup` and `trap '' INT`, stay ignored.
 pub(super) fn catch_interrupts() {
-    static INSTALLED: OnceLock<()> = OnceLock::new();
-    INSTALLED.get_or_init(|| {
-        let first: OnceLock<Instant> = OnceLock::new();
-        // Without a handler an interrupt just ends the process, which is no reason not to render.
-        let _ = ctrlc::set_handler(move || {
-            INTERRUPTED.store(true, Ordering::SeqCst);
-            if first.get_or_init(Instant::now).elapsed() > ONE_SIGNAL {
-                std::process::exit(130);
+    let ignored = ignored_signals();
+    let caught = [SIGINT, SIGTERM, SIGHUP]
+        .into_iter()
+        .filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    // Without a handler a signal ends the process as the system has it, which is no reason not to run.
+    let Ok(mut signals) = Signals::new(caught) else { return };
+    let wait = move || {
+        let mut first: Option<Instant> = None;
+        for _ in signals.forever() {
+            let is_at_once = match first {
+                None => !IS_HEEDED.load(Ordering::SeqCst),
+                Some(first) => first.elapsed() > ONE_SIGNAL,
+            };
+            if is_at_once {
+                signal_hook::low_level::exit(INTERRUPTED_CODE);
             }
-        });
-    });
+            INTERRUPTED.store(true, Ordering::SeqCst);
+            first.get_or_insert_with(Instant::now);
+        }
+    };
+    let _ = thread::Builder::new().name("signals".into()).spawn(wait);
+}
+
+/// While it is there, the first interrupt asks the command to end, and to write what there is; one that comes a second later ends the process at once.
+pub(super) struct Heeding(());
+
+impl Heeding {
+    pub fn begin() -> Self {
+        IS_HEEDED.store(true, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Heeding {
+    fn drop(&mut self) {
+        IS_HEEDED.store(false, Ordering::SeqCst);
+    }
+}
+
+/// Ends an interrupted command at once, after all that it writes: work that was given up may still go on in other threads, and must not meet libraries that are
+/// being taken down.
+pub(super) fn leave_interrupted() -> ! {
+    let _ = std::io::stdout().flush();
+    signal_hook::low_level::exit(INTERRUPTED_CODE)
+}
+
+/// Whether an interrupt has asked the command to end.
+pub(super) fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// Says, each time that it is asked, whether it has known of an interrupt for so long.
+pub(super) fn interrupted_for(time: Duration) -> impl Fn() -> bool {
+    let since = OnceLock::new();
+    move || is_interrupted() && since.get_or_init(Instant::now).elapsed() > time
+}
+
+/// Signals that the process ignores, signal `n` as bit `n - 1`. Systems without `/proc` tell of none.
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .unwrap_or(0)
 }
 
 /// A bar with `facts` beside it, in colour where that is wanted.
@@ -54,10 +116,10 @@ impl Progress {
         }
         let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go")
             // Rounded down: what is not done is not 100 %.
-            .with_key("whole_percent", |state: &ProgressState, w: &mut dyn Write| {
+            .with_key("whole_percent", |state: &ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
             })
-            .with_key("rate", |state: &ProgressState, w: &mut dyn Write| {
+            .with_key("rate", |state: &ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{}", HumanCount(state.per_sec() as u64));
             });
         Self {
@@ -183,7 +245,7 @@ impl Observer for Progress {
     }
 
     fn should_stop(&self) -> bool {
-        INTERRUPTED.load(Ordering::Relaxed)
+        is_interrupted()
     }
 }
 

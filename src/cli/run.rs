@@ -6,20 +6,19 @@ use super::job::{Job, exr_format};
 use super::keeper::Keeper;
 use super::outputs::Outputs;
 use super::pixel;
-use super::progress::{Loading, Progress, Until, catch_interrupts};
+use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
-use crate::denoise::DenoiseError;
 use crate::film::{Film, Image};
 use crate::io::{ExrFormat, FileError, Format, Output, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
-use crate::session::{BUILD, RenderState, Renderer, Session};
+use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
@@ -89,6 +88,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     )
 }
 
+/// How long denoising may go on after an interrupt.
+const DENOISING_AT_END: Duration = Duration::from_millis(500);
+
 /// What a render writes.
 struct Files {
     images: Vec<(Format, Output)>,
@@ -127,6 +129,8 @@ impl Run<'_> {
             .map(|keeper| keeper.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
+        // Until all is written
+        let _heeding = Heeding::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, keeper.as_ref(), &mut preview);
 
@@ -202,16 +206,19 @@ impl Run<'_> {
         let kept = keeper.map(|keeper| keeper.keep(state, &metadata));
         let is_kept = matches!(kept, Some(Ok(())));
         failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
-        let mut image = self.develop(state, failures);
-        // Where denoising fails, the raw picture is written all the same.
         let start = Instant::now();
-        match guarded(|| self.renderer.denoise(&mut image, &mut metadata)) {
-            Ok(done) => failures.extend(done.err().iter().map(DenoiseError::to_string)),
-            Err(panic) => {
-                failures.push(fault("the picture stays raw", &panic));
-                image = self.develop(state, failures);
+        let image = self.develop(state, failures);
+        // Where denoising fails, or an interrupt does not leave it the time, the raw picture is written all the same.
+        let done = self
+            .renderer
+            .denoise_unless(image, &mut metadata, &interrupted_for(DENOISING_AT_END));
+        let image = done.unwrap_or_else(|unfinished| {
+            match unfinished {
+                Unfinished::Failed(error) => failures.push(error.to_string()),
+                Unfinished::GivenUp => words::warning("interrupted: the pictures are raw, denoising was given up"),
             }
-        }
+            self.develop(state, failures)
+        });
         *denoised = metadata.denoiser.clone().map(|by| Denoised {
             by,
             seconds: start.elapsed().as_secs_f64(),
@@ -270,7 +277,6 @@ impl Run<'_> {
         let (job, settings) = (self.job, &self.job.settings);
         let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
         progress.skip(state.film.samples());
-        catch_interrupts();
         let interval = keeper.map(|keeper| keeper.interval);
         let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
         let stop = loop {
@@ -471,6 +477,10 @@ pub(super) fn failed<T: ToString>(failures: &[T]) -> CliError {
 fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         return Err(failed(&failures));
+    }
+    // One that comes after the last sample too: something may have been given up for it.
+    if is_interrupted() && stop != Stop::Interrupt {
+        return Ok(ExitCode::from(INTERRUPTED));
     }
     if stop == Stop::Interrupt {
         errln!("interrupted: what is written holds the samples taken so far");

@@ -1,19 +1,31 @@
 //! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: what `--tev` asks for.
 
 use super::args::RenderArgs;
+use super::progress::interrupted_for;
 use crate::film::{Channel, Film, Image};
 use crate::io::FileError;
+use crate::math::UVec2;
 use std::io;
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 /// How long a viewer may take to answer, and to read on where it has stopped.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How long sending one picture may take, for which the render waits.
+/// How long a viewer may take for one picture.
 const LONGEST: Duration = Duration::from_secs(10);
+
+/// How long a viewer may take for a band of the last picture, for which the program waits; and for all of it once an interrupt has come.
+const PATIENCE_AT_END: Duration = Duration::from_secs(1);
+
+/// Between two looks at interrupts.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// Between one picture and the next, at least.
 const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
@@ -24,19 +36,41 @@ const INTERVAL_FACTOR: u32 = 50;
 /// Floats in a packet, where that is a row or more. A packet's length must fit 32 bits; tev sets 1 MiB aside for one, which this keeps within.
 const PACKET: usize = 1 << 17;
 
-/// Who looks on while a render goes on, if anybody does.
+/// The viewer that a render is shown in, if there is one. Pictures are sent by a thread of their own: a viewer that reads slowly, or not at all, does not hold up
+/// the render. A picture that is due while the one before is under way is left out.
 pub(super) struct Preview {
-    viewer: Option<Viewer>,
-    /// Time to leave until the next picture; `None` where nobody looks on.
+    viewer: Option<Sending>,
+    /// Time to leave until the next picture; `None` without a viewer.
     pub interval: Option<Duration>,
 }
 
-struct Viewer {
+/// The thread that sends pictures, seen from outside.
+struct Sending {
     /// As the user named it.
     address: String,
+    /// Closes the connection under the thread.
+    connection: TcpStream,
+    work: Sender<Work>,
+    /// What became of each piece of work.
+    results: Receiver<io::Result<()>>,
+    /// Bands that were sent so far.
+    bands: Arc<AtomicU64>,
+    /// When the work that is under way was given.
+    since: Option<Instant>,
+}
+
+/// What the thread is to send.
+enum Work {
+    /// A black image of so many pixels.
+    Open(UVec2),
+    Picture(Image),
+}
+
+struct Viewer {
     client: TevClient,
     /// Of the image: viewers know images by name.
     name: String,
+    bands: Arc<AtomicU64>,
 }
 
 impl Preview {
@@ -46,7 +80,7 @@ impl Preview {
     ///
     /// Nobody answers there.
     pub fn new(args: &RenderArgs) -> Result<Self, FileError> {
-        let connect = |address: &String| Viewer::connect(address, &args.scene);
+        let connect = |address: &String| Sending::connect(address, &args.scene);
         let viewer = args.tev.as_ref().map(connect).transpose()?;
         Ok(Self {
             interval: viewer.as_ref().map(|_| SHORTEST_INTERVAL),
@@ -55,36 +89,54 @@ impl Preview {
     }
 
     /// Opens a black image of the film's full size, with the channels that all files have. Here and below, a viewer that cannot be reached any more
-    /// is what comes back, once; after that nobody looks on.
+    /// is what comes back, once; after that there is none.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|viewer| viewer.open(film))
+        self.tell(|| Work::Open(film.resolution()))
     }
 
-    /// Shows the picture so far. The other channels are left out: they would take most of the time.
+    /// Shows the picture so far, unless the viewer is busy. The other channels are left out: they would take most of the time.
     pub fn update(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|viewer| viewer.send(&film.develop_picture()))
+        self.tell(|| Work::Picture(film.develop_picture()))
     }
 
-    /// Shows `image`, that of the file, as far as it has channels that all files have.
+    /// Shows `image`, that of the file, as far as it has channels that all files have, and waits until that is done, or has taken too long.
     pub fn finish(&mut self, image: &Image) -> Option<FileError> {
-        self.tell(|viewer| viewer.send(image))
-    }
-
-    fn tell(&mut self, what: impl FnOnce(&mut Viewer) -> io::Result<()>) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         let start = Instant::now();
-        let told = what(viewer);
-        self.interval = Some(SHORTEST_INTERVAL.max(start.elapsed() * INTERVAL_FACTOR));
-        let lost = viewer.lost(&told.err()?);
-        *self = Self {
-            viewer: None,
-            interval: None,
-        };
-        Some(lost)
+        let shown = viewer.wait(start).and_then(|()| {
+            viewer.give(Work::Picture(image.clone()));
+            viewer.wait(start)
+        });
+        shown.err().map(|error| self.lose(&error))
+    }
+
+    /// Gives the thread `work`, unless it is busy.
+    fn tell(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
+        let viewer = self.viewer.as_mut()?;
+        match viewer.look() {
+            Ok(None) => None,
+            Ok(Some(last)) => {
+                self.interval = Some(SHORTEST_INTERVAL.max(last * INTERVAL_FACTOR));
+                viewer.give(work());
+                None
+            }
+            Err(error) => Some(self.lose(&error)),
+        }
+    }
+
+    fn lose(&mut self, error: &io::Error) -> FileError {
+        let viewer = self.viewer.take();
+        self.interval = None;
+        let address = viewer.map_or(String::new(), |viewer| {
+            // The thread ends with its connection.
+            let _ = viewer.connection.shutdown(Shutdown::Both);
+            viewer.address
+        });
+        lost(&address, error)
     }
 }
 
-impl Viewer {
+impl Sending {
     /// At `address`, a host and a port; the image is named after `scene` and this process, so that the viewer keeps those of other runs.
     fn connect(address: &str, scene: &Path) -> Result<Self, FileError> {
         let connected = address.to_socket_addrs().and_then(|sockets| {
@@ -98,34 +150,126 @@ impl Viewer {
             }
             let stream = tried?;
             stream.set_write_timeout(Some(PATIENCE))?;
-            Ok(stream)
+            Ok((stream.try_clone()?, stream))
         });
-        let stream = connected.map_err(|error| {
+        let (connection, stream) = connected.map_err(|error| {
             FileError::system(Path::new(address), "cannot connect to a viewer", &error)
                 .help("start tev there first; it listens at 127.0.0.1:14158 where its own --host says nothing else")
         })?;
         let scene = scene.file_name().unwrap_or_default().to_string_lossy();
-        Ok(Self {
-            address: address.into(),
+        let bands = Arc::new(AtomicU64::new(0));
+        let mut viewer = Viewer {
             client: TevClient::wrap(stream),
             name: format!("{scene} (process {})", std::process::id()),
+            bands: Arc::clone(&bands),
+        };
+        let (work, works) = channel();
+        let (outcomes, results) = channel();
+        let send = move || {
+            for work in works {
+                let sent = match work {
+                    Work::Open(size) => viewer.open(size),
+                    Work::Picture(image) => viewer.send(&image),
+                };
+                let is_lost = sent.is_err();
+                if outcomes.send(sent).is_err() || is_lost {
+                    break;
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("tev".into()).spawn(send);
+        thread
+            .map_err(|error| FileError::system(Path::new(address), "cannot start a thread for the viewer", &error))?;
+        Ok(Self {
+            address: address.into(),
+            connection,
+            work,
+            results,
+            bands,
+            since: None,
         })
     }
 
-    fn open(&mut self, film: &Film) -> io::Result<()> {
+    /// Gives work to the thread, which is idle.
+    fn give(&mut self, work: Work) {
+        // Where the thread has ended, the next look finds out.
+        let _ = self.work.send(work);
+        self.since = Some(Instant::now());
+    }
+
+    /// How long the last work took, if the thread is idle again.
+    fn look(&mut self) -> io::Result<Option<Duration>> {
+        self.look_for(Duration::ZERO)
+    }
+
+    /// The same, within so long.
+    fn look_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
+        let Some(since) = self.since else {
+            return Ok(Some(Duration::ZERO));
+        };
+        match self.results.recv_timeout(patience) {
+            Ok(result) => {
+                self.since = None;
+                result.map(|()| Some(since.elapsed()))
+            }
+            Err(RecvTimeoutError::Disconnected) => Err(io::ErrorKind::BrokenPipe.into()),
+            Err(RecvTimeoutError::Timeout) if since.elapsed() > LONGEST => Err(slow(LONGEST)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+        }
+    }
+
+    /// Waits until the thread is idle: as long as bands get on, until [`LONGEST`] after `start`. An interrupt shortens that.
+    fn wait(&mut self, start: Instant) -> io::Result<()> {
+        let (mut bands, mut moved) = (self.bands.load(Ordering::Relaxed), Instant::now());
+        let is_interrupted = interrupted_for(PATIENCE_AT_END);
+        while self.look_for(LOOK)?.is_none() {
+            let sent = self.bands.load(Ordering::Relaxed);
+            if sent != bands {
+                (bands, moved) = (sent, Instant::now());
+            }
+            if moved.elapsed() > PATIENCE_AT_END || is_interrupted() {
+                return Err(slow(PATIENCE_AT_END));
+            }
+            if start.elapsed() > LONGEST {
+                return Err(slow(LONGEST));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Of a viewer that takes longer than `patience`.
+fn slow(patience: Duration) -> io::Error {
+    let seconds = patience.as_secs();
+    io::Error::other(format!("it reads too slowly, and was given {seconds} s"))
+}
+
+/// Of the viewer at `address`.
+fn lost(address: &str, error: &io::Error) -> FileError {
+    let message = match error.kind() {
+        // What systems call a time-out differs.
+        io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
+            format!("lost the viewer: it has read nothing for {} s", PATIENCE.as_secs())
+        }
+        _ => format!("lost the viewer: {error}"),
+    };
+    FileError::new(Path::new(address), message)
+}
+
+impl Viewer {
+    fn open(&mut self, size: UVec2) -> io::Result<()> {
         let channels: Vec<&str> = Image::channel_names().collect();
         self.client.send(PacketCreateImage {
             image_name: &self.name,
             grab_focus: true,
-            width: film.resolution().x,
-            height: film.resolution().y,
+            width: size.x,
+            height: size.y,
             channel_names: &channels,
         })
     }
 
     /// Sends those channels of `image` that were opened, in bands of rows.
     fn send(&mut self, image: &Image) -> io::Result<()> {
-        let start = Instant::now();
         let channels: Vec<&Channel> = Image::channel_names().filter_map(|name| image.channel(name)).collect();
         let names: Vec<&str> = channels.iter().map(|c| c.name.as_ref()).collect();
         let size = image.crop.size();
@@ -152,22 +296,8 @@ impl Viewer {
                 height,
                 data: &band.copied().collect::<Vec<f32>>(),
             })?;
-            if start.elapsed() > LONGEST {
-                let slow = format!("a picture takes longer than {} s", LONGEST.as_secs());
-                return Err(io::Error::other(slow));
-            }
+            self.bands.fetch_add(1, Ordering::Relaxed);
         }
         Ok(())
-    }
-
-    fn lost(&self, error: &io::Error) -> FileError {
-        let message = match error.kind() {
-            // What systems call a time-out differs.
-            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
-                format!("lost the viewer: it has read nothing for {} s", PATIENCE.as_secs())
-            }
-            _ => format!("lost the viewer: {error}"),
-        };
-        FileError::new(Path::new(&self.address), message)
     }
 }

@@ -14,6 +14,16 @@ pub(super) fn parse_duration(text: &str) -> Result<f64, String> {
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
 }
 
+/// A share such as `0.02`, or `2%`; whether it may be that large is found out later.
+pub(super) fn parse_level(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(percent) => (percent, 0.01),
+        None => (text, 1.0),
+    };
+    let level = number.trim().parse().ok().map(|n: f64| n * unit);
+    level.ok_or_else(|| "a relative error such as 0.02 or 2% is expected".into())
+}
+
 /// `localhost:14158`; whether there is such a host is found out later.
 pub(super) fn parse_address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
@@ -86,5 +96,14 @@ mod tests {
         assert!(parse_size("640").is_err() && parse_size("-1x3").is_err() && parse_size("1x2x3").is_err());
         assert_eq!(parse_list::<f32, 3>("1, -2.5,3e1"), Ok([1.0, -2.5, 30.0]));
         assert!(parse_list::<f32, 3>("1,2").is_err());
+    }
+
+    #[test]
+    fn levels_may_be_percentages() {
+        assert_eq!((parse_level("0.02"), parse_level("-0.5")), (Ok(0.02), Ok(-0.5)));
+        for text in ["5%", "5 %", "5.0%"] {
+            assert!((parse_level(text).unwrap() - 0.05).abs() < 1e-12, "{text}");
+        }
+        assert!(parse_level("%").is_err() && parse_level("5%%").is_err() && parse_level("low").is_err());
     }
 }

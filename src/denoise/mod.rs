@@ -37,6 +37,9 @@ pub enum DenoiseError {
     /// Open Image Denoise failed.
     #[error("Open Image Denoise: {0}\n  help: render with --denoise=atrous or without")]
     Oidn(String),
+    /// The filter failed.
+    #[error("denoising failed: {0}\n  help: render with another --denoise or without")]
+    Failed(String),
 }
 
 const COLOR: [&str; 3] = ["R", "G", "B"];

@@ -24,7 +24,7 @@ pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use part_sums::{PartBlock, PartSum};
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
-pub use verdict::{CommonErrors, Extreme, Noise, Scale, Verdict, pixel_scores};
+pub use verdict::{CommonErrors, Extreme, LEAST_RARE, Noise, Scale, Verdict, pixel_scores};
 
 use crate::math::UVec2;
 use rayon::prelude::*;

@@ -109,6 +109,9 @@ pub(super) fn met<'v, R: Gathered, A: Accel>(
     (radiance, Some(vertex))
 }
 
+/// Lights between two looks at whether the work is cancelled, where all are sampled.
+const LIGHTS_A_LOOK: usize = 64;
+
 /// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
 ///
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
@@ -145,6 +148,9 @@ impl<R: Gathered> Direct<R> {
         if let Some(ids) = selection.all() {
             let mut sum = R::default();
             for (index, &id) in ids.iter().enumerate() {
+                if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
+                    break;
+                }
                 let light = Self::of_light(
                     world.scene,
                     vertex,

@@ -48,6 +48,9 @@ impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
 
 impl<A: Accel> DistributedIntegrator<'_, A> {
     fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+        if out.is_cancelled() {
+            return;
+        }
         let (world, strategy) = (&self.world, &self.strategy);
         let (ray, scattered) = (&branch.ray, branch.scattered.as_ref());
         let kind = if branch.depth == 0 {

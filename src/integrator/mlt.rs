@@ -239,6 +239,9 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
         let mut counts = [[0u64; 2]; NAMES.len()];
         let mut stay = 0.0;
         for _ in 0..mutations {
+            if out.is_cancelled() {
+                return;
+            }
             let (name, proposal) = self.mutate(&space, lengths, &x, &mut numbers, out);
             counts[name][0] += 1;
             let Some(Proposal { path: y, acceptance }) = proposal else {

@@ -133,6 +133,10 @@ impl<R: Gathered> RaySink for Box<dyn Sink<Radiance = R> + '_> {
     fn cut_walk(&mut self) {
         (**self).cut_walk();
     }
+
+    fn is_cancelled(&self) -> bool {
+        (**self).is_cancelled()
+    }
 }
 
 /// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
@@ -190,6 +194,11 @@ pub trait RaySink {
 
     /// Counts a walk through surfaces of an opacity below 1 that was cut at its bound.
     fn cut_walk(&mut self);
+
+    /// Whether the work is to end: what it finds will be thrown away. Loops that may be long look here, and leave.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// Takes light that falls on other pixels too.

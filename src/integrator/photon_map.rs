@@ -123,7 +123,7 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
             roulette_scale: 1.0,
             scattered: None,
         }];
-        while let Some(segment) = segments.pop() {
+        while let Some(segment) = segments.pop().filter(|_| !out.is_cancelled()) {
             let radiance = self.follow(segment, sampler, &mut segments, out);
             out.radiance(radiance);
         }

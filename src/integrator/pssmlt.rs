@@ -165,6 +165,9 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
         for _ in 0..mutations {
+            if out.is_cancelled() {
+                return;
+            }
             let step = numbers.propose(large_step_probability);
             let mut proposal = self.state(length, &numbers, out);
             let acceptance = match current.target > 0.0 {

@@ -49,6 +49,9 @@ impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
 
 impl<A: Accel> WhittedIntegrator<'_, A> {
     fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+        if out.is_cancelled() {
+            return;
+        }
         let (world, ray) = (&self.world, &branch.ray);
         let kind = if branch.depth == 0 {
             RayKind::Camera

@@ -1,6 +1,7 @@
+use super::cancellation::{Cancellation, CountedRays};
 use super::pieces::in_pieces;
-use super::statistics::{DroppedSample, RayCounts, Statistics};
-use super::tiles::{Observer, Outcome, should_leave};
+use super::statistics::{DroppedSample, Statistics};
+use super::tiles::{MANY_RAYS, Observer, Outcome, should_leave};
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Frame, Rect, Tile};
 use crate::integrator::{ByGroup, FrameIntegrator, Gathered, RayKind, RaySink, Sink, SplatSink};
@@ -133,7 +134,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     observer: &impl Observer,
 ) -> Option<(Frame, Statistics)> {
     // What all of the rest looks at
-    let prepare = |part, sampler: &mut S, rays: &mut RayCounts| integrator.prepare(index, part, sampler, rays);
+    let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
     let (parts, rays) = in_pieces(integrator.preparations(), sampler, observer, prepare)?;
     let mut statistics = Statistics {
         rays,
@@ -159,7 +160,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     let light = light_bytes::<R>(filter, film.crop());
     for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
         let pieces = batch.par_iter().map(|work| {
-            let piece = Piece::<R>::new(place);
+            let piece = Piece::<R>::new(place, observer);
             piece.of(integrator, &prepared, (*work, index), sampler, observer)
         });
         let pieces: Vec<Piece<R>> = pieces.collect::<Option<_>>()?;
@@ -198,10 +199,11 @@ struct Piece<'a, R> {
     key: SampleKey,
     weight: f32,
     radiance: R,
+    cancellation: Cancellation<'a>,
 }
 
 impl<'a, R: Gathered> Piece<'a, R> {
-    fn new(place: Place<'a>) -> Self {
+    fn new(place: Place<'a>, observer: &'a impl Observer) -> Self {
         Self {
             place,
             light: Vec::new(),
@@ -211,6 +213,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
             key: SampleKey::new(0, 0, 0),
             weight: 1.0,
             radiance: R::default(),
+            cancellation: Cancellation::new(observer),
         }
     }
 
@@ -226,8 +229,12 @@ impl<'a, R: Gathered> Piece<'a, R> {
         let mut sampler = sampler.clone();
         match work {
             Work::Pixels(cell) => {
+                let mut rays_before = 0;
                 for (i, pixel) in cell.pixels().enumerate() {
-                    if i % PIXELS_A_LOOK == 0 && observer.should_stop() {
+                    let rays = self.statistics.rays.total();
+                    let is_slow = rays - rays_before > MANY_RAYS;
+                    rays_before = rays;
+                    if (is_slow || i % PIXELS_A_LOOK == 0) && observer.should_stop() {
                         return None;
                     }
                     self.key = SampleKey::new(pixel.x, pixel.y, index);
@@ -245,7 +252,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
                 integrator.chain(prepared, index, chain, &mut sampler, &mut self);
             }
         }
-        Some(self)
+        (!self.cancellation.is_cancelled()).then_some(self)
     }
 
     /// Light that counts so much in `pixel`; what is no light is dropped.
@@ -289,6 +296,10 @@ impl<R> RaySink for Piece<'_, R> {
 
     fn cut_walk(&mut self) {
         self.statistics.rays.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancellation.look()
     }
 }
 
@@ -358,16 +369,6 @@ impl<'a> Place<'a> {
             let weight = self.filter.eval(film - (pixel.as_vec2() + 0.5));
             (weight != 0.0).then_some((pixel, weight))
         })
-    }
-}
-
-impl RaySink for RayCounts {
-    fn ray(&mut self, kind: RayKind) {
-        self.count(kind);
-    }
-
-    fn cut_walk(&mut self) {
-        self.cut += 1;
     }
 }
 

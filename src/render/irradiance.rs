@@ -1,3 +1,4 @@
+use super::cancellation::CountedRays;
 use super::statistics::{RayCounts, Statistics};
 use super::tiles::{Observer, Outcome};
 use crate::accel::Accel;
@@ -201,10 +202,10 @@ impl Filling {
             pass.next = chunk.end;
             let (pass, cache) = (&*pass, &self.cache);
             let look = |index: u64| {
-                let mut rays = Counter::default();
+                let mut rays = Counter::new(observer);
                 let place = pass.look(index, maker, seed, &mut rays);
                 let place = place.filter(|place| !cache.covers(place.p(), place.n(), maker.layer(place)));
-                (place, rays.0)
+                (place, rays.0.counts)
             };
             let looks: Vec<(Option<Place>, RayCounts)> = chunk.into_par_iter().map(look).collect();
             for (place, rays) in looks {
@@ -223,13 +224,17 @@ impl Making {
     fn make<A: Accel>(&mut self, maker: &RecordMaker<A>, seed: u64, observer: &impl Observer) -> Statistics {
         let mut statistics = Statistics::default();
         if self.record.is_none() && !observer.should_stop() {
-            let mut rays = Counter::default();
+            let mut rays = Counter::new(observer);
             // Passes that look through one pixel have numbers of their own.
             let pass = u64::from(self.place.key().sample);
             let mut sampler = Sobol::new(mix(!seed ^ pass));
             let (record, dropped) = maker.make(&self.place, &mut sampler, &mut rays);
+            // One that is not whole is made again.
+            if rays.0.cancellation.is_cancelled() {
+                return statistics;
+            }
             self.record = Some(record);
-            statistics.rays = rays.0;
+            statistics.rays = rays.0.counts;
             statistics.dropped = dropped;
         }
         statistics
@@ -292,11 +297,16 @@ fn stride(count: u64) -> u64 {
         .unwrap_or(1)
 }
 
-/// Counts rays.
-#[derive(Default)]
-struct Counter(RayCounts);
+/// Counts rays, and keeps nothing else.
+struct Counter<'a>(CountedRays<'a>);
 
-impl Sink for Counter {
+impl<'a> Counter<'a> {
+    fn new(observer: &'a impl Observer) -> Self {
+        Self(CountedRays::new(observer))
+    }
+}
+
+impl Sink for Counter<'_> {
     type Radiance = Spectrum;
 
     fn weight(&mut self, _: f32) {}
@@ -306,9 +316,13 @@ impl Sink for Counter {
     fn first_surface(&mut self, _: FirstSurface) {}
 }
 
-impl RaySink for Counter {
+impl RaySink for Counter<'_> {
     fn ray(&mut self, kind: RayKind) {
-        self.0.count(kind);
+        self.0.ray(kind);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
     }
 
     fn cut_walk(&mut self) {

@@ -4,6 +4,7 @@
 //! an [`Observer`] is told what has been done and may ask to stop.
 
 mod adaptive;
+mod cancellation;
 mod frames;
 mod groups;
 mod irradiance;

@@ -1,3 +1,4 @@
+use super::cancellation::CountedRays;
 use super::statistics::RayCounts;
 use super::tiles::Observer;
 use crate::sampler::Sampler;
@@ -8,11 +9,15 @@ pub(super) fn in_pieces<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,
     observer: &impl Observer,
-    piece: impl Fn(u32, &mut S, &mut RayCounts) -> T + Sync,
+    piece: impl Fn(u32, &mut S, &mut CountedRays) -> T + Sync,
 ) -> Option<(Vec<T>, RayCounts)> {
     let pieces = (0..count).into_par_iter().map(|index| {
-        let mut rays = RayCounts::default();
-        (!observer.should_stop()).then(|| (piece(index, &mut sampler.clone(), &mut rays), rays))
+        if observer.should_stop() {
+            return None;
+        }
+        let mut rays = CountedRays::new(observer);
+        let made = piece(index, &mut sampler.clone(), &mut rays);
+        (!rays.cancellation.is_cancelled()).then_some((made, rays.counts))
     });
     let pieces: Vec<(T, RayCounts)> = pieces.collect::<Option<_>>()?;
     let (pieces, rays): (Vec<_>, Vec<_>) = pieces.into_iter().unzip();

@@ -1,4 +1,4 @@
-use crate::integrator::RayKind;
+use crate::integrator::{RayKind, RaySink};
 use crate::sampler::SampleKey;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -14,6 +14,16 @@ pub struct RayCounts {
     pub shadow: u64,
     /// Walks through surfaces of an opacity below 1 that were cut after 10,000 surfaces; each is several of the rays above.
     pub cut: u64,
+}
+
+impl RaySink for RayCounts {
+    fn ray(&mut self, kind: RayKind) {
+        self.count(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.cut += 1;
+    }
 }
 
 impl RayCounts {

@@ -1,3 +1,4 @@
+use super::cancellation::CountedRays;
 use super::pieces::in_pieces;
 use super::statistics::RayCounts;
 use super::tiles::Observer;
@@ -11,7 +12,7 @@ pub fn test_picture<A: Accel, S: Sampler>(
     sampler: &S,
     observer: &impl Observer,
 ) -> Option<(TestPicture, RayCounts)> {
-    let piece = |index, sampler: &mut S, rays: &mut RayCounts| maker.piece(index, sampler, rays);
+    let piece = |index, sampler: &mut S, rays: &mut CountedRays| maker.piece(index, sampler, rays);
     let (pieces, rays) = in_pieces(TestPictureMaker::<A>::PIECES, sampler, observer, piece)?;
     Some((maker.join(&pieces), rays))
 }

@@ -1,3 +1,4 @@
+use super::cancellation::Cancellation;
 use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
@@ -6,6 +7,7 @@ use crate::film::{Block, FeatureBlock, Film, FirstSurface, PartBlock, Tile};
 use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
+use std::array::from_fn;
 use std::ops::Range;
 
 /// Watches a render from outside; called from many threads at once.
@@ -177,7 +179,7 @@ enum Turn {
 
 /// Rays that a sample takes from which on it is work enough by itself: the observer is asked before each. A gathering or branching method may
 /// take seconds for one.
-const MANY_RAYS: u64 = 64;
+pub(super) const MANY_RAYS: u64 = 64;
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
 /// asked to stop.
@@ -190,7 +192,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
 ) -> Option<Statistics> {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
-    let mut taken: [PixelSample<R>; SAMPLES_AT_ONCE] = Default::default();
+    let mut taken: [PixelSample<R>; SAMPLES_AT_ONCE] = from_fn(|_| PixelSample::new(observer));
     let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
 
     // Either many samples of a pixel at once, or one sample of each of many pixels. The latter give something to each other,
@@ -235,8 +237,12 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
                 }
             }
             let (keys, taken) = (&keys[..count], &mut taken[..count]);
-            taken.fill_with(PixelSample::default);
+            taken.fill_with(|| PixelSample::new(observer));
             integrator.samples(keys, &mut sampler, taken);
+            // Those in which the integrator was asked to leave are not whole.
+            if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
+                return None;
+            }
             let rays_before = statistics.rays.total();
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
@@ -292,15 +298,27 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
 }
 
 /// What one sample gave.
-#[derive(Default)]
-struct PixelSample<R> {
+struct PixelSample<'a, R> {
     weight: f32,
     radiance: R,
     surface: Option<FirstSurface>,
     rays: RayCounts,
+    cancellation: Cancellation<'a>,
 }
 
-impl<R: Gathered> Sink for PixelSample<R> {
+impl<'a, R: Default> PixelSample<'a, R> {
+    fn new(observer: &'a impl Observer) -> Self {
+        Self {
+            weight: 0.0,
+            radiance: R::default(),
+            surface: None,
+            rays: RayCounts::default(),
+            cancellation: Cancellation::new(observer),
+        }
+    }
+}
+
+impl<R: Gathered> Sink for PixelSample<'_, R> {
     type Radiance = R;
 
     fn weight(&mut self, weight: f32) {
@@ -316,13 +334,17 @@ impl<R: Gathered> Sink for PixelSample<R> {
     }
 }
 
-impl<R> RaySink for PixelSample<R> {
+impl<R> RaySink for PixelSample<'_, R> {
     fn ray(&mut self, kind: RayKind) {
         self.rays.count(kind);
     }
 
     fn cut_walk(&mut self) {
         self.rays.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancellation.look()
     }
 }
 

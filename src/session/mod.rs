@@ -18,7 +18,7 @@ pub use camera::CameraSettings;
 pub use error::{Error, InvalidSetting};
 pub use estimator::{Estimator, IntegratorKind};
 pub use merge::{Joined, Parts};
-pub use renderer::Renderer;
+pub use renderer::{Renderer, Unfinished};
 pub use settings::{MOST_FOR_NOISE, Settings};
 pub use state::RenderState;
 
@@ -193,9 +193,15 @@ impl Session {
     }
 }
 
+/// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.
+const STACK: usize = 16 << 20;
+
 /// So many threads.
 pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+        .build();
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
 }
 

@@ -1,12 +1,14 @@
 use super::backend::BUILD;
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
-use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
 use crate::render::{Observer, Outcome, Statistics};
-use std::time::Instant;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// A session whose acceleration structure is built: it takes samples, and makes pictures of them.
 pub struct Renderer<'a> {
@@ -217,6 +219,46 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
+    /// Does what [`Renderer::denoise`] does, on threads of its own. Where `gives_up` says so before the end, these are left to themselves.
+    ///
+    /// # Errors
+    ///
+    /// The filter's own, a panic of it, or that it was given up. The image is lost then: develop it again.
+    pub fn denoise_unless(
+        &self,
+        mut image: Image,
+        metadata: &mut Metadata,
+        gives_up: &dyn Fn() -> bool,
+    ) -> Result<Image, Unfinished> {
+        /// Between two questions.
+        const LOOK: Duration = Duration::from_millis(20);
+        let Some(denoiser) = self.session.settings().denoiser else {
+            return Ok(image);
+        };
+        let threads = self.session.settings().threads;
+        let (sender, receiver) = channel();
+        thread::spawn(move || {
+            let done = guarded(|| {
+                let by = denoiser.version()?;
+                let pool = thread_pool(threads).map_err(|error| DenoiseError::Failed(error.to_string()))?;
+                pool.install(|| denoiser.apply(&mut image))?;
+                Ok((image, by))
+            });
+            let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));
+        });
+        loop {
+            match receiver.recv_timeout(LOOK) {
+                Ok(done) => {
+                    let (image, by) = done.map_err(Unfinished::Failed)?;
+                    metadata.denoiser = Some(by);
+                    return Ok(image);
+                }
+                Err(RecvTimeoutError::Timeout) if !gives_up() => {}
+                Err(_) => return Err(Unfinished::GivenUp),
+            }
+        }
+    }
+
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
     /// well, so that [`Parts`](super::Parts) can be joined. A picture of no sample is not written, and what was there stays.
     #[must_use = "what could not be written is not there"]
@@ -240,6 +282,15 @@ impl<'a> Renderer<'a> {
     ) -> Option<Result<Output, FileError>> {
         state.rescue(outputs, metadata)
     }
+}
+
+/// Why there is no denoised image.
+#[derive(Debug)]
+pub enum Unfinished {
+    /// The filter failed.
+    Failed(DenoiseError),
+    /// It was given up before its end.
+    GivenUp,
 }
 
 /// Adds samples to a film.

@@ -62,6 +62,9 @@ const DEFAULT_SIDE: u32 = 512;
 /// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
 const MOST_PIXELS: u32 = 1 << 16;
 
+/// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
+const THREADS_OF_A_PROCESSOR: usize = 64;
+
 /// Advice on numbers.
 pub(super) const ABOVE_0: &str = "use a number above 0";
 
@@ -205,6 +208,13 @@ impl Settings {
         }
         if self.threads == 0 {
             return Some(wrong("threads", &0, "use at least one thread"));
+        }
+        let processors = all_threads();
+        let most = processors.saturating_mul(THREADS_OF_A_PROCESSOR);
+        if self.threads > most {
+            let plural = if processors == 1 { "" } else { "s" };
+            let help = format!("use {most} at most: this machine has {processors} processor{plural}");
+            return Some(wrong("threads", &self.threads, &help));
         }
         self.estimator.wrong_value()
     }

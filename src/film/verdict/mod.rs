@@ -58,7 +58,13 @@ pub struct Verdict {
     pub extremes: Vec<Extreme>,
     /// Which errors pixels may have in common, in the picture where that is worse: it decides what is tested.
     pub common: CommonErrors,
+    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them: heavy tails. The whole alone is tested
+    /// then, and nothing where they are fewer than [`LEAST_RARE`].
+    pub rare: Option<f64>,
 }
+
+/// Rare samples, at least, of which a sum is told from another one: the chance that half of 50 expected ones are missing is below 10^-4.
+pub const LEAST_RARE: f64 = 50.0;
 
 impl Verdict {
     /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances tell nothing, as after one sample.
@@ -73,6 +79,18 @@ impl Verdict {
         let pixels = Pixels::new(window, reference, image)?;
         let tiles: Vec<&Tile> = pixels.tiles.iter().collect();
         let common = pixels.common;
+        if let Some(rare) = pixels.rare {
+            // Most tiles have seen none of these samples. Means of relative differences, weighted by what tiles know of their noise, would be those of such tiles.
+            let tests = (rare >= LEAST_RARE).then(|| sum_tests(&tiles));
+            let whole = extreme(Scale::Whole, tests.into_iter().flatten());
+            return Some(Self {
+                level,
+                p: whole.as_ref().map_or(1.0, |whole| whole.p),
+                extremes: whole.into_iter().collect(),
+                common,
+                rare: Some(rare),
+            });
+        }
         // What supposes that tiles are independent, or that variances are right, is left out where they are not.
         let regions = match common {
             CommonErrors::None | CommonErrors::Tile => regions(&tiles),
@@ -100,6 +118,7 @@ impl Verdict {
             p: of_family(least, extremes.len()),
             extremes,
             common,
+            rare: None,
         })
     }
 
@@ -266,6 +285,49 @@ fn spread_tests(tiles: &[&Tile], common: CommonErrors) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
+/// One test a channel, by the spread of the differences of `tiles` themselves: each counts as much as it adds to the picture.
+fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
+    let test = |channel: usize| {
+        let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
+        let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
+        let n = tiles.len() as f64;
+        let share = if squares > 0.0 {
+            (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let [reference, image] = whole_means(tiles, channel);
+        Some(Test {
+            window: around(tiles)?,
+            channel,
+            means: [reference, image],
+            difference: image / reference - 1.0,
+            score: sum.signum() * ((n - 1.0) * (1.0 - share) / share).sqrt(),
+            p: if n < 2.0 {
+                1.0
+            } else {
+                student_tails_by_share(share, n - 1.0)
+            },
+        })
+    };
+    (0..3).filter_map(test).collect()
+}
+
+/// Means of reference and image over all pixels of `tiles`.
+fn whole_means(tiles: &[&Tile], channel: usize) -> [f64; 2] {
+    let pixels: f64 = tiles.iter().map(|tile| tile.pixels).sum();
+    [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>() / pixels)
+}
+
+/// The window that holds all of `tiles`.
+fn around(tiles: &[&Tile]) -> Option<Rect> {
+    let windows = tiles.iter().map(|tile| tile.window);
+    windows.reduce(|a, b| Rect {
+        min: a.min.min(b.min),
+        max: a.max.max(b.max),
+    })
+}
+
 fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<Test> {
     let relative: Vec<(f64, f64)> = tiles.iter().filter_map(|tile| tile.relative(channel)).collect();
     let independent = independent_tiles(relative.len(), common);
@@ -306,17 +368,10 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
     } else {
         1.0
     };
-    let all: f64 = tiles.iter().map(|tile| tile.pixels).sum();
-    let total = [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>());
-    let windows = tiles.iter().map(|tile| tile.window);
-    let window = windows.reduce(|a, b| Rect {
-        min: a.min.min(b.min),
-        max: a.max.max(b.max),
-    })?;
     Some(Test {
-        window,
+        window: around(tiles)?,
         channel,
-        means: total.map(|sum| sum / all),
+        means: whole_means(tiles, channel),
         // From a share of the mean of both to one of the reference
         difference: (1.0 + 0.5 * mean) / (1.0 - 0.5 * mean) - 1.0,
         score: sum.signum() * ((independent - 1.0) * (1.0 - share) / share).sqrt(),

@@ -67,6 +67,8 @@ pub(super) struct Pixels {
     pub(super) tiles: Vec<Tile>,
     /// The worse of both pictures.
     pub(super) common: CommonErrors,
+    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them.
+    pub(super) rare: Option<f64>,
 }
 
 pub(super) struct Pixel {
@@ -111,11 +113,14 @@ impl Pixels {
                 freedom,
             });
         }
+        // Errors that cross pixels have tests of their own.
+        let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
         Some(Self {
             window,
             pixels,
             tiles,
             common,
+            rare: rare.flatten(),
         })
     }
 }
@@ -177,6 +182,48 @@ impl Source {
 
 fn is_known(variance: &[f64; 3]) -> bool {
     variance.iter().all(|v| v.is_finite())
+}
+
+/// Samples that make a pixel, at most, where its variance is said to come from rare ones.
+const FEW_SAMPLES: f64 = 4.0;
+
+/// Rare samples for each tile, on average, from which on most tiles have seen how noisy they are.
+const RARE_OF_A_TILE: f64 = 4.0;
+
+/// About how many samples nearly all of the noise of two pictures consists of. `None` where they are many, or as likely in one picture as in the other: differences are then
+/// as often positive as negative, however rare what makes them is.
+///
+/// A sample that alone makes its pixel, of mean m, gives it a variance of m², and k alike samples give m² / k. Where pixels of a few such samples have most of all variance, the
+/// number of terms of that size, `(Σ v)² / Σ v²`, says how many there are. Whether pictures were made alike is asked of each pixel's variances: which of them is larger is a
+/// matter of chance then, whatever the tails are.
+fn rare_samples(sources: &[Source; 2], tiles: usize) -> Option<f64> {
+    let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
+    let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
+    for source in sources {
+        for (value, variance) in source.values.iter().zip(&source.variance) {
+            let (mean, variance) = (sum(value), sum(variance));
+            if !variance.is_finite() {
+                continue;
+            }
+            all += variance;
+            if FEW_SAMPLES * variance >= mean * mean {
+                rare += variance;
+                squares += variance * variance;
+            }
+        }
+    }
+    let events = rare * rare / squares;
+    let pairs = sources[0].variance.iter().zip(&sources[1].variance);
+    let (larger, smaller) = pairs.fold((0.0, 0.0), |(larger, smaller), (a, b)| {
+        let (a, b) = (sum(a), sum(b));
+        (
+            larger + f64::from(u8::from(a > b)),
+            smaller + f64::from(u8::from(a < b)),
+        )
+    });
+    let is_alike = f64::max(larger, smaller) <= 2.0 * f64::min(larger, smaller);
+    // Without rare samples `events` is NaN, which is less than nothing.
+    (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
 }
 
 /// Means over the squares of `2 · radius + 1` entries a side around each entry, of those that are known.

@@ -117,6 +117,9 @@ impl<A: Accel> RecordMaker<'_, A> {
         // What comes from everywhere
         let mut dropped = 0;
         let look = |index| {
+            if out.is_cancelled() {
+                return Seen::NOTHING;
+            }
             let sample = index;
             sampler.start(SampleKey { sample, ..place.key });
             let u = sampler.get_2d(Dimension::bounce(place.depth, Bounce::Direction));

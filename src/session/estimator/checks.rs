@@ -1,6 +1,6 @@
 use super::{
     Estimator, IntegratorKind, LEAST_CACHE_RAYS, MOST_BRANCHES, MOST_CACHE_RAYS, MOST_GATHER_RAYS, MOST_LIGHT_SAMPLES,
-    MOST_MERGED_PHOTONS, MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_STRATEGIES_DEPTH,
+    MOST_MERGED_PHOTONS, MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_SCATTERINGS, MOST_STRATEGIES_DEPTH,
 };
 use crate::camera::Camera;
 use crate::integrator::{Metropolis, strategies};
@@ -16,6 +16,14 @@ impl Estimator {
         if let Some(n) = self.light_samples.filter(|&n| n > MOST_LIGHT_SAMPLES) {
             let help = format!("{MOST_LIGHT_SAMPLES} at most; more samples a pixel are more of everything");
             return Some(InvalidSetting::new("light-samples", n, help));
+        }
+        if let Some(depth) = self
+            .max_depth
+            .and_then(|depth| depth.0)
+            .filter(|&n| n > MOST_SCATTERINGS)
+        {
+            let help = format!("{MOST_SCATTERINGS} at most, which is also the end of `none`");
+            return Some(InvalidSetting::new("max-depth", depth, help));
         }
         // NaN is none of them.
         if !(self.cache_error > 0.0 && self.cache_error <= 1.0) {
@@ -87,19 +95,23 @@ impl Estimator {
         }
     }
 
-    /// Refuses trees that nobody can wait for.
-    pub(in crate::session) fn check_branches(&self) -> Result<(), Error> {
-        let rays = |depth: u32| (self.branching as f64).powf(depth as f64);
-        let depth = MaxDepth(self.max_depth());
-        match self.max_depth() {
-            _ if self.kind != IntegratorKind::Distributed => Ok(()),
-            Some(d) if rays(d) <= MOST_BRANCHES => Ok(()),
-            _ => Err(Error::Refused(format!(
-                "--integrator distributed sends {} rays from every vertex, to a depth of {depth}: too many to wait for\n  \
-                 help: lower --branching or --max-depth (branching ^ depth of {MOST_BRANCHES:.0} at most)",
-                self.branching
-            ))),
+    /// Refuses branching trees with more than [`MOST_BRANCHES`] rays to their last vertices.
+    pub(crate) fn check_branches(&self) -> Result<(), Error> {
+        let Some(depth) = self
+            .most_scatterings()
+            .filter(|_| self.kind == IntegratorKind::Distributed)
+        else {
+            return Ok(());
+        };
+        let rays = (self.branching as f64).powf(depth as f64);
+        if rays <= MOST_BRANCHES {
+            return Ok(());
         }
+        let (branching, depth) = (self.branching, MaxDepth(self.max_depth()));
+        Err(Error::Refused(format!(
+            "--integrator distributed with --branching {branching} and --max-depth {depth} traces {rays:.1e} rays for one sample\n  \
+             help: lower --branching or --max-depth: branching ^ depth of {MOST_BRANCHES:.0} at most"
+        )))
     }
 
     /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by

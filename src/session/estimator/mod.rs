@@ -160,6 +160,8 @@ pub(crate) const METROPOLIS_TARGETS: &[(&str, MetropolisTarget)] = &[
 
 /// Light samples at the first vertex at most.
 const MOST_LIGHT_SAMPLES: u32 = 1024;
+/// Scatterings of a path at most, `none` included: milliseconds for a single path. Roulette from the first vertices on lets 10^-23 of the paths come so far.
+const MOST_SCATTERINGS: u32 = 1024;
 /// Scatterings at most where none are given; a branching integrator cannot afford as many as a path.
 const DEFAULT_DEPTH: u32 = 16;
 const DEFAULT_DEPTH_BRANCHING: u32 = 4;
@@ -187,7 +189,7 @@ const DEFAULT_CACHE_ERROR: f32 = 0.3;
 const DEFAULT_CACHE_RAYS: u32 = 1024;
 const LEAST_CACHE_RAYS: u32 = 16;
 const MOST_CACHE_RAYS: u32 = 1 << 20;
-/// Rays that the last vertices of one sample may send at most: seconds for a single sample.
+/// Rays to the last vertices of one branching sample at most: seconds.
 const MOST_BRANCHES: f64 = 1e7;
 
 impl Default for Estimator {
@@ -275,6 +277,11 @@ impl Estimator {
             _ => DEFAULT_DEPTH,
         };
         self.max_depth.map_or(Some(usual), |depth| depth.0)
+    }
+
+    /// Scattering events at most, for integrators: there is always an end, also where roulette comes late or never.
+    fn most_scatterings(&self) -> Option<u32> {
+        Some(self.max_depth().unwrap_or(MOST_SCATTERINGS))
     }
 
     /// Light samples at the first vertex. Where paths are shared, or indirect light is in a cache, its own light is much of the error that is left.

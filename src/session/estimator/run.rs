@@ -111,7 +111,7 @@ impl Estimator {
             IntegratorKind::PhotonMap if prepared.photons.get().is_none() => {
                 let tracer = PhotonTracer {
                     world,
-                    max_depth: self.max_depth(),
+                    max_depth: self.most_scatterings(),
                     roulette: self.roulette,
                     least_scatterings: 0,
                 };
@@ -131,7 +131,7 @@ impl Estimator {
                 let maker = TestPictureMaker {
                     world,
                     heuristic: Heuristic::default(),
-                    max_depth: self.max_depth(),
+                    max_depth: self.most_scatterings(),
                     roulette: Roulette::default(),
                 };
                 let mut statistics = Statistics::default();
@@ -151,7 +151,7 @@ impl Estimator {
         PathIntegrator {
             world,
             strategy: self.strategy,
-            max_depth: self.max_depth(),
+            max_depth: self.most_scatterings(),
             roulette: self.roulette,
             light_samples: self.light_samples(),
             reuse: false,
@@ -205,7 +205,7 @@ impl Estimator {
     /// The one place that chooses the integrator.
     fn with_integrator<A: Accel, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
-        let (max_depth, light_samples) = (self.max_depth(), self.light_samples());
+        let (max_depth, light_samples) = (self.most_scatterings(), self.light_samples());
         let path = |max_depth, reuse| PathIntegrator {
             world,
             strategy,

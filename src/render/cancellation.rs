@@ -1,0 +1,68 @@
+use super::statistics::RayCounts;
+use super::tiles::Observer;
+use crate::integrator::{RayKind, RaySink};
+use std::cell::Cell;
+
+/// Looks that long loops take between two questions to the observer, which may read a clock.
+const LOOKS: u32 = 16;
+
+/// Tells the loops of one piece of work when to end. Once they are told they are always told, so that a piece is known not to be whole.
+pub(super) struct Cancellation<'a> {
+    observer: &'a dyn Observer,
+    looks: Cell<u32>,
+    is_cancelled: Cell<bool>,
+}
+
+impl<'a> Cancellation<'a> {
+    pub fn new(observer: &'a impl Observer) -> Self {
+        Self {
+            observer,
+            looks: Cell::new(0),
+            is_cancelled: Cell::new(false),
+        }
+    }
+
+    /// Whether to end now.
+    pub fn look(&self) -> bool {
+        let looks = self.looks.get().wrapping_add(1);
+        self.looks.set(looks);
+        if looks % LOOKS == 0 && !self.is_cancelled.get() {
+            self.is_cancelled.set(self.observer.should_stop());
+        }
+        self.is_cancelled.get()
+    }
+
+    /// Whether a loop was told to end.
+    pub fn is_cancelled(&self) -> bool {
+        self.is_cancelled.get()
+    }
+}
+
+/// Counts the rays of a piece of work that may be cancelled.
+pub(super) struct CountedRays<'a> {
+    pub counts: RayCounts,
+    pub cancellation: Cancellation<'a>,
+}
+
+impl<'a> CountedRays<'a> {
+    pub fn new(observer: &'a impl Observer) -> Self {
+        Self {
+            counts: RayCounts::default(),
+            cancellation: Cancellation::new(observer),
+        }
+    }
+}
+
+impl RaySink for CountedRays<'_> {
+    fn ray(&mut self, kind: RayKind) {
+        self.counts.count(kind);
+    }
+
+    fn cut_walk(&mut self) {
+        self.counts.cut_walk();
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancellation.look()
+    }
+}

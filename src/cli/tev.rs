@@ -4,7 +4,6 @@ use super::args::RenderArgs;
 use super::progress::interrupted_for;
 use crate::film::{Channel, Film, Image};
 use crate::io::FileError;
-use crate::math::UVec2;
 use std::io;
 use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::path::Path;
@@ -62,7 +61,7 @@ struct Sending {
 /// What the thread is to send.
 enum Work {
     /// A black image of so many pixels.
-    Open(UVec2),
+    Open([u32; 2]),
     Picture(Image),
 }
 
@@ -91,7 +90,7 @@ impl Preview {
     /// Opens a black image of the film's full size, with the channels that all files have. Here and below, a viewer that cannot be reached any more
     /// is what comes back, once; after that there is none.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|| Work::Open(film.resolution()))
+        self.tell(|| Work::Open(film.resolution().to_array()))
     }
 
     /// Shows the picture so far, unless the viewer is busy. The other channels are left out: they would take most of the time.
@@ -257,13 +256,13 @@ fn lost(address: &str, error: &io::Error) -> FileError {
 }
 
 impl Viewer {
-    fn open(&mut self, size: UVec2) -> io::Result<()> {
+    fn open(&mut self, [width, height]: [u32; 2]) -> io::Result<()> {
         let channels: Vec<&str> = Image::channel_names().collect();
         self.client.send(PacketCreateImage {
             image_name: &self.name,
             grab_focus: true,
-            width: size.x,
-            height: size.y,
+            width,
+            height,
             channel_names: &channels,
         })
     }

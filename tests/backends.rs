@@ -22,6 +22,41 @@ fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     ]
 }
 
+/// The same by name, with Embree on each instruction set that it can be told to use here.
+fn backends_by_isa(scene: &Scene) -> Vec<(String, Box<dyn Accel + '_>)> {
+    let mut named: Vec<(String, Box<dyn Accel + '_>)> = Vec::new();
+    #[cfg(all(feature = "embree", target_arch = "x86_64"))]
+    {
+        use embrasure::accel::embree::{Device, EmbreeAccel};
+        let has = |isa: &str| match isa {
+            "avx512" => has_avx512(),
+            "avx2" => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            _ => true,
+        };
+        for isa in Device::ISAS.into_iter().filter(|isa| has(isa)) {
+            let device = Device::with_isa(1, isa).unwrap();
+            named.push((
+                format!("embree {isa}"),
+                Box::new(EmbreeAccel::on(device, scene).unwrap()),
+            ));
+        }
+    }
+    for backend in backends(scene) {
+        named.push((backend.info().name.into(), backend));
+    }
+    named
+}
+
+#[cfg(target_arch = "x86_64")]
+#[allow(dead_code, reason = "Embree alone is told what to use")]
+fn has_avx512() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512cd")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512vl")
+}
+
 /// Reproducible random numbers: `at(i, k)` is the k-th pair of item `i`.
 fn at(i: u32, k: u32) -> Vec2 {
     let mut s = Independent::new(42);
@@ -66,25 +101,32 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     accels.push(Box::new(brute));
     for (i, first) in accels.iter().enumerate() {
         for second in &accels[i + 1..] {
-            let (mut found, mut used, mut count) = (Vec::new(), 0f64, 0);
+            let (mut found, mut used, mut count) = (Vec::new(), [0f64; 2], 0);
             for ray in rays {
                 let before = found.len();
                 for kind in [QueryKind::Closest, QueryKind::Occlusion] {
                     let accels = [first.as_ref(), second.as_ref()];
-                    found.extend(compare(scene, accels, &Query { ray: *ray, kind }));
+                    let differs = compare(scene, accels, &Query { ray: *ray, kind });
+                    // Either of two surfaces in one place is right.
+                    found.extend(differs.filter(|d| d.cause != Cause::Coincident));
                 }
                 count += usize::from(found.len() > before);
-                // How much of the bound on distances is used
-                if let (Some(a), Some(b)) = (first.intersect(ray), second.intersect(ray)) {
-                    if (a.geom, a.prim) == (b.geom, b.prim) {
-                        let error = Crossing::new(scene, ray, &a).t_error();
-                        used = used.max((a.t as f64 - b.t as f64).abs() / error);
+                // How much of the bounds on distances and barycentrics is used
+                if let Some(hit) = first.intersect(ray) {
+                    let crossing = Crossing::new(scene, ray, &hit);
+                    let (t, b) = crossing.errors();
+                    let bounds = [crossing.t_error(), crossing.barycentric_error()];
+                    // Of triangles that are seen from the side nothing is known.
+                    if bounds[1] < 0.1 {
+                        used = [used[0].max(t / bounds[0]), used[1].max(b / bounds[1])];
                     }
                 }
             }
             let names = [first.info().name, second.info().name].join(" and ");
             let (n, unexplained) = (rays.len(), |d: &&Disagreement| d.cause == Cause::Unexplained);
-            println!("{what}, {names}: {count} of {n} rays differ; distances use {used:.3} of their bound");
+            println!(
+                "{what}, {names}: {count} of {n} rays differ; distances and barycentrics use {used:.3?} of their bounds"
+            );
             for d in found.iter().take(5) {
                 println!("  {:?} {:x?} {:?}", d.cause, d.query.ray.bits(), d.answers);
             }
@@ -548,6 +590,237 @@ fn hits_name_the_point_by_their_barycentrics() {
     }
 }
 
+/// A closed box of two triangles a side, its front outside.
+fn cube() -> Mesh {
+    let corner = |i: usize| Vec3::from_array([i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32 * 2.0 - 1.0));
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    Mesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// The scene with `mesh` in it once, placed by `m`: put there corner by corner, or as an instance.
+fn placed(mesh: &Mesh, m: Affine3A, is_instance: bool) -> Scene {
+    if !is_instance {
+        return scene_of(vec![Mesh {
+            positions: mesh.positions.iter().map(|p| m.transform_point3a(*p)).collect(),
+            ..mesh.clone()
+        }]);
+    }
+    let mut b = SceneBuilder::new();
+    let m0 = b.add_material(material(0.5, 0.0)).unwrap();
+    let prototype = b.add_prototype(vec![(mesh.clone(), m0)]).unwrap();
+    b.add_instance(prototype, Placement::Still(m)).unwrap();
+    b.build().unwrap().0
+}
+
+/// Rays that leak of `rays` rays inside of a closed shell: from `center`, then on from where each has met the shell, as paths go. Every hit is where its triangle is.
+fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) -> u32 {
+    let mut leaks = 0;
+    let mut next: Vec<Ray> = Vec::new();
+    let mut path = 0;
+    for i in 0..rays.div_ceil(16) {
+        while next.len() < 16 {
+            next.push(Ray::new(center, uniform_sphere(at(path, 90))));
+            path += 1;
+        }
+        let batch = std::mem::take(&mut next);
+        let mut hits = vec![None; batch.len()];
+        accel.intersect_coherent(&batch, &mut hits);
+        for (k, (ray, hit)) in (0..).zip(batch.iter().zip(hits)) {
+            // Packets and single rays in turns
+            let hit = if i % 2 == 0 { hit } else { accel.intersect(ray) };
+            let is_occluded = accel.occluded(ray);
+            let Some(hit) = hit.filter(|_| is_occluded) else {
+                leaks += 1;
+                continue;
+            };
+            let crossing = Crossing::new(scene, ray, &hit);
+            let (t, b) = crossing.errors();
+            let (t_error, b_error) = (crossing.t_error(), crossing.barycentric_error());
+            assert!(
+                t <= t_error && b <= b_error || b_error > 0.1,
+                "{what}: {ray:?}: {hit:?}"
+            );
+            let s = scene.surface_point(&hit, 0.0);
+            let w = uniform_sphere(at(16 * i + k, 91));
+            next.push(ray_towards(&s, if w.dot(s.ng) < 0.0 { w } else { -w }));
+        }
+    }
+    leaks
+}
+
+/// Closed shells are closed from the inside at every scale that a scene may have, and every hit in them is right, on every instruction set; also where
+/// an instance makes them small or large, turns them, and puts them far away.
+#[test]
+fn closed_shells_are_closed() {
+    const RAYS: u32 = 4096;
+    let turned = |scale: f32, place: Vec3| affine_from_trs(place, Vec3::new(20.0, 50.0, 70.0), Vec3::splat(scale));
+    let far = |x: f32| Vec3::new(x, -0.7 * x, 0.9 * x);
+    let sphere = sphere(1.0, Vec3::ZERO, 3);
+    for (shape, shell) in [("sphere", &sphere), ("cube", &cube())] {
+        for exponent in [-9, -8, -6, -3, 0, 3, 6, 9] {
+            let scale = 10f32.powi(exponent);
+            for is_instance in [false, true] {
+                let what = format!("{shape} of {scale:e}, instance {is_instance}");
+                let scene = placed(shell, turned(scale, Vec3::ZERO), is_instance);
+                for (name, accel) in backends_by_isa(&scene) {
+                    let what = format!("{what}, {name}");
+                    assert_eq!(leaks(&what, &scene, accel.as_ref(), Vec3::ZERO, RAYS), 0, "{what}");
+                }
+            }
+            // The object itself is small or large, the scene is not.
+            let own = moved(shell.clone(), scale, Vec3::ZERO);
+            let scene = placed(&own, turned(1.0 / scale, Vec3::ZERO), true);
+            for (name, accel) in backends_by_isa(&scene) {
+                let what = format!("{shape} of {scale:e} made as large as 1, {name}");
+                assert_eq!(leaks(&what, &scene, accel.as_ref(), Vec3::ZERO, RAYS), 0, "{what}");
+            }
+        }
+        for distance in [1e3, 1e4, 1e5] {
+            let scene = placed(shell, turned(1.0, far(distance)), true);
+            for (name, accel) in backends_by_isa(&scene) {
+                let what = format!("{shape}, an instance {distance:e} away, {name}");
+                let count = leaks(&what, &scene, accel.as_ref(), far(distance), 4 * RAYS);
+                println!("{what}: {count} of {} rays leak", 4 * RAYS);
+                // One in 10⁴
+                assert!(count <= 1, "{what}: {count}");
+            }
+        }
+    }
+}
+
+/// The interval of a ray is open at both ends, for single rays and packets, whatever is hit: where a ray goes on from a hit, `t_min` is that hit's `t`.
+#[test]
+fn intervals_are_open() {
+    let triangle = polygon(&[
+        Vec3::new(-1.0, -1.0, 0.0),
+        Vec3::new(1.0, -1.0, 0.1),
+        Vec3::new(0.0, 1.0, -0.2),
+    ]);
+    let bent = Mesh {
+        positions_close: triangle.positions.iter().map(|p| 1.5 * *p - 0.1).collect(),
+        ..triangle.clone()
+    };
+    let instance = |mesh: &Mesh, placement: Placement| {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(0.5, 0.0)).unwrap();
+        let prototype = b.add_prototype(vec![(mesh.clone(), m)]).unwrap();
+        b.add_instance(prototype, placement).unwrap();
+        b.build().unwrap().0
+    };
+    let place = |x: f32| affine_from_trs(Vec3::new(x, 0.1, 0.2), Vec3::new(5.0, 10.0, 20.0), Vec3::splat(1.7));
+    let moving = || Placement::Moving([place(0.0), place(0.1), place(0.05)].into());
+    for (what, scene) in [
+        ("a mesh", scene_of(vec![triangle.clone()])),
+        ("an instance", instance(&triangle, Placement::Still(place(0.1)))),
+        ("a mesh that bends", scene_of(vec![bent.clone()])),
+        ("an instance that moves", instance(&triangle, moving())),
+        ("an instance that moves and bends", instance(&bent, moving())),
+    ] {
+        let mut backends = backends_by_isa(&scene);
+        backends.push(("brute".into(), Box::new(BruteForce::new(&scene))));
+        for (name, accel) in backends {
+            for i in 0..64 {
+                let (u, v) = (at(i, 95), at(i, 96));
+                let from = Vec3::new(0.4 * u.x - 0.2, 0.4 * u.y - 0.3, 3.0);
+                let to = Vec3::new(0.3 * v.x, 0.3 * v.y - 0.2, 0.0);
+                let ray =
+                    Ray::new(from, (0.5 + 2.0 * u.x) * (to - from)).when(if scene.is_moving() { v.x } else { 0.0 });
+                // Single rays, and packets, whose distances may have other last digits
+                for is_packet in [false, true] {
+                    let ask = |ray: Ray| -> (Option<Hit>, bool) {
+                        if !is_packet {
+                            return (accel.intersect(&ray), accel.occluded(&ray));
+                        }
+                        let (mut hits, mut occluded) = ([None; 16], [false; 16]);
+                        accel.intersect_coherent(&[ray; 16], &mut hits);
+                        accel.occluded_coherent(&[ray; 16], &mut occluded);
+                        assert!(hits.iter().all(|h| *h == hits[0]) && occluded.iter().all(|o| *o == occluded[0]));
+                        (hits[0], occluded[0])
+                    };
+                    let what = format!("{what}, {name}, packet {is_packet}: {ray:?}");
+                    let Some(hit) = ask(ray).0 else {
+                        panic!("{what}: nothing is hit")
+                    };
+                    let next = |t: f32, steps: i32| f32::from_bits((t.to_bits() as i32 + steps) as u32);
+                    // Occlusion may be asked of other code than the closest hit, of which the last digits are others.
+                    const DIGITS: i32 = 16;
+                    for (near, far, is_met) in [
+                        (Some((hit.t, 0)), None, false),
+                        (Some((hit.t, -DIGITS)), None, true),
+                        (None, Some((hit.t, 0)), false),
+                        (None, Some((hit.t, DIGITS)), true),
+                        (Some((0.9 * hit.t, 0)), Some((1.1 * hit.t, 0)), true),
+                        (Some((hit.t, 1)), None, false),
+                        (Some((0.5 * hit.t, 0)), Some((0.9 * hit.t, 0)), false),
+                    ] {
+                        let within = |outwards: i32| Ray {
+                            t_min: near.map_or(0.0, |(t, steps)| next(t, steps - outwards)),
+                            t_max: far.map_or(f32::INFINITY, |(t, steps)| next(t, steps + outwards)),
+                            ..ray
+                        };
+                        assert_eq!(ask(within(0)).0.is_some(), is_met, "{what} in {near:?} to {far:?}");
+                        let outwards = if is_met { DIGITS } else { -DIGITS };
+                        assert_eq!(
+                            ask(within(outwards)).1,
+                            is_met,
+                            "{what} in {near:?} to {far:?}, occlusion"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What cannot be right is refused, with the numbers.
+#[test]
+fn scenes_beyond_the_range_are_refused() {
+    let added = |scale: f32| {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(0.5, 0.0)).unwrap();
+        b.add_mesh(moved(cube(), scale, Vec3::ZERO), m)
+            .and_then(|()| b.build().map(drop))
+    };
+    for scale in [1e-9, 1e-6, 1.0, 1e6, 1e10] {
+        assert_eq!(added(scale), Ok(()), "{scale}");
+    }
+    for (scale, number) in [
+        (4e-10, "8e-10"),
+        (1e-13, "2e-13"),
+        (1.1e10, "11000000000"),
+        (1e13, "10000000000000"),
+    ] {
+        let error = added(scale).unwrap_err().to_string();
+        assert!(error.contains(number), "{scale}: {error}");
+    }
+    // An instance counts in the world and in its own space.
+    let instance = |own: f32, scale: f32| {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(0.5, 0.0)).unwrap();
+        b.add_mesh(cube(), m)?;
+        let prototype = b.add_prototype(vec![(moved(cube(), own, Vec3::ZERO), m)])?;
+        let m = affine_from_trs(Vec3::ZERO, Vec3::ZERO, Vec3::splat(scale));
+        b.add_instance(prototype, Placement::Still(m))?;
+        b.build().map(drop)
+    };
+    assert_eq!(instance(1e-8, 1e8), Ok(()));
+    assert_eq!(instance(1e8, 1e-8), Ok(()));
+    for (own, scale) in [(1e-10, 1e10), (1e11, 1e-11), (1.0, 1e11), (1.0, 1e-12 * 1e-4)] {
+        assert!(instance(own, scale).is_err(), "{own} times {scale}");
+    }
+}
+
 #[test]
 fn an_empty_scene_has_no_hits() {
     let scene = SceneBuilder::new().build().unwrap().0;
@@ -561,7 +834,7 @@ fn an_empty_scene_has_no_hits() {
 #[test]
 fn rays_do_not_meet_the_surface_they_left() {
     for i in 0..1000 {
-        let scale = 10f32.powi(i as i32 % 17 - 8);
+        let scale = 10f32.powi((i as i32 % 17 - 8).min(7));
         let place = [Vec3::ZERO, Vec3::ONE, Vec3::new(100.0, -3.0, 20.0)][i as usize % 3];
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
         // Slivers too, 10 to 1000 times as long as wide: the narrower, the further are they from where f32 finds them.
@@ -687,11 +960,13 @@ mod together {
         }
     }
 
-    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ.
+    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ but which of two surfaces in one place is hit.
     fn check(name: &str, auditor: &Auditor) {
         let findings = auditor.findings();
-        let (count, rays) = (findings.count(), findings.rays());
-        println!("{name}: {count} of {rays} rays differ");
+        // Sponza has surfaces in one another.
+        let coincident = findings.caused_by(Cause::Coincident);
+        let (count, rays) = (findings.count() - coincident, findings.rays());
+        println!("{name}: {count} of {rays} rays differ, {coincident} more meet two surfaces in one place");
         for d in &findings.disagreements {
             println!(
                 "  {:?} {:?} {:x?} {:?}",

@@ -154,6 +154,36 @@ fn each_mistake_of_a_face_is_found_at_its_line() {
     assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
 }
 
+/// Far from the origin an instance loses digits on the way into its own space, also in a scene that is as wide as it is far.
+#[test]
+fn instances_that_are_far_away_are_found() {
+    let scene = |x: &str, size: &str| {
+        let m = format!("[[{size}, 0, 0, {x}], [0, {size}, 0, 0], [0, 0, {size}, 0], [0, 0, 0, 1]]");
+        format!("{SCENE}name = \"stone\"\ninstances = [{m}]\n[[object]]\nobj = \"b.obj\"\n")
+    };
+    let square = format!("{SQUARE}f 1 2 3 4\n");
+    let plain = "v -1e5 0 0\nv 1e5 0 0\nv 1e5 1e5 1\nv -1e5 1e5 0\nusemtl m\nf 1 2 3 4\n";
+    for (x, size, is_far) in [
+        ("1e5", "1", true),
+        ("1e3", "1", false),
+        ("1e5", "1e3", false),
+        ("1e3", "0.001", true),
+    ] {
+        let files = [
+            ("s.toml", scene(x, size)),
+            ("a.obj", square.clone()),
+            ("b.obj", format!("mtllib a.mtl\n{plain}")),
+        ];
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+        let folder = folder(&[&files[..], &[("a.mtl", "newmtl m\nKd 0.5 0.5 0.5\n")]].concat());
+        let (report, _) = check(folder.path(), "s.toml");
+        let found = findings(&report).iter().find(|f| f["code"] == "far-instance");
+        assert_eq!(found.is_some(), is_far, "{x} {size}: {report}");
+        let names_it = found.is_none_or(|f| f["message"].as_str().is_some_and(|m| m.contains("`stone`")));
+        assert!(names_it, "{report}");
+    }
+}
+
 #[test]
 fn each_mistake_of_a_material_is_found_at_its_line() {
     let square = format!("{SQUARE}f 1 2 3 4\n");

@@ -907,6 +907,48 @@ fn the_lab_can_be_interrupted_at_its_reference() {
     assert!(folder.path().join("cut.png").exists());
 }
 
+/// An audited render traces packets as any other does: of triangles in one place it sees the same ones.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+#[test]
+fn audits_change_no_bit() {
+    let mut obj = String::from("mtllib a.mtl\n");
+    for i in 0..90 {
+        let (x, name) = (0.05 * (i / 3) as f32, ["r", "g", "b"][i % 3]);
+        obj += &format!(
+            "usemtl {name}\nv {} -1 0\nv {x} -1 0.2\nv {} 1 0.1\nf -3 -2 -1\n",
+            x - 1.0,
+            x - 0.5
+        );
+    }
+    let mtl = "newmtl r\nKd 0.9 0.1 0.1\nnewmtl g\nKd 0.1 0.9 0.1\nnewmtl b\nKd 0.1 0.1 0.9\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
+    let render = split("render a.obj --size 24x24 --spp 4 -q -o");
+    done(folder.path(), &joined(&render, &["plain.exr"]));
+    done(
+        folder.path(),
+        &joined(&render, &["audited.exr", "--audit-rays", "1", "--stats", "s.json"]),
+    );
+    let [plain, audited] = ["plain.exr", "audited.exr"].map(|name| folder.path().join(name));
+    assert_same_bits(&plain, &audited);
+    let audit = &read_json(&folder.path().join("s.json"))["audit"];
+    assert_eq!(audit["causes"]["unexplained"], 0, "{audit}");
+    assert!(
+        audit["causes"]["leak"].is_u64() && audit["wrong"].is_object(),
+        "{audit}"
+    );
+}
+
+/// A scene whose lengths 32-bit floats cannot hold is refused, with its size and the remedy.
+#[test]
+fn sizes_beyond_the_range_are_refused() {
+    let obj = |s: &str| format!("v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nf 1 2 3\n");
+    let folder = folder(&[("small.obj", &obj("2e-10")), ("large.obj", &obj("3e13"))]);
+    for (scene, number) in [("small.obj", "2e-10"), ("large.obj", "30000000000000")] {
+        let said = refused(folder.path(), &["render", scene, "-q"], 1);
+        assert!(said.contains(number) && said.contains("help: scale"), "{said}");
+    }
+}
+
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_report_and_replay() {

@@ -1,3 +1,4 @@
+use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
 use crate::geometry::Hit;
 use crate::math::Ray;
@@ -5,14 +6,21 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::scene::Scene;
 use std::sync::{Mutex, PoisonError};
 
-/// A backend whose answers are checked, for a share of the rays, against those of another one.
+/// Triangles against which brute force tests the rays that are checked, on average: about as much work as the rest of a check.
+const BRUTE_TESTS: f64 = 256.0;
+
+/// A backend whose answers are checked, for a share of the rays, against those of another one and against exact arithmetic.
 ///
-/// Which rays are checked depends on their bits alone, so that any number of threads checks the same ones.
+/// The first backend is asked as if nobody checked: packets are traced as packets. Each ray of a packet is checked by itself. Which rays are checked
+/// depends on their bits alone, so that any number of threads checks the same ones.
 pub struct Auditor<'a> {
     scene: &'a Scene,
     accels: [&'a dyn Accel; 2],
+    brute: BruteForce<'a>,
     /// A ray is checked where its hash is less.
     threshold: u64,
+    /// Brute force is asked too where it is less than this.
+    brute_threshold: u64,
     findings: Mutex<Findings>,
 }
 
@@ -24,7 +32,7 @@ pub struct Findings {
     /// Rays whose occlusion was checked.
     pub occlusion: u64,
     /// Disagreements by cause, in the order of [`Cause::ALL`].
-    pub causes: [u64; 4],
+    pub causes: [u64; Cause::COUNT],
     /// Some of them, the same ones in whichever order they were found.
     pub disagreements: Vec<Disagreement>,
 }
@@ -48,6 +56,12 @@ impl Findings {
         self.causes[cause as usize]
     }
 
+    /// Disagreements in which a backend is wrong.
+    pub fn faults(&self) -> u64 {
+        let faults = Cause::ALL.into_iter().filter(|cause| cause.is_fault());
+        faults.map(|cause| self.caused_by(cause)).sum()
+    }
+
     fn add(&mut self, found: Disagreement) {
         self.causes[found.cause as usize] += 1;
         let at = self.disagreements.partition_point(|d| order(d) <= order(&found));
@@ -64,11 +78,15 @@ fn order(d: &Disagreement) -> (std::cmp::Reverse<Cause>, u64) {
 impl<'a> Auditor<'a> {
     /// Lets the first backend answer, and the second one be asked too for a `share` in [0, 1] of the rays.
     pub fn new(scene: &'a Scene, accels: [&'a dyn Accel; 2], share: f64) -> Self {
+        // The cast saturates: all rays for a share of 1.
+        let threshold = |share: f64| (share * 2f64.powi(64)) as u64;
+        let triangles = scene.placed_triangle_count().max(1) as f64;
         Self {
             scene,
             accels,
-            // The cast saturates: all rays for a share of 1.
-            threshold: (share * 2f64.powi(64)) as u64,
+            brute: BruteForce::new(scene),
+            threshold: threshold(share),
+            brute_threshold: threshold(share * (BRUTE_TESTS / triangles).min(1.0)),
             findings: Mutex::default(),
         }
     }
@@ -78,32 +96,66 @@ impl<'a> Auditor<'a> {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    fn ask(&self, ray: &Ray, kind: QueryKind) -> Answer {
-        let query = Query { ray: *ray, kind };
-        if hash(&query) < self.threshold {
-            let answers = self.accels.map(|accel| query.ask(accel));
-            let found = judge(self.scene, self.accels, &query, answers);
-            let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
-            match kind {
-                QueryKind::Closest => findings.closest += 1,
-                QueryKind::Occlusion => findings.occlusion += 1,
-            }
-            if let Some(found) = found {
-                findings.add(found);
-            }
-            return answers[0];
+    /// Checks what the first backend answered, if the ray is among those that are checked.
+    fn check(&self, query: Query, answer: Answer, is_packet: bool) {
+        let hash = hash(&query);
+        if hash >= self.threshold {
+            return;
         }
-        query.ask(self.accels[0])
+        let answers = [answer, query.ask(self.accels[1])];
+        let found = judge(self.scene, self.accels, &query, answers);
+        let found = found.or_else(|| match hash < self.brute_threshold {
+            true => self.common_fault(&query, answers),
+            false => None,
+        });
+        let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
+        match query.kind {
+            QueryKind::Closest => findings.closest += 1,
+            QueryKind::Occlusion => findings.occlusion += 1,
+        }
+        if let Some(found) = found {
+            findings.add(Disagreement { is_packet, ..found });
+        }
+    }
+
+    /// What both backends missed in the same way.
+    fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
+        let exact = query.ask(&self.brute);
+        let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);
+        let is_missed = exact.is_hit() && (!answers[0].is_hit() || distance(&exact) < distance(&answers[0]));
+        if !is_missed {
+            return None;
+        }
+        let found = judge(self.scene, [self.accels[0], &self.brute], query, [answers[0], exact])?;
+        found.cause.is_fault().then_some(Disagreement { answers, ..found })
     }
 }
 
 impl Accel for Auditor<'_> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.ask(ray, QueryKind::Closest).hit()
+        let hit = self.accels[0].intersect(ray);
+        self.check(Query::closest(ray), Answer::Closest(hit), false);
+        hit
+    }
+
+    fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.accels[0].intersect_coherent(rays, hits);
+        for (ray, hit) in rays.iter().zip(hits) {
+            self.check(Query::closest(ray), Answer::Closest(*hit), true);
+        }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        self.ask(ray, QueryKind::Occlusion).is_hit()
+        let occluded = self.accels[0].occluded(ray);
+        self.check(Query::occlusion(ray), Answer::Occlusion(occluded), false);
+        occluded
+    }
+
+    fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.accels[0].occluded_coherent(rays, occluded);
+        for (ray, occluded) in rays.iter().zip(occluded) {
+            self.check(Query::occlusion(ray), Answer::Occlusion(*occluded), true);
+        }
     }
 
     fn info(&self) -> BackendInfo {
@@ -125,14 +177,14 @@ fn hash(query: &Query) -> u64 {
 mod tests {
     use super::*;
     use crate::accel::brute::BruteForce;
-    use crate::geometry::Mesh;
+    use crate::geometry::{Mesh, PrimId};
     use crate::material::Material;
     use crate::math::Vec3;
     use crate::scene::SceneBuilder;
 
     /// Wrong in one way.
     struct Broken<'a> {
-        right: &'a BruteForce,
+        right: &'a BruteForce<'a>,
         change: fn(Hit) -> Option<Hit>,
     }
 
@@ -226,6 +278,202 @@ mod tests {
         let grazing = Ray::new(Vec3::new(-1.0, 0.2, 1e-7), Vec3::new(1.0, 0.0, -1e-7));
         assert_eq!(cause(grazing), Cause::Grazing);
         assert_eq!(cause(down(0.2, 0.3)), Cause::Unexplained);
+    }
+
+    /// A square of two triangles, and another one behind it.
+    fn squares() -> Scene {
+        let mut builder = SceneBuilder::new();
+        let material = builder.add_material(Material::default()).unwrap();
+        let corners = |z: f32| [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Vec3::new(x, y, z));
+        let mesh = Mesh {
+            positions: [corners(0.0), corners(-1.0)].concat(),
+            triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
+            ..Mesh::default()
+        };
+        builder.add_mesh(mesh, material).unwrap();
+        builder.build().unwrap().0
+    }
+
+    /// What is found of a backend whose hits are wrong by `change`, by the closest hit of one ray, and which of both backends is held to be wrong.
+    fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
+        let scene = squares();
+        let right = BruteForce::new(&scene);
+        let broken = Broken { right: &right, change };
+        let auditor = Auditor::new(&scene, [&right, &broken], 1.0);
+        auditor.intersect(&ray);
+        let found = auditor.findings().disagreements.first().copied();
+        found.map(|found| (found.cause, found.wrong(&scene, Some(&right))))
+    }
+
+    #[test]
+    fn wrong_names_and_barycentrics_are_found() {
+        let inside = down(0.7, 0.3);
+        assert_eq!(judged(inside, Some), None);
+        let wrong = Some((Cause::Unexplained, [false, true]));
+        assert_eq!(judged(inside, |hit| Some(Hit { prim: PrimId(1), ..hit })), wrong);
+        assert_eq!(
+            judged(inside, |hit| Some(Hit {
+                b1: hit.b1 + 1e-3,
+                ..hit
+            })),
+            wrong
+        );
+        assert_eq!(
+            judged(inside, |hit| Some(Hit {
+                b1: -0.0,
+                b2: -0.0,
+                ..hit
+            })),
+            wrong
+        );
+        assert_eq!(
+            judged(inside, |hit| Some(Hit {
+                t: hit.t + 1.0,
+                prim: PrimId(2),
+                ..hit
+            })),
+            wrong
+        );
+    }
+
+    #[test]
+    fn leaks_are_told_from_rims() {
+        // Through the edge that both triangles share, and beside the square
+        let diagonal = down(0.25, 0.25 + 1e-9);
+        let behind = |hit: Hit| {
+            Some(Hit {
+                t: hit.t + 1.0,
+                prim: PrimId(hit.prim.0 + 2),
+                ..hit
+            })
+        };
+        for miss in [behind as fn(Hit) -> Option<Hit>, |_| None] {
+            assert_eq!(judged(diagonal, miss), Some((Cause::Leak, [false, true])));
+            assert_eq!(judged(down(0.5, 1e-9), miss), Some((Cause::Edge, [false; 2])));
+            assert_eq!(judged(down(0.6, 0.3), miss), Some((Cause::Unexplained, [false, true])));
+        }
+        // Whichever of both triangles an edge is given to is right.
+        let other = |hit: Hit| {
+            let (b1, b2) = if hit.prim == PrimId(0) {
+                (0.25, 0.0)
+            } else {
+                (0.0, 0.25)
+            };
+            Some(Hit {
+                prim: PrimId(1 - hit.prim.0),
+                b1,
+                b2,
+                ..hit
+            })
+        };
+        assert_eq!(judged(down(0.25, 0.25), other), None);
+    }
+
+    /// What brute force alone finds: two backends that are wrong in the same way.
+    #[test]
+    fn what_both_backends_miss_is_found() {
+        let scene = squares();
+        let right = BruteForce::new(&scene);
+        let blind = Broken {
+            right: &right,
+            change: |_| None,
+        };
+        let auditor = Auditor::new(&scene, [&blind, &blind], 1.0);
+        auditor.intersect(&down(0.6, 0.3));
+        auditor.occluded(&down(0.6, 0.3));
+        let findings = auditor.findings();
+        assert_eq!((findings.faults(), findings.caused_by(Cause::Unexplained)), (2, 2));
+        for found in &findings.disagreements {
+            assert_eq!(found.wrong(&scene, Some(&right)), [true; 2]);
+        }
+    }
+
+    #[test]
+    fn surfaces_in_one_another_are_told() {
+        let mut builder = SceneBuilder::new();
+        let material = builder.add_material(Material::default()).unwrap();
+        let mesh = Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+            triangles: vec![[0, 1, 2], [0, 1, 2]],
+            ..Mesh::default()
+        };
+        builder.add_mesh(mesh, material).unwrap();
+        let scene = builder.build().unwrap().0;
+        let right = BruteForce::new(&scene);
+        let other = |hit: Hit| {
+            Some(Hit {
+                prim: PrimId(1 - hit.prim.0),
+                ..hit
+            })
+        };
+        let broken = Broken {
+            right: &right,
+            change: other,
+        };
+        let auditor = Auditor::new(&scene, [&right, &broken], 1.0);
+        auditor.intersect(&down(0.2, 0.3));
+        let findings = auditor.findings();
+        assert_eq!((findings.count(), findings.caused_by(Cause::Coincident)), (1, 1));
+        assert_eq!(findings.faults(), 0);
+    }
+
+    /// A backend whose packets say nothing.
+    struct BlindPackets<'a>(&'a BruteForce<'a>);
+
+    impl Accel for BlindPackets<'_> {
+        fn intersect(&self, ray: &Ray) -> Option<Hit> {
+            self.0.intersect(ray)
+        }
+        fn intersect_coherent(&self, _: &[Ray], hits: &mut [Option<Hit>]) {
+            hits.fill(None);
+        }
+        fn occluded(&self, ray: &Ray) -> bool {
+            self.0.occluded(ray)
+        }
+        fn occluded_coherent(&self, _: &[Ray], occluded: &mut [bool]) {
+            occluded.fill(false);
+        }
+        fn info(&self) -> BackendInfo {
+            self.0.info()
+        }
+        fn bytes(&self) -> u64 {
+            0
+        }
+    }
+
+    #[test]
+    fn packets_are_audited_as_packets() {
+        let scene = squares();
+        let right = BruteForce::new(&scene);
+        let blind = BlindPackets(&right);
+        let rays = [down(0.2, 0.7), down(0.3, 0.8), down(5.0, 0.0)];
+        let auditor = Auditor::new(&scene, [&blind, &right], 1.0);
+        let (mut hits, mut occluded) = ([right.intersect(&rays[0]); 3], [true; 3]);
+        auditor.intersect_coherent(&rays, &mut hits);
+        auditor.occluded_coherent(&rays, &mut occluded);
+        // What the backend says goes on unchanged, and each ray is checked.
+        assert_eq!((hits, occluded), ([None; 3], [false; 3]));
+        let findings = auditor.findings();
+        assert_eq!((findings.closest, findings.occlusion), (3, 3));
+        assert_eq!(findings.caused_by(Cause::Unexplained), 4);
+        assert!(findings.disagreements.iter().all(|found| found.is_packet));
+        // Single rays of the same backend are right.
+        let auditor = Auditor::new(&scene, [&blind, &right], 1.0);
+        for ray in &rays {
+            auditor.intersect(ray);
+        }
+        assert_eq!(auditor.findings().count(), 0);
+
+        // A recorder too asks as it is asked.
+        let recorder = super::super::Recorder::new(&blind);
+        recorder.intersect_coherent(&rays, &mut hits);
+        recorder.intersect(&rays[0]);
+        recorder.occluded_coherent(&rays, &mut occluded);
+        let notes = recorder.take();
+        let is_hit: Vec<bool> = notes.iter().map(|(_, answer)| answer.is_hit()).collect();
+        assert_eq!(is_hit, [false, false, false, true, false, false, false]);
+        let asked: Vec<Ray> = notes.iter().map(|(query, _)| query.ray).collect();
+        assert_eq!(asked, [&rays[..], &rays[..1], &rays[..]].concat());
     }
 
     #[test]

@@ -1,45 +1,17 @@
 //! Every triangle against every ray: slow, and simple enough to be right. The oracle for the other backends.
 
 use super::{Accel, BackendInfo};
-use crate::geometry::{GeomId, Hit, InstanceId, Placement, PrimId};
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};
 use crate::math::{DAffine3, DVec3, Ray, Vec3};
 use crate::scene::Scene;
 
 /// The name users type.
 pub const NAME: &str = "brute";
 
-/// All triangles of a scene in a row.
-#[derive(Clone, Debug)]
-pub struct BruteForce {
-    triangles: Vec<Triangle>,
-    /// By [`InstanceId`].
-    placements: Vec<Placement>,
-}
-
-#[derive(Clone, Debug)]
-struct Triangle {
-    corners: [Vec3; 3],
-    /// Where they are at time 1.
-    close: Option<[Vec3; 3]>,
-    geom: GeomId,
-    prim: PrimId,
-    inst: InstanceId,
-}
-
-impl Triangle {
-    /// Corners at `time` in the world, `placement` being where its instance is then.
-    fn at(&self, time: f64, placement: Option<&DAffine3>) -> [DVec3; 3] {
-        let mut corners = self.corners.map(Vec3::as_dvec3);
-        if let Some(close) = self.close {
-            for (open, close) in corners.iter_mut().zip(close) {
-                *open = open.lerp(close.as_dvec3(), time);
-            }
-        }
-        match placement {
-            Some(placement) => corners.map(|p| placement.transform_point3(p)),
-            None => corners,
-        }
-    }
+/// The triangles of a scene, where the scene has them.
+#[derive(Clone, Copy, Debug)]
+pub struct BruteForce<'a> {
+    scene: &'a Scene,
 }
 
 /// Where the instance is at `time`, in f64.
@@ -58,74 +30,69 @@ fn placed(placement: &Placement, time: f64) -> DAffine3 {
     }
 }
 
-impl BruteForce {
-    /// Copies the triangles of `scene`.
-    pub fn new(scene: &Scene) -> Self {
-        let standing = scene.standing().map(|geom| (geom, InstanceId::NONE));
-        let instances = scene.instances().iter().enumerate().flat_map(|(inst, instance)| {
-            let geoms = scene.prototypes()[instance.prototype as usize].clone();
-            geoms.map(move |geom| (geom, InstanceId(inst as u32)))
-        });
-        let triangles = standing.chain(instances).flat_map(|(geom, inst)| {
-            let (geom, mesh) = (GeomId(geom), scene.mesh(GeomId(geom)));
-            (0..mesh.triangles.len() as u32).map(PrimId).map(move |prim| Triangle {
-                corners: mesh.corners(prim),
-                close: mesh.deforms().then(|| mesh.corners_at_close(prim)),
-                geom,
-                prim,
-                inst,
-            })
-        });
-        Self {
-            triangles: triangles.collect(),
-            placements: scene.instances().iter().map(|i| i.placement.clone()).collect(),
-        }
+impl<'a> BruteForce<'a> {
+    /// Over all triangles of `scene`.
+    pub fn new(scene: &'a Scene) -> Self {
+        Self { scene }
     }
 
-    fn hits(&self, ray: &Ray) -> impl Iterator<Item = Hit> {
-        let (ray, time) = (*ray, ray.time as f64);
-        let placements: Vec<DAffine3> = self.placements.iter().map(|p| placed(p, time)).collect();
-        self.triangles.iter().filter_map(move |triangle| {
-            let corners = triangle.at(time, placements.get(triangle.inst.0 as usize));
-            let (t, b1, b2) = intersect_triangle(&ray, corners)?;
-            Some(Hit {
-                t,
-                b1,
-                b2,
-                prim: triangle.prim,
-                geom: triangle.geom,
-                inst: triangle.inst,
+    fn hits(&self, ray: &Ray) -> impl Iterator<Item = Hit> + use<'a> {
+        let (scene, ray, time) = (self.scene, *ray, ray.time as f64);
+        let standing = scene.standing().map(|geom| (GeomId(geom), InstanceId::NONE, None));
+        let instances = (0..).zip(scene.instances()).flat_map(move |(inst, instance)| {
+            let placement = placed(&instance.placement, time);
+            let meshes = scene.prototypes()[instance.prototype as usize].clone();
+            meshes.map(move |geom| (GeomId(geom), InstanceId(inst), Some(placement)))
+        });
+        standing.chain(instances).flat_map(move |(geom, inst, placement)| {
+            let mesh = scene.mesh(geom);
+            (0..mesh.triangles.len() as u32).map(PrimId).filter_map(move |prim| {
+                let corners = corners_at(mesh, prim, time, placement.as_ref());
+                let (t, b1, b2) = intersect_triangle(&ray, corners)?;
+                Some(Hit {
+                    t,
+                    b1,
+                    b2,
+                    prim,
+                    geom,
+                    inst,
+                })
             })
         })
     }
 }
 
-/// Ray parameter and barycentrics of the crossing, in f64 (Möller and Trumbore 1997). Edges belong to the triangle.
-fn intersect_triangle(ray: &Ray, [p0, p1, p2]: [DVec3; 3]) -> Option<(f32, f32, f32)> {
-    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let (e1, e2, s) = (p1 - p0, p2 - p0, origin - p0);
-    let (h, q) = (direction.cross(e2), s.cross(e1));
-    let determinant = e1.dot(h);
-    if determinant == 0.0 {
-        return None;
+/// Corners of triangle `prim` at `time` in the world, `placement` being where its instance is then.
+fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>) -> [DVec3; 3] {
+    let mut corners = mesh.corners(prim).map(Vec3::as_dvec3);
+    if mesh.deforms() {
+        for (open, close) in corners.iter_mut().zip(mesh.corners_at_close(prim)) {
+            *open = open.lerp(close.as_dvec3(), time);
+        }
     }
-    let (t, b1, b2) = (
-        e2.dot(q) / determinant,
-        s.dot(h) / determinant,
-        direction.dot(q) / determinant,
-    );
-    let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
-    let in_range = t > ray.t_min as f64 && t < ray.t_max as f64;
-    (inside && in_range).then_some((t as f32, b1 as f32, b2 as f32))
+    match placement {
+        Some(placement) => corners.map(|p| placement.transform_point3(p)),
+        None => corners,
+    }
 }
 
-impl Accel for BruteForce {
+/// Ray parameter and barycentrics of a hit, by f64. Edges belong to the triangle.
+fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
+    let (t, b1, b2) = crossing(ray, corners)?;
+    let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
+    // As the caller gets it: a ray that goes on from a hit must not find it again by the digits that rounding took.
+    let t = t as f32;
+    let in_range = t > ray.t_min && t < ray.t_max;
+    (inside && in_range).then_some((t, b1 as f32, b2 as f32))
+}
+
+impl Accel for BruteForce<'_> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.hits(ray).min_by(|a, b| a.t.total_cmp(&b.t))
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        self.hits(ray).next().is_some()
+        self.hits(ray).any(|_| true)
     }
 
     fn info(&self) -> BackendInfo {
@@ -137,7 +104,7 @@ impl Accel for BruteForce {
     }
 
     fn bytes(&self) -> u64 {
-        size_of_val(self.triangles.as_slice()) as u64
+        0
     }
 }
 

@@ -30,6 +30,22 @@ pub enum Answer {
 }
 
 impl Query {
+    /// Asks for the closest hit of `ray`.
+    pub fn closest(ray: &Ray) -> Self {
+        Self {
+            ray: *ray,
+            kind: QueryKind::Closest,
+        }
+    }
+
+    /// Asks whether `ray` hits anything.
+    pub fn occlusion(ray: &Ray) -> Self {
+        Self {
+            ray: *ray,
+            kind: QueryKind::Occlusion,
+        }
+    }
+
     /// Asks `accel`.
     #[inline(always)]
     pub fn ask(&self, accel: &(impl Accel + ?Sized)) -> Answer {

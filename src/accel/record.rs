@@ -1,9 +1,9 @@
-use super::{Accel, Answer, BackendInfo, Query, QueryKind};
+use super::{Accel, Answer, BackendInfo, Query};
 use crate::geometry::Hit;
 use crate::math::Ray;
 use std::sync::{Mutex, PoisonError};
 
-/// A backend that notes what it is asked and what it answers.
+/// A backend that notes what it is asked and what it answers. Rays that are traced together stay together.
 #[derive(Debug)]
 pub struct Recorder<'a, A> {
     accel: &'a A,
@@ -19,27 +19,39 @@ impl<'a, A: Accel> Recorder<'a, A> {
         }
     }
 
-    /// All since the last time, in the order of asking where one thread asked.
+    /// All since the last time, in the order of asking where one thread asked; rays that were traced together one after the other.
     pub fn take(&self) -> Vec<(Query, Answer)> {
         std::mem::take(&mut *self.notes.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    fn ask(&self, ray: &Ray, kind: QueryKind) -> Answer {
-        let query = Query { ray: *ray, kind };
-        let answer = query.ask(self.accel);
-        let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
-        notes.push((query, answer));
-        answer
+    fn note(&self, notes: impl Iterator<Item = (Query, Answer)>) {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner).extend(notes);
     }
 }
 
 impl<A: Accel> Accel for Recorder<'_, A> {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.ask(ray, QueryKind::Closest).hit()
+        let hit = self.accel.intersect(ray);
+        self.note(std::iter::once((Query::closest(ray), Answer::Closest(hit))));
+        hit
+    }
+
+    fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+        self.accel.intersect_coherent(rays, hits);
+        let answers = hits.iter().copied().map(Answer::Closest);
+        self.note(rays.iter().map(Query::closest).zip(answers));
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        self.ask(ray, QueryKind::Occlusion).is_hit()
+        let occluded = self.accel.occluded(ray);
+        self.note(std::iter::once((Query::occlusion(ray), Answer::Occlusion(occluded))));
+        occluded
+    }
+
+    fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
+        self.accel.occluded_coherent(rays, occluded);
+        let answers = occluded.iter().copied().map(Answer::Occlusion);
+        self.note(rays.iter().map(Query::occlusion).zip(answers));
     }
 
     fn info(&self) -> BackendInfo {

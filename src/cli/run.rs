@@ -72,8 +72,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         &Renderer::audited(&session, &auditor, renderer.build_seconds()),
         &|| {
             let name = job.scene_path.display().to_string();
-            let backends = accels.map(|accel| accel.info());
-            Some(Report::new(name, &session, backends, &auditor.findings()))
+            Some(Report::new(name, &session, accels, &auditor.findings()))
         },
     )
 }
@@ -127,7 +126,7 @@ impl Run<'_> {
         }
         let audit = audit();
         if let Some(report) = &audit {
-            if report.is_unexplained() {
+            if report.is_wrong() {
                 warn(format!("the backends disagree: {}", report.text().trim_end()));
             } else if !job.quiet {
                 err!("{}", report.text());

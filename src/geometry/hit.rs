@@ -1,3 +1,5 @@
+use crate::math::{DVec3, Ray};
+
 /// A mesh of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct GeomId(pub u32);
@@ -32,4 +34,21 @@ pub struct Hit {
     pub geom: GeomId,
     /// Instance that was hit.
     pub inst: InstanceId,
+}
+
+/// Ray parameter and barycentrics of the second and third corner where `ray` crosses the plane of a triangle, in f64 (Möller and Trumbore 1997); `None`
+/// where it runs in the plane.
+pub fn crossing(ray: &Ray, [p0, p1, p2]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let (e1, e2, s) = (p1 - p0, p2 - p0, origin - p0);
+    let (h, q) = (direction.cross(e2), s.cross(e1));
+    let determinant = e1.dot(h);
+    if determinant == 0.0 {
+        return None;
+    }
+    Some((
+        e2.dot(q) / determinant,
+        s.dot(h) / determinant,
+        direction.dot(q) / determinant,
+    ))
 }

@@ -8,7 +8,7 @@ mod mesh;
 mod placement;
 mod spawn;
 
-pub use hit::{GeomId, Hit, InstanceId, PrimId};
+pub use hit::{GeomId, Hit, InstanceId, PrimId, crossing};
 pub use mesh::{Facet, Mesh, SurfacePoint, triangle_area, triangle_normal};
 pub use placement::{PlacedTriangle, Placement, corners_at, rounding};
 pub use spawn::{Side, offset_origin, offset_to, ray_between, ray_towards, segment};

@@ -137,17 +137,24 @@ impl PlacedTriangle {
     }
 
     /// The point at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    ///
+    /// Where an instance places the triangle, the point keeps off its edges by as much as an intersector may be wrong: nearer to an edge, rays could start behind the
+    /// triangle beyond it.
     pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
         let (b1, b2) = if self.is_mirrored { (b2, b1) } else { (b1, b2) };
-        let mut point = SurfacePoint::new(self.corners, Facet::new(self.corners), b1, b2);
+        let mut b = [1.0 - b1 - b2, b1, b2];
+        let facet = Facet::new(self.corners);
+        let mut point = SurfacePoint::new(self.corners, facet, b1, b2);
         // Corners may have been interpolated in time, by our roundings or by an intersector's.
         let mut error = gamma(4) * point.p.abs();
         if let Some(m) = &self.placement {
             error += rounding(m, point.p);
+            b = inside(self.corners, b, error.length());
+            point = SurfacePoint::new(self.corners, facet, b[1], b[2]);
         }
         point.clearance += point.ng.abs().dot(error);
         match self.normals {
-            Some(normals) => point.curved(self.corners, normals, [1.0 - b1 - b2, b1, b2]),
+            Some(normals) => point.curved(self.corners, normals, b),
             None => point,
         }
     }
@@ -156,5 +163,55 @@ impl PlacedTriangle {
     pub fn rounding(&self) -> f32 {
         let of = |p: Vec3| gamma(4) * p.abs() + self.placement.map_or(Vec3::ZERO, |m| rounding(&m, p));
         self.corners.map(|p| of(p).length()).into_iter().fold(0.0, f32::max)
+    }
+}
+
+/// The weights `b` of a triangle's corners, changed as little as it takes for their point to be at least `distance` from each edge; where the triangle is too narrow for that, as far
+/// from them as it can be without a longer way than four times `distance`.
+fn inside([p0, p1, p2]: [Vec3; 3], b: [f32; 3], distance: f32) -> [f32; 3] {
+    let twice_area = (p1 - p0).cross(p2 - p0).length();
+    // A weight is the distance from the edge opposite to the corner, over the corner's.
+    let lowest = [p2 - p1, p0 - p2, p1 - p0].map(|edge| (distance * edge.length() / twice_area).min(1.0 / 3.0));
+    if (0..3).all(|i| b[i] >= lowest[i]) || !lowest.iter().all(|w| w.is_finite()) {
+        return b;
+    }
+    let above = [0, 1, 2].map(|i| (b[i] - lowest[i]).max(0.0));
+    let (sum, left): (f32, f32) = (above.iter().sum(), 1.0 - lowest.iter().sum::<f32>());
+    let share = if sum > 0.0 { left.max(0.0) / sum } else { 0.0 };
+    let change = [0, 1, 2].map(|i| lowest[i] + above[i] * share - b[i]);
+    let way = (change[0] * p0 + change[1] * p1 + change[2] * p2).length();
+    let part = (4.0 * distance / way).min(1.0);
+    [0, 1, 2].map(|i| b[i] + part * change[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_keep_off_the_edges() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let away = [0.2, 0.3, 0.5];
+        assert_eq!(inside(corners, away, 0.01), away);
+        for b in [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.5, 0.5, 0.0],
+            [0.0, 0.5, 0.5],
+            [0.98, 0.01, 0.01],
+        ] {
+            let inner = inside(corners, b, 0.02);
+            let p = inner[1] * Vec3::X + inner[2] * Vec3::Y;
+            let from_hypotenuse = (1.0 - p.x - p.y) / 2f32.sqrt();
+            assert!(p.x.min(p.y).min(from_hypotenuse) >= 0.0199, "{b:?}: {inner:?}");
+            assert!((inner.iter().sum::<f32>() - 1.0).abs() < 1e-6, "{b:?}: {inner:?}");
+            let moved = p.distance(b[1] * Vec3::X + b[2] * Vec3::Y);
+            assert!(moved < 0.06, "{b:?}: {inner:?}");
+        }
+        // Along a sliver they stay where they are, or nearly.
+        let sliver = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-3, 0.0)];
+        let p = inside(sliver, [0.9, 0.1, 0.0], 0.01);
+        let x = p[1] + 0.5 * p[2];
+        assert!(p.iter().all(|w| *w > 0.0) && (x - 0.1).abs() < 0.041, "{p:?}");
     }
 }

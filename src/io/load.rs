@@ -283,7 +283,10 @@ impl Loader<'_> {
         let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
         let path = &shapes.0;
         let refused = |error: BuildError| {
-            FileError::new(path, error.to_string()).help("scale the object down, or export it again")
+            FileError::new(path, error.to_string()).help(match error {
+                BuildError::TooSmall { .. } => "scale its vertices up, and the matrices of its instances down",
+                _ => "scale the object down, or export it again",
+            })
         };
 
         // What has one place stands in the world there; all else is kept once.
@@ -560,7 +563,13 @@ fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
 }
 
 fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
-    file.whole(error.to_string()).help("leave some of it out")
+    file.whole(error.to_string()).help(match error {
+        BuildError::TooSmall { .. } => {
+            "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
+        }
+        BuildError::BadPlacement { .. } => "correct the placement, or scale the object's own coordinates",
+        _ => "leave some of it out",
+    })
 }
 
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {

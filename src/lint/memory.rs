@@ -10,8 +10,6 @@ const EMBREE_BYTES_PER_TRIANGLE: u64 = 70;
 const EMBREE_COMPACT_BYTES_PER_TRIANGLE: u64 = 36;
 /// The same in that of obvhs: 76 to 79.
 const OBVHS_BYTES_PER_TRIANGLE: u64 = 79;
-/// The same in the oracle's list of corners.
-const BRUTE_BYTES_PER_TRIANGLE: u64 = 64;
 /// Bytes a triangle takes besides while a structure is built.
 const BUILDING_BYTES_PER_TRIANGLE: u64 = 32;
 /// Bytes a pixel takes besides the film while pictures are made of it and written.
@@ -89,7 +87,7 @@ impl Forecast {
                     },
                 ),
                 accel("obvhs", OBVHS_BYTES_PER_TRIANGLE),
-                accel("brute", BRUTE_BYTES_PER_TRIANGLE),
+                accel("brute", 0),
             ],
             // A compact structure takes less while it is built than the reading of its files did.
             building: if scene.is_compact() {

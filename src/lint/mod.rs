@@ -31,7 +31,8 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
         inspection
             .scene
             .iter()
-            .flat_map(|scene| view::inspect_extent(file, scene)),
+            .flat_map(|scene| [view::inspect_extent(file, scene), view::inspect_instances(file, scene)])
+            .flatten(),
     );
     // Who looks from inside means walls to shine inwards.
     let eye = file

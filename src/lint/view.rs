@@ -1,14 +1,18 @@
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::geometry::{GeomId, Placement, rounding};
 use crate::io::{Finding, SceneFile, Severity};
-use crate::math::{Ray, UVec2, Vec2, Vec3};
+use crate::math::{Bounds3, Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
-use crate::scene::Scene;
+use crate::scene::{Instance, Scene};
+use std::ops::Range;
 
 /// Camera rays along a side of the image.
 const RAYS: u32 = 16;
 /// Digits of the scene's size that coordinates must keep: positions are rounded to a part in 2²⁴.
 const LEAST_STEPS: f32 = 1e5;
+/// Roundings over size above which instances are too far away.
+const MOST_ROUNDING: f32 = 0.01;
 /// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
 const WALL_SHARE: f32 = 0.05;
 
@@ -29,6 +33,53 @@ pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding>
     );
     let error = file.whole(message).help("move it to the origin");
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
+}
+
+/// Whether instances are so far from the origin that the roundings of the way into their space, by which rays start off them, are a share of their size.
+pub(super) fn inspect_instances(file: &SceneFile, scene: &Scene) -> Option<Finding> {
+    let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
+    let share = |instance: &Instance| {
+        let bounds = extents[instance.prototype as usize];
+        // At each place by itself: what moves need not be large.
+        let shares = instance.placement.steps().iter().map(|&step| {
+            let placed = Placement::Still(step).bounds(bounds);
+            let corner = placed.min.abs().max(placed.max.abs());
+            rounding(&step, corner).length() / (2.0 * placed.radius())
+        });
+        if bounds.is_empty() {
+            0.0
+        } else {
+            shares.fold(0.0, f32::max)
+        }
+    };
+    let far: Vec<(&Instance, f32)> = scene
+        .instances()
+        .iter()
+        .map(|i| (i, share(i)))
+        .filter(|(_, s)| *s > MOST_ROUNDING)
+        .collect();
+    let (instance, share) = far.first()?;
+    let object = scene.objects().get(instance.object as usize).map_or("", String::as_str);
+    let which = match far.len() {
+        1 => format!("an instance of `{object}` is"),
+        n => format!("{n} instances, the first of `{object}`, are"),
+    };
+    let message = format!(
+        "{which} so far from the origin that rays start {:.1} % of its size off its surfaces, and light may leak",
+        100.0 * share
+    );
+    let error = file
+        .whole(message)
+        .help("move the scene to the origin, or scale the object up");
+    Some(Finding::new(Severity::Warning, "far-instance", error).repeated(far.len() as u64, []))
+}
+
+/// Box around the meshes of a prototype, in its space.
+fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
+    let meshes = meshes.map(|geom| scene.mesh(GeomId(geom)));
+    meshes
+        .flat_map(|m| m.positions.iter().chain(&m.positions_close).copied())
+        .collect()
 }
 
 /// Whether the camera sees anything when it starts to look, and is not inside of a wall. `file` is what the finding is about.

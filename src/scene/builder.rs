@@ -1,7 +1,7 @@
 use super::freeze::{bounds_of, place_textures};
 use super::validate::{
-    BuildError, check_environment, check_group_name, check_light, check_material, check_mesh, check_placement,
-    check_position, check_spot, remove_degenerate, unit,
+    BuildError, check_environment, check_extent, check_group_name, check_light, check_material, check_mesh,
+    check_placement, check_position, check_spot, remove_degenerate, unit,
 };
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement};
@@ -124,6 +124,7 @@ impl SceneBuilder {
                 checked.push((mesh, material));
             }
         }
+        check_extent("an object that is instanced", bounds_of(&checked))?;
         self.prototypes.push(checked);
         Ok(PrototypeId(self.prototypes.len() as u32 - 1))
     }

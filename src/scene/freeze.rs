@@ -1,5 +1,5 @@
 use super::builder::{SceneBuilder, SceneReport};
-use super::validate::BuildError;
+use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
@@ -31,8 +31,14 @@ impl SceneBuilder {
         if count >= u32::MAX as usize {
             return Err(BuildError::TooMany("meshes"));
         }
+        let bounds = self.bounds();
+        check_extent("the scene", bounds)?;
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        for (i, (_, placement)) in self.instances.iter().enumerate() {
+            check_reach(i, placement, largest)?;
+        }
         let mut scene = Scene {
-            bounds: self.bounds(),
+            bounds,
             meshes: Vec::with_capacity(count),
             prototypes: Vec::with_capacity(self.prototypes.len()),
             instances: Vec::with_capacity(self.instances.len()),

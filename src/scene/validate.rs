@@ -3,14 +3,21 @@ use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::{LatLongImage, LightGroups};
 use crate::material::{Gloss, Material};
-use crate::math::{Bounds3, Quat, Vec3};
+use crate::math::{Affine3A, Bounds3, Quat, Vec3};
 use thiserror::Error;
 
 /// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
 const MAX_GROUP_NAME: usize = 23;
 
-/// Largest coordinate that is accepted; Embree leaves out triangles beyond some 1.8e18 without a word.
-const MAX_COORDINATE: f32 = 1e18;
+/// Largest coordinate that is accepted. Embree's distances are volumes of three lengths over areas, in f32: it is wrong from scenes of some 5·10¹² units on.
+pub(super) const MAX_COORDINATE: f32 = 1e10;
+
+/// Smallest extent that a scene, or an object that is instanced, may have: with triangles a thousandth as long the same volumes are still 10³ times the smallest
+/// normal f32.
+const MIN_EXTENT: f32 = 1e-9;
+
+/// How far lights may be from the origin, and the scene from an instance in units of the instanced object.
+const MAX_REACH: f32 = 1e15;
 
 /// Why a scene cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -26,12 +33,20 @@ pub enum BuildError {
         vertices: usize,
     },
     /// A vertex is NaN, infinite or beyond what backends can represent.
-    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and below 1e18", position.x, position.y, position.z)]
+    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and {MAX_COORDINATE:e} at most", position.x, position.y, position.z)]
     BadVertex {
         /// Vertex within its mesh.
         vertex: usize,
         /// Where it claims to be.
         position: Vec3,
+    },
+    /// Something is smaller than backends can represent.
+    #[error("{what} is {extent:e} units wide: it must be {MIN_EXTENT:e} at least, for ray tracing with 32-bit floats")]
+    TooSmall {
+        /// The scene, or an object.
+        what: &'static str,
+        /// Its width along the axis where it is widest.
+        extent: f32,
     },
     /// A mesh that changes its shape has not as many vertices at time 1.
     #[error("the mesh has {open} vertices at first and {close} in the end")]
@@ -218,9 +233,34 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
     let bounds = placement.bounds(bounds);
     let within = |p: Vec3| p.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();
     if !bounds.is_empty() && ![bounds.min, bounds.max].into_iter().all(within) {
-        return bad("reaches beyond coordinates of 1e18");
+        return bad("reaches beyond coordinates of 1e10");
     }
     Ok(())
+}
+
+/// Checks that what lies within `bounds` is large enough for the floats of backends.
+pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), BuildError> {
+    let extent = (bounds.max - bounds.min).max_element();
+    match bounds.is_empty() || extent >= MIN_EXTENT {
+        true => Ok(()),
+        false => Err(BuildError::TooSmall { what, extent }),
+    }
+}
+
+/// Checks that `instance` does not make its object so small that the scene, whose coordinates are at most `largest`, is out of range in the object's space.
+pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) -> Result<(), BuildError> {
+    let reach = |step: &Affine3A| {
+        let inverse = step.matrix3.inverse();
+        let growth = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(Vec3::length);
+        2.0 * largest * growth.into_iter().fold(0.0, f32::max)
+    };
+    match placement.steps().iter().map(reach).all(|reach| reach <= MAX_REACH) {
+        true => Ok(()),
+        false => Err(BuildError::BadPlacement {
+            instance,
+            problem: "is scaled down so far that the scene is more than 1e15 units wide in the units of its object",
+        }),
+    }
 }
 
 /// Checks that there is a surface of these values.
@@ -309,11 +349,16 @@ fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'stat
 
 /// Checks that a light's place is one.
 pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
-    if position.is_finite() {
+    if position.is_finite() && position.abs().max_element() <= MAX_REACH {
         return Ok(());
     }
     let value = format!("{:?}", position.to_array());
-    Err(bad_light(light, "position", value, "coordinates must be finite"))
+    Err(bad_light(
+        light,
+        "position",
+        value,
+        "coordinates must be finite and 1e15 at most",
+    ))
 }
 
 /// The unit vector along a light's direction.

@@ -26,7 +26,7 @@ pub type Backend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
 pub type Backend<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-pub type Backend<'a> = embrasure::accel::brute::BruteForce;
+pub type Backend<'a> = embrasure::accel::brute::BruteForce<'a>;
 
 /// That backend's view of `scene`.
 pub fn backend(scene: &Scene) -> Backend<'_> {

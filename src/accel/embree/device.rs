@@ -1,3 +1,4 @@
+use super::probe;
 use embree4_sys::*;
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -27,6 +28,17 @@ pub enum EmbreeError {
         /// Version of the headers.
         wanted: String,
     },
+    /// The library that was loaded was built with other options than its headers say.
+    #[error(
+        "Embree {version} {problem}\n  help: install a library with {RTC_MAX_INSTANCE_LEVEL_COUNT} level of instances and without backface culling, or \
+         rebuild against the headers of this one"
+    )]
+    Misfit {
+        /// Version of the library.
+        version: String,
+        /// What it does otherwise.
+        problem: &'static str,
+    },
 }
 
 /// An Embree device: its threads, and the count of bytes that scenes on it take.
@@ -44,9 +56,21 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device that builds with `threads` threads.
+    /// Instruction sets that a device can be told to use.
+    pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
+
+    /// A device that builds with `threads` threads and uses the widest instructions of the processor.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
-        let config = CString::new(format!("threads={threads}")).unwrap_or_default();
+        Self::configured(&format!("threads={threads}"))
+    }
+
+    /// The same with the instruction set `isa`, one of [`Device::ISAS`]: an error where the processor or the library does not have it.
+    pub fn with_isa(threads: usize, isa: &str) -> Result<Self, EmbreeError> {
+        Self::configured(&format!("threads={threads},isa={isa}"))
+    }
+
+    fn configured(config: &str) -> Result<Self, EmbreeError> {
+        let config = CString::new(config).unwrap_or_default();
         // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and returns null on failure.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
@@ -62,6 +86,7 @@ impl Device {
             bytes: Box::new(AtomicI64::new(0)),
         };
         device.check_version()?;
+        probe::check(&device)?;
         let user = ptr::from_ref::<AtomicI64>(&device.bytes).cast_mut().cast::<c_void>();
         // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the callback, because the
         // box lives as long as the device does.
@@ -83,7 +108,7 @@ impl Device {
         })
     }
 
-    fn property(&self, property: RTCDeviceProperty) -> isize {
+    pub(super) fn property(&self, property: RTCDeviceProperty) -> isize {
         // SAFETY: the handle is a live device; a property that this library does not know sets an error and returns 0.
         unsafe { rtcGetDeviceProperty(self.handle, property) }
     }

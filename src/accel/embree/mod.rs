@@ -4,6 +4,7 @@
 
 mod device;
 mod packet;
+mod probe;
 mod raw;
 mod scene;
 

@@ -54,17 +54,18 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
     // the layout and alignment that the headers give, and this thread's own. The arguments are what Embree's
     // rtcInitIntersectArguments sets, with another ray flag, and are only read.
     unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
-    for (lane, hit) in hits.iter_mut().enumerate().take(WIDTH) {
+    for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate().take(WIDTH) {
         *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| {
             let (geom, inst) = accel.ids(query.hit.geomID[lane], query.hit.instID[0][lane]);
-            Hit {
+            let hit = Hit {
                 t: query.ray.tfar[lane],
                 b1: query.hit.u[lane],
                 b2: query.hit.v[lane],
                 prim: PrimId(query.hit.primID[lane]),
                 geom,
                 inst,
-            }
+            };
+            accel.with_barycentrics(ray, hit)
         });
     }
 }
@@ -98,7 +99,7 @@ fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
         let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
         (packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]) = (ox, oy, oz);
         (packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]) = (dx, dy, dz);
-        (packet.tnear[lane], packet.tfar[lane]) = (super::scene::t_near(ray), ray.t_max);
+        (packet.tnear[lane], packet.tfar[lane]) = super::scene::interval(ray);
         packet.time[lane] = ray.time;
         packet.mask[lane] = u32::MAX;
     }

@@ -1,10 +1,9 @@
 use super::device::{Device, EmbreeError};
 use crate::accel::{Accel, BackendInfo};
-use crate::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};
 use crate::math::{Ray, Vec3, Vec4};
 use crate::scene::{Instance, Scene};
 use embree4_sys::*;
-use std::marker::PhantomData;
 use std::ops::Range;
 use std::ptr;
 
@@ -22,12 +21,13 @@ pub struct EmbreeAccel<'a> {
     standing: u32,
     /// The first mesh of each instance.
     first_meshes: Vec<u32>,
-    meshes: PhantomData<&'a [Mesh]>,
+    /// What Embree reads.
+    meshes: &'a Scene,
 }
 
 /// An owned reference to an Embree scene.
 #[derive(Debug)]
-struct SceneHandle(RTCScene);
+pub(super) struct SceneHandle(RTCScene);
 
 // SAFETY: after its commit a scene is only read. Embree's documentation of rtcCommitScene and rtcIntersect1 says that
 // queries on a committed scene may run in parallel from many threads; reference counts are atomic.
@@ -37,7 +37,7 @@ unsafe impl Sync for SceneHandle {}
 
 impl SceneHandle {
     /// An empty scene.
-    fn new(device: &Device, is_compact: bool) -> Result<Self, EmbreeError> {
+    pub(super) fn new(device: &Device, is_compact: bool) -> Result<Self, EmbreeError> {
         // SAFETY: the device is live; null is checked below.
         let handle = Self(unsafe { rtcNewScene(device.handle()) });
         device.check("creating a scene")?;
@@ -55,10 +55,15 @@ impl SceneHandle {
     }
 
     /// Builds the hierarchy over what has been attached.
-    fn commit(&self, device: &Device) -> Result<(), EmbreeError> {
+    pub(super) fn commit(&self, device: &Device) -> Result<(), EmbreeError> {
         // SAFETY: the scene is live, and no other thread knows it yet.
         unsafe { rtcCommitScene(self.0) };
         device.check("building the acceleration structure")
+    }
+
+    /// For queries, once it is committed.
+    pub(super) fn raw(&self) -> RTCScene {
+        self.0
     }
 }
 
@@ -82,7 +87,11 @@ impl Drop for GeometryHandle {
 impl<'a> EmbreeAccel<'a> {
     /// Builds over the meshes of `scene`, with `threads` threads.
     pub fn new(scene: &'a Scene, threads: usize) -> Result<Self, EmbreeError> {
-        let device = Device::new(threads)?;
+        Self::on(Device::new(threads)?, scene)
+    }
+
+    /// Builds over the meshes of `scene`, on `device`.
+    pub fn on(device: Device, scene: &'a Scene) -> Result<Self, EmbreeError> {
         let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
             for (id, geom) in meshes.enumerate() {
                 // SAFETY: the meshes are borrowed for 'a, which no Embree scene made here outlives: `Self` holds the only handle
@@ -104,7 +113,7 @@ impl<'a> EmbreeAccel<'a> {
         let standing = scene.standing().end;
         for (id, instance) in (standing..).zip(scene.instances()) {
             let prototype = &prototypes[instance.prototype as usize];
-            attach_instance(&device, &handle, id, prototype, instance)?;
+            attach_instance(&device, &handle, id, prototype, &instance.placement)?;
         }
         handle.commit(&device)?;
         let first_mesh = |i: &Instance| scene.prototypes()[i.prototype as usize].start;
@@ -113,7 +122,7 @@ impl<'a> EmbreeAccel<'a> {
             device,
             standing,
             first_meshes: scene.instances().iter().map(first_mesh).collect(),
-            meshes: PhantomData,
+            meshes: scene,
         })
     }
 
@@ -127,6 +136,32 @@ impl<'a> EmbreeAccel<'a> {
         (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 
+    /// The hit with barycentrics that can be believed. Where the triangle is tiny as its ray sees it, of 10⁻¹⁸ square units, Embree's are both 0
+    /// (`min_rcp_input` in its sources).
+    #[inline(always)]
+    pub(super) fn with_barycentrics(&self, ray: &Ray, hit: Hit) -> Hit {
+        match hit.b1 == 0.0 && hit.b2 == 0.0 {
+            true => self.of_tiny_triangle(ray, hit),
+            false => hit,
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn of_tiny_triangle(&self, ray: &Ray, hit: Hit) -> Hit {
+        let corners = self.meshes.corners(&hit, ray.time).map(|p| p.as_dvec3());
+        let Some((_, b1, b2)) = crossing(ray, corners) else {
+            return hit;
+        };
+        let b1 = b1.clamp(0.0, 1.0);
+        let b2 = b2.clamp(0.0, 1.0 - b1);
+        Hit {
+            b1: b1 as f32,
+            b2: b2 as f32,
+            ..hit
+        }
+    }
+
     /// The committed scene.
     pub(super) fn handle(&self) -> RTCScene {
         self.scene.0
@@ -137,7 +172,12 @@ impl<'a> EmbreeAccel<'a> {
 ///
 /// # Safety
 /// The arrays of `mesh` stay where and as they are for as long as `scene` exists, and `id` is free in it.
-unsafe fn attach_mesh(device: &Device, scene: &SceneHandle, id: u32, mesh: &Mesh) -> Result<(), EmbreeError> {
+pub(super) unsafe fn attach_mesh(
+    device: &Device,
+    scene: &SceneHandle,
+    id: u32,
+    mesh: &Mesh,
+) -> Result<(), EmbreeError> {
     // SAFETY: the device is live; failure is reported through the error that is checked next.
     let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE) };
     let geometry = GeometryHandle(geometry);
@@ -161,18 +201,18 @@ unsafe fn attach_mesh(device: &Device, scene: &SceneHandle, id: u32, mesh: &Mesh
 }
 
 /// Attaches an instance of `prototype`, which has been committed, to `scene`, where `id` is free.
-fn attach_instance(
+pub(super) fn attach_instance(
     device: &Device,
     scene: &SceneHandle,
     id: u32,
     prototype: &SceneHandle,
-    instance: &Instance,
+    placement: &Placement,
 ) -> Result<(), EmbreeError> {
     // SAFETY: the device is live; failure is reported through the error that is checked next.
     let geometry = unsafe { rtcNewGeometry(device.handle(), RTCGeometryType::RTC_GEOMETRY_TYPE_INSTANCE) };
     let geometry = GeometryHandle(geometry);
     device.check("creating an instance")?;
-    let steps = instance.placement.steps();
+    let steps = placement.steps();
     // SAFETY: both are live, and of the same device; Embree's rtcSetGeometryInstancedScene keeps a reference to the scene.
     // The builder allows no more steps than Embree, so that they fit 32 bits.
     unsafe {
@@ -245,19 +285,25 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
-/// Where Embree's interval begins: it holds its lower end, but a surface that a ray starts on is not in ours.
+/// Embree's interval for the ray's open one. Embree's holds its ends: they move in by one float. A surface on which a ray starts, at t = 0, is not in the interval
+/// either.
 #[inline(always)]
-pub(super) fn t_near(ray: &Ray) -> f32 {
-    ray.t_min.max(f32::MIN_POSITIVE)
+pub(super) fn interval(ray: &Ray) -> (f32, f32) {
+    const ABOVE_ZERO: f32 = f32::from_bits(f32::MIN_POSITIVE.to_bits() - 1);
+    // Of positive floats the next one has the next bits; that before infinity is the largest.
+    let near = f32::from_bits(ray.t_min.max(ABOVE_ZERO).to_bits() + 1);
+    let far = f32::from_bits(ray.t_max.max(f32::MIN_POSITIVE).to_bits() - 1);
+    (near, far)
 }
 
 /// An Embree ray for `ray`: all masks, no id and no flags.
 #[inline(always)]
 fn to_embree(ray: &Ray) -> RTCRay {
+    let (near, far) = interval(ray);
     let words = RayWords {
-        origin_tnear: ray.origin.extend(t_near(ray)),
+        origin_tnear: ray.origin.extend(near),
         direction_time: ray.direction.extend(ray.time),
-        tfar_mask_id_flags: Vec4::new(ray.t_max, f32::from_bits(u32::MAX), 0.0, 0.0),
+        tfar_mask_id_flags: Vec4::new(far, f32::from_bits(u32::MAX), 0.0, 0.0),
     };
     // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay, of the same size and
     // alignment, and every bit pattern is a value of their fields.
@@ -281,14 +327,15 @@ impl Accel for EmbreeAccel<'_> {
             return None;
         }
         let (geom, inst) = self.ids(query.hit.geomID, query.hit.instID[0]);
-        Some(Hit {
+        let hit = Hit {
             t: query.ray.tfar,
             b1: query.hit.u,
             b2: query.hit.v,
             prim: PrimId(query.hit.primID),
             geom,
             inst,
-        })
+        };
+        Some(self.with_barycentrics(ray, hit))
     }
 
     fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {

@@ -1,0 +1,174 @@
+//! A trial of the library that was loaded: whether it answers as the headers say that this program was built with.
+//!
+//! The version does not tell how many levels of instances a library has, on which the length of a hit depends, nor whether it culls backfaces.
+
+use super::device::{Device, EmbreeError};
+use super::scene::{SceneHandle, attach_instance, attach_mesh};
+use crate::geometry::{Mesh, Placement};
+use crate::math::{Affine3A, Vec3};
+use embree4_sys::*;
+use std::ptr;
+
+/// What a library without a fault does not touch.
+const GUARD: [u32; 64] = [0xA5A5_A5A5; 64];
+
+/// A query, and what lies behind it: a library whose hits are longer writes there.
+#[repr(C, align(16))]
+struct Guarded {
+    query: RTCRayHit,
+    guard: [u32; 64],
+}
+
+/// A ray at height ±2 above or below a point of a triangle.
+struct Trial {
+    x: f32,
+    is_behind: bool,
+    /// The instance that is to be hit.
+    inst: u32,
+}
+
+/// The triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and a copy of it 4 further along x.
+const TRIALS: [Trial; 3] = [
+    Trial {
+        x: 0.25,
+        is_behind: false,
+        inst: RTC_INVALID_GEOMETRY_ID,
+    },
+    Trial {
+        x: 0.25,
+        is_behind: true,
+        inst: RTC_INVALID_GEOMETRY_ID,
+    },
+    Trial {
+        x: 4.25,
+        is_behind: true,
+        inst: INSTANCE,
+    },
+];
+
+/// Id of the copy.
+const INSTANCE: u32 = 1;
+
+/// Tries `device` out, which takes some microseconds.
+pub(super) fn check(device: &Device) -> Result<(), EmbreeError> {
+    let misfit = |problem| EmbreeError::Misfit {
+        version: device.version(),
+        problem,
+    };
+    if device.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_TRIANGLE_GEOMETRY_SUPPORTED) == 0 {
+        return Err(misfit("was built without triangles"));
+    }
+    if device.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_BACKFACE_CULLING_ENABLED) != 0 {
+        return Err(misfit(CULLS));
+    }
+    let mesh = Mesh {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Mesh::default()
+    };
+    let [prototype, scene] = [SceneHandle::new(device, false)?, SceneHandle::new(device, false)?];
+    for scene in [&prototype, &scene] {
+        // SAFETY: the mesh stays as it is until the end of this function, where both scenes end before it.
+        unsafe { attach_mesh(device, scene, 0, &mesh)? };
+    }
+    prototype.commit(device)?;
+    let aside = Placement::Still(Affine3A::from_translation((4.0 * Vec3::X).into()));
+    attach_instance(device, &scene, INSTANCE, &prototype, &aside)?;
+    scene.commit(device)?;
+    for trial in &TRIALS {
+        let mut answer = Guarded {
+            query: trial.query(),
+            guard: GUARD,
+        };
+        // SAFETY: the scene is live and committed. The query is of the layout and alignment that the headers give, and null arguments mean the defaults.
+        // Where the library's own layout is longer, it writes into the guard, which is part of the same object.
+        unsafe { rtcIntersect1(scene.raw(), &mut answer.query, ptr::null_mut()) };
+        trial.judge(&answer).map_err(misfit)?;
+    }
+    Ok(())
+}
+
+const CULLS: &str = "does not hit triangles from behind: it was built with backface culling";
+const OVERRUNS: &str = "writes past the end of a hit: it was built with other levels of instances than its headers say";
+const ERRS: &str = "gives a wrong hit: it was built otherwise than its headers say";
+
+impl Trial {
+    fn query(&self) -> RTCRayHit {
+        let side = if self.is_behind { -1.0 } else { 1.0 };
+        // SAFETY: RTCRayHit is a C structure of numbers, and all zeros is a value of it.
+        let mut query: RTCRayHit = unsafe { std::mem::zeroed() };
+        (query.ray.org_x, query.ray.org_y, query.ray.org_z) = (self.x, 0.5, 2.0 * side);
+        query.ray.dir_z = -side;
+        query.ray.tfar = f32::INFINITY;
+        query.ray.mask = u32::MAX;
+        // Ids that no hit has
+        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        query.hit.primID = 7;
+        query.hit.instID.fill(7);
+        query
+    }
+
+    /// What is wrong with the library that gave this answer, if anything is.
+    fn judge(&self, answer: &Guarded) -> Result<(), &'static str> {
+        let RTCRayHit { ray, hit } = &answer.query;
+        let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
+        if answer.guard != GUARD {
+            return Err(OVERRUNS);
+        }
+        if hit.geomID == RTC_INVALID_GEOMETRY_ID && self.is_behind {
+            return Err(CULLS);
+        }
+        let is_there = near(ray.tfar, 2.0) && near(hit.u, 0.25) && near(hit.v, 0.5);
+        let is_named = (hit.geomID, hit.primID, hit.instID[0]) == (0, 0, self.inst);
+        if is_there && is_named { Ok(()) } else { Err(ERRS) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a library without a fault answers.
+    fn right(trial: &Trial) -> Guarded {
+        let mut query = trial.query();
+        query.ray.tfar = 2.0;
+        (query.hit.u, query.hit.v) = (0.25, 0.5);
+        (query.hit.geomID, query.hit.primID) = (0, 0);
+        query.hit.instID[0] = trial.inst;
+        Guarded { query, guard: GUARD }
+    }
+
+    fn judged(trial: &Trial, change: impl Fn(&mut Guarded)) -> Result<(), &'static str> {
+        let mut answer = right(trial);
+        change(&mut answer);
+        trial.judge(&answer)
+    }
+
+    #[test]
+    fn a_library_that_was_built_otherwise_is_refused() {
+        let [front, behind, copy] = &TRIALS;
+        for trial in &TRIALS {
+            assert_eq!(judged(trial, |_| ()), Ok(()));
+            assert_eq!(judged(trial, |a| a.guard[0] = RTC_INVALID_GEOMETRY_ID), Err(OVERRUNS));
+            assert_eq!(judged(trial, |a| a.guard[63] = 0), Err(OVERRUNS));
+            assert_eq!(judged(trial, |a| a.query.ray.tfar = 1.9), Err(ERRS));
+            assert_eq!(judged(trial, |a| a.query.hit.v = 0.25), Err(ERRS));
+            assert_eq!(judged(trial, |a| a.query.hit.primID = 7), Err(ERRS));
+            assert_eq!(judged(trial, |a| a.query.hit.instID[0] = 7), Err(ERRS));
+        }
+        let nothing = |a: &mut Guarded| a.query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        assert_eq!(judged(front, nothing), Err(ERRS));
+        assert_eq!(judged(behind, nothing), Err(CULLS));
+        assert_eq!(judged(copy, nothing), Err(CULLS));
+        let error = EmbreeError::Misfit {
+            version: "4.3.3".into(),
+            problem: OVERRUNS,
+        };
+        assert!(error.to_string().contains("\n  help: "), "{error}");
+    }
+
+    #[test]
+    fn this_library_passes() {
+        assert!(Device::new(1).is_ok());
+    }
+}

@@ -53,7 +53,7 @@ impl Backend {
             }
             #[cfg(feature = "obvhs")]
             Self::Obvhs => Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene)))),
-            Self::Brute => Ok(AnyAccel::Brute(brute::BruteForce::new(scene))),
+            Self::Brute => Ok(AnyAccel::Brute(pool.install(|| brute::BruteForce::new(scene)))),
             #[cfg(not(all(feature = "embree", feature = "obvhs")))]
             absent => Err(absent.absence().into()),
         }

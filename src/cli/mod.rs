@@ -30,7 +30,7 @@ mod values;
 
 use crate::io::is_decoding;
 use args::{Args, Command};
-use error::{CliError, INTERRUPTED};
+use error::CliError;
 use std::process::ExitCode;
 
 /// Runs the program on the process's arguments and turns the outcome into an exit code.
@@ -53,17 +53,14 @@ pub fn main() -> ExitCode {
         }
     };
     progress::catch_interrupts();
-    let code = match dispatch(args) {
+    match dispatch(args) {
+        Ok(_) if progress::is_interrupted() => progress::leave_interrupted(),
         Ok(code) => code,
         Err(error) => {
             words::error(&error);
             ExitCode::from(error.exit_code())
         }
-    };
-    if code == ExitCode::from(INTERRUPTED) {
-        progress::leave_interrupted();
     }
-    code
 }
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {

@@ -49,6 +49,7 @@ pub fn main() -> ExitCode {
     progress::catch_interrupts();
     let code = match Args::of_process() {
         Ok(args) => match dispatch(args) {
+            Ok(_) if progress::is_interrupted() => ExitCode::from(INTERRUPTED),
             Ok(code) => code,
             Err(error) => {
                 words::error(&error);

@@ -1,6 +1,6 @@
 use super::backend::BUILD;
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, thread_pool};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
@@ -23,6 +23,9 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         session.check_memory()?;
         let accel = session.settings().backend.build(session.scene(), session.pool())?;
+        // Backends may take more than was forecast.
+        let parts = session.settings().parts_of_light(session.scene());
+        check_pixels(session.settings(), parts, None)?;
         Ok(Self {
             session,
             accel,

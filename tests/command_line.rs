@@ -1065,7 +1065,7 @@ fn more_memory_than_allowed_is_refused() {
                 "render",
                 "many.obj",
                 "--size",
-                "64x64",
+                "8x8",
                 "-o",
                 "m.png",
                 "--max-memory",

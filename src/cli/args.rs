@@ -358,9 +358,13 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "NAME")]
     pub texture_filter: Option<String>,
 
-    /// Refuse to take more memory than this, such as 8G or 500M, before it is taken
+    /// Refuse to take more memory than this, such as 8G or 500M, before it is taken [default: what is available]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,
+
+    /// Make missing and unreadable textures and material libraries errors
+    #[arg(long)]
+    pub strict: bool,
 
     /// Take less memory and more time; also done where only so --max-memory is kept
     #[arg(long)]

@@ -242,7 +242,9 @@ impl Measure<'_> {
                     let world = self.session.world(&recorded);
                     let key = (settings.resolution, key);
                     let world = (world, &self.prepared);
-                    settings.estimator.sample(world, key, &mut sampler, &|_| Box::new(Nothing));
+                    settings
+                        .estimator
+                        .sample(world, key, &mut sampler, &|_| Box::new(Nothing));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);

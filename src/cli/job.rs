@@ -292,6 +292,9 @@ pub(super) enum SceneKind {
 /// What the file is, by its name.
 pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
+    if path.as_os_str() == "-" {
+        return Err(refused("a scene cannot be standard input"));
+    }
     if path.is_dir() {
         return Err(refused("this is a directory, not a scene"));
     }
@@ -325,6 +328,7 @@ pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> Result<LoadOpt
     }
     options.smooth = args.smooth.or(options.smooth);
     options.max_memory = args.max_memory;
+    options.strict = args.strict;
     Ok(options)
 }
 

@@ -105,6 +105,9 @@ impl FeatureSums {
 pub struct Coverage(Vec<(u32, u32)>);
 
 impl Coverage {
+    /// Bytes on the heap of one that has a number to four: Rust makes room for four, and the allocator has some bytes beside them.
+    pub(super) const USUAL_BYTES: usize = 4 * size_of::<(u32, u32)>() + 16;
+
     /// Adds `n` samples that met `id`.
     pub fn add(&mut self, id: u32, n: u32) {
         // Most pixels see one thing.

@@ -81,6 +81,15 @@ impl Aov {
         !matches!(self, Self::Lights | Self::Strategies)
     }
 
+    /// Number of its channels; 0 for parts of the light, which are as many as the scene and the method have.
+    pub(super) fn channel_count(self) -> usize {
+        match self {
+            // Objects and materials, three pairs of ranks with two channels each
+            Self::Cryptomatte => 24,
+            _ => self.channels().len(),
+        }
+    }
+
     /// How the sums of a pixel give the channels.
     fn channels(self) -> &'static [FeatureDeveloper] {
         fn most(coverage: &Coverage) -> f32 {

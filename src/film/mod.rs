@@ -250,12 +250,25 @@ impl Film {
 
     /// Bytes that a film of this crop takes.
     pub fn bytes(crop: Rect) -> u64 {
-        crop.area() * size_of::<Accumulator>() as u64
+        crop.area().saturating_mul(size_of::<Accumulator>() as u64)
     }
 
     /// The same of sums of parts of the light, with the channels that are made of them.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
-        crop.area() * (parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64
+        crop.area()
+            .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)
+    }
+
+    /// Bytes that sums of features take in all pixels of this crop. What a pixel sees, up to four things, is on the heap.
+    pub fn feature_bytes(crop: Rect) -> u64 {
+        crop.area()
+            .saturating_mul((size_of::<FeatureSums>() + 2 * Coverage::USUAL_BYTES) as u64)
+    }
+
+    /// Bytes of the channels of `aovs` in all pixels of this crop, but for parts of the light.
+    pub fn aov_bytes(crop: Rect, aovs: &[Aov]) -> u64 {
+        let channels: usize = aovs.iter().map(|aov| aov.channel_count()).sum();
+        crop.area().saturating_mul((channels * size_of::<f32>()) as u64)
     }
 
     /// Three channels for each part of the light, by the names of their layers.

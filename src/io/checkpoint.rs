@@ -1,4 +1,6 @@
 use super::exr::{Header, RowChannel, write_rows};
+use super::input::{Input, ReadFailure};
+use super::memory::Allowance;
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
 use crate::film::{Accumulator, Film, MOST_PARTS, Rect, StateLayout};
@@ -10,7 +12,6 @@ use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude as exr;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -194,7 +195,8 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
 
 /// A file whose header was read.
 struct Opened {
-    reader: block::reader::Reader<BufReader<File>>,
+    reader: block::reader::Reader<BufReader<Input>>,
+    failure: ReadFailure,
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
@@ -207,9 +209,11 @@ struct Opened {
 
 impl Opened {
     fn new(path: &Path) -> Result<Self, FileError> {
-        let file = File::open(path).map_err(|e| FileError::system(path, "cannot read", &e))?;
-        let reader = block::read(BufReader::new(file), false).map_err(|e| damaged(path, &e))?;
-        check_exr(path, reader.meta_data())?;
+        let input = Input::open(path, "the file")?;
+        let (length, failure) = (input.length(), input.failure());
+        let reader = block::read(input.buffered(path)?, false);
+        let reader = reader.map_err(|e| failure.or(path, damaged(path, &e)))?;
+        check_exr(path, length, reader.meta_data())?;
         let header = reader
             .headers()
             .first()
@@ -234,7 +238,7 @@ impl Opened {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
             _ => crop.area() / 8,
         };
-        if path.metadata().map_or(0, |m| m.len()) < least {
+        if length < least {
             return Err(damaged(path, &"it is too short for its pixels"));
         }
         let word = |channel: &ChannelDescription| {
@@ -260,6 +264,7 @@ impl Opened {
             statistics,
             digest,
             reader,
+            failure,
         })
     }
 
@@ -268,6 +273,12 @@ impl Opened {
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
+        let mut bytes = Film::bytes(self.crop) + Film::part_bytes(self.crop, self.layout.parts());
+        if self.layout.has_features() {
+            bytes += Film::feature_bytes(self.crop);
+        }
+        Allowance::of_system().check(path, bytes)?;
+        let unread = |error: ::exr::error::Error| self.failure.or(path, damaged(path, &error));
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
         film = film.with_parts(self.layout.parts());
@@ -276,8 +287,8 @@ impl Opened {
         }
         let mut words = vec![vec![0; self.layout.names().len()]; width];
         let last_channel = self.places.len() - 1;
-        for chunk in self.reader.all_chunks(false).map_err(|e| damaged(path, &e))? {
-            let chunk = chunk.map_err(|e| damaged(path, &e))?;
+        for chunk in self.reader.all_chunks(false).map_err(unread)? {
+            let chunk = chunk.map_err(unread)?;
             let block = block::UncompressedBlock::decompress_chunk(chunk, &meta, false);
             let block = block.map_err(|e| damaged(path, &e))?;
             for (bytes, line) in LineIndex::lines_in_block(block.index, channels) {

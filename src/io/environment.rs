@@ -1,23 +1,30 @@
-use super::read_image::check_size;
-use super::{FileError, read_exr};
+use super::FileError;
+use super::input::Input;
+use super::memory::Allowance;
+use super::read_image::{check_size, read_exr_within};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
+/// Bytes that a texel of an environment takes for good: its colour, and what directions are drawn by.
+const BYTES_OF_A_TEXEL: u64 = 20;
+/// Bytes that it takes while it is read: three floats and its colour.
+pub(super) const BYTES_OF_A_NEW_TEXEL: u64 = 28;
+
+/// Bytes that an environment of so many texels takes for good.
+pub(super) fn environment_bytes(texels: u64) -> u64 {
+    texels * BYTES_OF_A_TEXEL
+}
+
 /// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
-pub(super) fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
-    if !path.is_file() {
-        return Err(FileError::new(path, "no such image file"));
-    }
+pub(super) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let image = match extension.as_deref() {
-        Some("hdr" | "pic") => read_hdr(path)?,
+        Some("hdr" | "pic") => read_hdr(path, allowance)?,
         Some("exr") => {
-            let image = read_exr(path)?;
+            let image = read_exr_within(path, allowance)?;
             LatLongImage {
                 width: image.width,
                 height: image.height,
@@ -42,12 +49,16 @@ pub(super) fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
     Ok(image)
 }
 
-fn read_hdr(path: &Path) -> Result<LatLongImage, FileError> {
-    let failed = |error: &dyn std::fmt::Display| FileError::new(path, format!("cannot decode the image: {error}"));
-    let file = File::open(path).map_err(|e| failed(&e))?;
-    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(|e| failed(&e))?;
+fn read_hdr(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
+    let input = Input::open(path, "the picture")?;
+    let (length, failure) = (input.length(), input.failure());
+    let failed = |error: &dyn std::fmt::Display| {
+        failure.or(path, FileError::new(path, format!("cannot decode the image: {error}")))
+    };
+    let decoder = HdrDecoder::new(input.buffered(path)?).map_err(|e| failed(&e))?;
     let (width, height) = decoder.dimensions();
-    check_size(path, width as usize, height as usize)?;
+    check_size(path, length, width as usize, height as usize)?;
+    allowance.check(path, u64::from(width) * u64::from(height) * BYTES_OF_A_NEW_TEXEL)?;
     let image = DynamicImage::from_decoder(decoder)
         .map_err(|e| failed(&e))?
         .into_rgb32f();
@@ -61,6 +72,10 @@ fn read_hdr(path: &Path) -> Result<LatLongImage, FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn read_environment(path: &Path) -> Result<LatLongImage, FileError> {
+        super::read_environment(path, Allowance::default())
+    }
 
     #[test]
     fn both_formats_are_read() {

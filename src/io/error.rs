@@ -40,6 +40,8 @@ pub struct FileError {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
+    /// Whether the file is there and the system did not give its bytes: nothing is known of its contents.
+    pub unreadable: bool,
 }
 
 impl FileError {
@@ -50,12 +52,19 @@ impl FileError {
             position: None,
             message: message.into(),
             help: None,
+            unreadable: false,
         }
     }
 
     /// An operation on the file that the system refused.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
-        Self::new(file, format!("{what}: {error}"))
+        Self::new(file, format!("{what}: {error}")).unreadable()
+    }
+
+    /// Says that nothing is known of the file's contents.
+    pub fn unreadable(mut self) -> Self {
+        self.unreadable = true;
+        self
     }
 
     /// The same, at a place.

@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 /// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
 pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     let exact = folder.join(name);
-    if exact.is_file() {
+    if is_there(&exact) {
         return Some(exact);
     }
     let mut path = folder.to_path_buf();
@@ -18,7 +18,12 @@ pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
             other => path.join(other),
         };
     }
-    path.is_file().then_some(path)
+    is_there(&path).then_some(path)
+}
+
+/// Whether there is something other than a folder; whether it can be read shows when it is opened.
+fn is_there(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }
 
 /// Whether the file `found` for `name` is written there with letters of the wrong case.

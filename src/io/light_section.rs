@@ -1,5 +1,6 @@
-use super::environment::read_environment;
+use super::environment::{environment_bytes, read_environment};
 use super::light_group_section::light_group;
+use super::memory::Allowance;
 use super::{FileError, SceneFile};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
 use crate::scene::{BuildError, SceneBuilder};
@@ -56,7 +57,12 @@ const DEFAULT_FALLOFF: f32 = 0.8;
 
 impl LightSection {
     /// Adds the light to `builder`; what cannot be is an error at its place in `file`.
-    pub(super) fn add_to(&self, builder: &mut SceneBuilder, file: &SceneFile) -> Result<(), FileError> {
+    pub(super) fn add_to(
+        &self,
+        builder: &mut SceneBuilder,
+        file: &SceneFile,
+        allowance: &mut Allowance,
+    ) -> Result<(), FileError> {
         let name = self.group.as_ref();
         let group = name.map(|name| light_group(builder, file, name)).transpose()?;
         builder.begin_light_group(group);
@@ -103,13 +109,14 @@ impl LightSection {
                     return Err(self.missing(file, "image", "\"FILE.hdr\""));
                 };
                 let path = file.resolve(name.get_ref());
-                let image = read_environment(&path).map_err(|error| {
+                let image = read_environment(&path, *allowance).map_err(|error| {
                     let message = format!("environment {}: {}", path.display(), error.message);
                     let place = file.error(name.span(), message);
-                    place.help(
-                        "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file",
-                    )
+                    let help =
+                        "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file";
+                    place.help(error.help.as_deref().unwrap_or(help))
                 })?;
+                allowance.kept += environment_bytes(image.texels.len() as u64);
                 let scale = self.scale.as_ref().map_or(1.0, |s| *s.get_ref());
                 builder.add_environment(image, scale, self.rotation())
             }

@@ -5,8 +5,8 @@ use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
 use super::obj::{Group, ObjFile, load_obj};
 use super::placement::{Place, place};
 use super::scene_file::{ObjectSection, SceneFile};
-use super::texture::{TextureKind, TextureRequest, load_textures};
-use super::{FileError, Finding, Findings, LoadObserver, Position, Severity};
+use super::texture::{TextureKind, TextureRequest, load_textures_within};
+use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::light::LightGroupId;
@@ -106,8 +106,8 @@ struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
     observer: &'a dyn LoadObserver,
-    /// Bytes of what has been read and is kept.
-    kept: u64,
+    /// Memory that reading may take.
+    allowance: Allowance,
     /// The files of each object.
     shapes: Vec<Shapes>,
     /// How many objects have these files.
@@ -156,7 +156,10 @@ impl<'a> Loader<'a> {
             file,
             builder,
             observer,
-            kept: 0,
+            allowance: Allowance {
+                limit: MemoryLimit::of(file.options.max_memory),
+                kept: 0,
+            },
             shapes,
             copies,
             last_use,
@@ -175,6 +178,14 @@ impl<'a> Loader<'a> {
 
     fn load(mut self) -> Inspection {
         let objs = self.load_parts();
+        let building = self.builder.building_bytes();
+        if let Err(error) = self.allowance.check(Path::new(""), building) {
+            let error = FileError {
+                file: self.file.whole("").file,
+                ..error
+            };
+            self.wrong("memory", error);
+        }
         let mut inspection = Inspection {
             scene: None,
             findings: self.findings,
@@ -223,15 +234,17 @@ impl<'a> Loader<'a> {
                 if !tried.insert(path.clone()) {
                     continue;
                 }
-                let allowance = Allowance {
-                    limit: self.file.options.max_memory,
-                    kept: self.kept,
-                };
-                match load_obj(&path, &self.file.options, allowance, self.observer, &mut self.findings) {
+                match load_obj(
+                    &path,
+                    &self.file.options,
+                    self.allowance,
+                    self.observer,
+                    &mut self.findings,
+                ) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(obj) => {
                         sources.push(ObjSource::new(path.clone(), &obj));
-                        self.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
+                        self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
                         objs.insert(path, obj);
                     }
                 }
@@ -249,7 +262,7 @@ impl<'a> Loader<'a> {
             }
         }
         for light in &self.file.light {
-            if let Err(error) = light.add_to(&mut self.builder, self.file) {
+            if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
         }
@@ -262,6 +275,11 @@ impl<'a> Loader<'a> {
 
     fn wrong(&mut self, code: &'static str, error: FileError) {
         self.findings.add(Severity::Error, code, error);
+    }
+
+    /// Tells of a file that a render could do without.
+    fn lacks(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(self.file.options.severity_of_lack(), code, error);
     }
 
     fn warn(&mut self, code: &'static str, error: FileError) {
@@ -459,8 +477,13 @@ impl Loader<'_> {
                     self.asked.push(request.clone());
                 }
                 None => {
-                    let missing = request.remark("is missing; the material's constant counts alone");
-                    self.warn("missing-texture", missing.help("put the file there"));
+                    let is_folder = folder.join(&statement.file).is_dir();
+                    let (what, help) = match is_folder {
+                        true => ("is a directory", "name a picture in it"),
+                        false => ("is missing", "put the file there"),
+                    };
+                    let missing = request.remark(&format!("{what}; the material's constant counts alone"));
+                    self.lacks("missing-texture", missing.help(help));
                     if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
                         material.diffuse = default_material("").diffuse;
                     }
@@ -471,7 +494,10 @@ impl Loader<'_> {
     }
 
     fn load_textures(&mut self) {
-        let loaded = load_textures(&self.textures, self.observer);
+        let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {
+            Ok(loaded) => loaded,
+            Err(error) => return self.wrong("memory", error),
+        };
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
         }
@@ -483,10 +509,18 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                let words = format!("cannot be used; the material's constant counts alone: {place}: {message}");
-                let mut unread = request.remark(&words);
+                // What the system did not give may be sound: it is not replaced.
+                let severity = match error.unreadable {
+                    true => Severity::Error,
+                    false => self.file.options.severity_of_lack(),
+                };
+                let instead = match severity {
+                    Severity::Error => "",
+                    _ => "; the material's constant counts alone",
+                };
+                let mut unread = request.remark(&format!("cannot be used{instead}: {place}: {message}"));
                 unread.help.clone_from(&error.help);
-                self.findings.add(Severity::Warning, "unreadable-texture", unread);
+                self.findings.add(severity, "unreadable-texture", unread);
             }
             ids.push(result.ok());
         }

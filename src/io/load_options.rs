@@ -1,4 +1,4 @@
-use super::{FileError, MtlDialect, SceneFile, named};
+use super::{FileError, MtlDialect, SceneFile, Severity, named};
 use crate::texture::TextureFilter;
 
 /// How files are read where their formats leave something open.
@@ -10,8 +10,10 @@ pub struct LoadOptions {
     pub smooth: Option<f32>,
     /// How textures are looked up.
     pub texture_filter: TextureFilter,
-    /// Bytes that reading may take at most; `None` for all there are.
+    /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
     pub max_memory: Option<u64>,
+    /// Whether files that are missing or cannot be used are errors where a render could do without them.
+    pub strict: bool,
 }
 
 impl LoadOptions {
@@ -29,7 +31,17 @@ impl LoadOptions {
             texture_filter: named(file, "texture-filter", &render.texture_filter, TextureFilter::NAMES)?
                 .unwrap_or_default(),
             max_memory: None,
+            strict: false,
         })
+    }
+
+    /// How bad it is that a file is missing, or cannot be used, which a render could do without.
+    pub(super) fn severity_of_lack(&self) -> Severity {
+        if self.strict {
+            Severity::Error
+        } else {
+            Severity::Warning
+        }
     }
 
     /// Whether edges can be smoothed by so many degrees.

@@ -1,10 +1,10 @@
 //! Where a scene file puts its objects: once or often, still or moving.
 
+use super::input::read_text;
 use super::statements::uncommented;
 use super::{FileError, Instances, ObjectSection, Position, Scale, SceneFile, TransformSection};
 use crate::geometry::Placement;
 use crate::math::{Affine3A, Quat, Vec3, affine_from_rows, affine_from_trs};
-use std::fs;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -177,10 +177,8 @@ fn given(
             (Given::Matrix(affine), matrix.span())
         }
     };
-    if !is_placement(&given.affine()) {
-        return Err(file
-            .error(span, "the transform flattens the object or is not finite")
-            .help("scale factors must be finite and not zero"));
+    if let Some((message, help)) = fault(&given.affine()) {
+        return Err(file.error(span, format!("the transform {message}")).help(help));
     }
     Ok(Some(given))
 }
@@ -191,8 +189,25 @@ fn last_row(file: &SceneFile, span: Range<usize>) -> FileError {
 }
 
 fn is_placement(m: &Affine3A) -> bool {
+    fault(m).is_none()
+}
+
+/// What keeps a placement from being inverted, as it has to be, and the remedy.
+fn fault(m: &Affine3A) -> Option<(String, &'static str)> {
     let determinant = m.matrix3.determinant();
-    m.is_finite() && determinant != 0.0 && determinant.is_finite()
+    if !m.is_finite() {
+        return Some(("is not finite".into(), "give finite numbers"));
+    }
+    // By doubles, which tell what is too small or too large for floats from what is flat
+    let factor = m.matrix3.as_dmat3().determinant().abs().cbrt();
+    let is_beyond = determinant == 0.0 || !determinant.is_finite();
+    is_beyond.then(|| match factor {
+        0.0 => ("flattens the object".into(), "scale factors must not be zero"),
+        _ => (
+            format!("scales the object by about {factor:.0e}, which cannot be inverted in 32-bit floats"),
+            "use factors from 1e-12 to 1e12, or scale the OBJ file itself",
+        ),
+    })
 }
 
 fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Vec<Affine3A>, FileError> {
@@ -200,9 +215,8 @@ fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Ve
         Instances::Matrices(list) => list,
         Instances::File(name) => {
             let path = file.resolve(name);
-            let text = fs::read_to_string(&path)
-                .map_err(|e| FileError::system(&path, "cannot read the list of instances", &e))
-                .map_err(|error| error.help("give a text file; its path is relative to the scene file"))?;
+            let text = read_text(&path, "the list of instances")
+                .map_err(|error| error.help_if_none("give a text file; its path is relative to the scene file"))?;
             return parse_instances(&path, &text);
         }
     };

@@ -1,11 +1,12 @@
 use super::FileError;
-use super::read_image::{check_exr, check_size};
+use super::input::{Input, ReadFailure};
+use super::memory::Allowance;
+use super::read_image::{ExrFile, check_size};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::cell::Cell;
 use std::fmt::Display;
-use std::fs::File;
-use std::io::Read;
+use std::io::{self, BufRead};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -38,42 +39,131 @@ pub(super) enum Wanted {
 
 /// What a decoder may take for itself and the samples: those of the largest picture, with 16 bits and alpha.
 const MAX_BYTES: u64 = 1 << 31;
+/// What it may take of that in any case, so that it can read a header.
+const LEAST_BYTES: u64 = 1 << 24;
+
+/// A picture whose header was read.
+enum Opened {
+    Exr(ExrFile),
+    Other(Box<dyn ImageDecoder>, ReadFailure),
+}
+
+/// What a header says of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct PictureSize {
+    pub width: u64,
+    pub height: u64,
+    /// Samples of a texel.
+    pub channels: u64,
+    /// Bytes of a sample.
+    pub sample_bytes: u64,
+}
+
+impl PictureSize {
+    /// Bytes of its samples.
+    pub fn bytes(&self) -> u64 {
+        // Sizes have been checked: products are far below 2⁶⁴.
+        self.width * self.height * self.channels * self.sample_bytes
+    }
+
+    /// Bytes that reading takes at most: the samples, as many again while they are put in order, and two rows as they are packed.
+    pub fn reading_bytes(&self) -> u64 {
+        2 * self.bytes() + 2 * self.bytes() / self.height.max(1)
+    }
+}
+
+/// What the header of a picture says.
+pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<PictureSize, FileError> {
+    Ok(open(path, wanted, allowance)?.size(wanted))
+}
 
 /// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture. What it is, its first bytes tell, and where they do not, its name.
-pub(super) fn read_picture(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
-    if !path.is_file() {
-        return Err(FileError::new(path, "no such image file").help("check the path"));
-    }
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-    let mut reader = reader.map_err(|e| FileError::system(path, "cannot read it", &e))?;
-    let picture = match (reader.format(), wanted) {
-        (Some(ImageFormat::OpenExr), _) => read_exr(path, wanted)?,
-        (_, Wanted::Depth) => {
-            let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
-            return Err(FileError::new(path, "this picture has no depth").help(help));
-        }
-        (Some(format), Wanted::Colors) if format.reading_enabled() => {
-            if format == ImageFormat::Tga {
-                check_tga(path)?;
-            }
-            let mut limits = Limits::no_limits();
-            limits.max_alloc = Some(MAX_BYTES);
-            reader.limits(limits);
-            let decoder = guarded(path, || reader.into_decoder())?;
-            let (width, height) = decoder.dimensions();
-            check_size(path, width as usize, height as usize)?;
-            let image = guarded(path, || DynamicImage::from_decoder(decoder))?;
+pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Picture, FileError> {
+    let opened = open(path, wanted, allowance)?;
+    allowance.check(path, opened.size(wanted).reading_bytes())?;
+    let picture = match opened {
+        Opened::Exr(file) => read_exr(path, file, wanted)?,
+        Opened::Other(decoder, failure) => {
+            let image = guarded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
             unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
-        }
-        _ => {
-            let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
-            return Err(FileError::new(path, "files of this format are not read as pictures").help(help));
         }
     };
     if picture.width == 0 || picture.height == 0 {
         return Err(FileError::new(path, "the picture has no pixels").help("it may be damaged; save it again"));
     }
     Ok(picture)
+}
+
+/// Reads the header of a picture, and refuses what cannot be true of it.
+fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, FileError> {
+    let input = Input::open(path, "the picture").map_err(|error| error.help_if_none("check the path"))?;
+    let (length, failure) = (input.length(), input.failure());
+    let mut reader = input.buffered(path)?;
+    let unread = |e: io::Error| FileError::system(path, "cannot read it", &e);
+    let start: Vec<u8> = reader.fill_buf().map_err(unread)?.iter().take(18).copied().collect();
+    let mut reader = ImageReader::new(reader);
+    if let Ok(format) = ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    let reader = reader.with_guessed_format();
+    let mut reader = reader.map_err(unread)?;
+    match (reader.format(), wanted) {
+        (Some(ImageFormat::OpenExr), _) => {
+            let file = ExrFile::read(path, reader.into_inner(), (length, failure), &|e| damaged(path, e))?;
+            Ok(Opened::Exr(file))
+        }
+        (_, Wanted::Depth) => {
+            let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
+            Err(FileError::new(path, "this picture has no depth").help(help))
+        }
+        (Some(format), Wanted::Colors) if format.reading_enabled() => {
+            if format == ImageFormat::Tga {
+                check_tga(path, &start)?;
+            }
+            let left = allowance.limit.map(|limit| limit.bytes.saturating_sub(allowance.kept));
+            let mut limits = Limits::no_limits();
+            limits.max_alloc = Some(left.unwrap_or(MAX_BYTES).clamp(LEAST_BYTES, MAX_BYTES));
+            reader.limits(limits);
+            let decoder = guarded(path, || reader.into_decoder()).map_err(|e| failure.or(path, e))?;
+            let (width, height) = decoder.dimensions();
+            check_size(path, length, width as usize, height as usize)?;
+            Ok(Opened::Other(Box::new(decoder), failure))
+        }
+        _ => {
+            let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
+            Err(FileError::new(path, "files of this format are not read as pictures").help(help))
+        }
+    }
+}
+
+impl Opened {
+    fn size(&self, wanted: Wanted) -> PictureSize {
+        match self {
+            Self::Exr(file) => {
+                let size = file
+                    .meta
+                    .headers
+                    .first()
+                    .map_or(exr::Vec2(0, 0), |header| header.layer_size);
+                PictureSize {
+                    width: size.width() as u64,
+                    height: size.height() as u64,
+                    channels: if wanted == Wanted::Depth { 1 } else { 4 },
+                    sample_bytes: size_of::<f32>() as u64,
+                }
+            }
+            Self::Other(decoder, _) => {
+                let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
+                let channels = u64::from(color.channel_count());
+                PictureSize {
+                    width: width.into(),
+                    height: height.into(),
+                    channels,
+                    sample_bytes: u64::from(color.bytes_per_pixel()) / channels,
+                }
+            }
+        }
+    }
 }
 
 thread_local! {
@@ -129,10 +219,8 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
 
 /// An error where the header has a palette that its pixels do not use and whose colours have another size than these: the image
 /// crate (0.25.9) takes the one for the other, and panics.
-fn check_tga(path: &Path) -> Result<(), FileError> {
-    let mut header = [0; 18];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut header));
-    read.map_err(|e| damaged(path, &e))?;
+fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
+    let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
     if has_palette == 1 && !matches!(kind, 1 | 9) && palette_bits != pixel_bits {
         let palette = format!("a palette of {palette_bits} bits that pixels of {pixel_bits} bits do not use");
@@ -161,9 +249,8 @@ enum Source {
 }
 
 /// Reads the first layer of an EXR file: `R G B` or, where these are not there, `Y`, and `A` where it is there; or `Z`.
-fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
-    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| damaged(path, &e))?;
-    check_exr(path, &meta)?;
+fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileError> {
+    let ExrFile { meta, reader, failure } = file;
     let choose = |size: exr::Vec2<usize>, found: &Found| {
         let sources = sources(found, wanted);
         Channels {
@@ -195,8 +282,8 @@ fn read_exr(path: &Path, wanted: Wanted) -> Result<Picture, FileError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_file(path)
-        .map_err(|e| damaged(path, &e))?;
+        .from_buffered(reader)
+        .map_err(|e| failure.or(path, damaged(path, &e)))?;
     let Channels {
         width,
         height,

@@ -1,11 +1,16 @@
 use super::FileError;
-use super::read_image::check_exr;
+use super::memory::Allowance;
+use super::read_image::ExrFile;
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
 use crate::film::{CommonErrors, Noise, Rect, RgbImage};
 use crate::math::UVec2;
+use ::exr::meta::header::Header;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
+
+/// Floats a pixel that a [`Rendering`] has, with copies on the way to it.
+const FLOATS_MADE: u64 = 16;
 
 /// A picture from a file, with what the file says of its place and its noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,10 +60,10 @@ impl Rendering {
 /// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a PNG, JPEG, TGA, BMP or Radiance file. Alpha is not
 /// looked at.
 pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) && path.is_file() {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         read_exr(path)
     } else {
-        Ok(of_picture(read_picture(path, Wanted::Colors)?))
+        Ok(of_picture(read_picture(path, Wanted::Colors, Allowance::of_system())?))
     }
 }
 
@@ -93,8 +98,10 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         FileError::new(path, format!("cannot read this as an EXR image: {error}"))
             .help("give an .exr file that a renderer wrote")
     };
-    let meta = exr::MetaData::read_from_file(path, false).map_err(|e| failed(&e))?;
-    check_exr(path, &meta)?;
+    let ExrFile { meta, reader, failure } = ExrFile::open(path, &failed)?;
+    let samples = |header: &Header| header.layer_size.area() as u64 * (header.channels.list.len() as u64 + FLOATS_MADE);
+    let floats: u64 = meta.headers.iter().map(samples).sum();
+    Allowance::of_system().check(path, floats * size_of::<f32>() as u64)?;
     let file = exr::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -102,8 +109,8 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         .all_layers()
         .all_attributes()
         .non_parallel()
-        .from_file(path)
-        .map_err(|e| failed(&e))?;
+        .from_buffered(reader)
+        .map_err(|e| failure.or(path, failed(&e)))?;
     let display = file.attributes.display_window;
     let found = file.layer_data.iter().find_map(|layer| Some((layer, colors(layer)?)));
     let Some((layer, colors)) = found else {

@@ -1,4 +1,5 @@
-use super::read_picture::{Picture, Samples, Wanted, read_picture};
+use super::memory::Allowance;
+use super::read_picture::{Picture, PictureSize, Samples, Wanted, picture_size, read_picture};
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
@@ -47,8 +48,21 @@ impl LoadedTextures {
 }
 
 /// Reads what is asked for in the current rayon pool. Requests for one file, also by different names, that agree in all else
-/// share a texture. The number of threads has no influence on anything.
+/// share a texture. The number of threads has no influence on any texture. There is none where all together take more memory than the system leaves.
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
+    load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
+        textures: Vec::new(),
+        ids: vec![Err(error); requests.len()],
+        warnings: Vec::new(),
+    })
+}
+
+/// The same, where reading may take so much memory; an error where it takes more.
+pub(super) fn load_textures_within(
+    requests: &[TextureRequest],
+    allowance: Allowance,
+    observer: &dyn LoadObserver,
+) -> Result<LoadedTextures, FileError> {
     // Requests by the first that asks for the same
     let mut firsts = HashMap::new();
     let mut distinct = Vec::new();
@@ -65,8 +79,9 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
     if !distinct.is_empty() {
         observer.begin("reading textures", distinct.len() as u64);
     }
+    check_memory(&distinct, allowance)?;
     let load = |request: &&TextureRequest| {
-        let texture = load_texture(&request.path, request.kind, request.wrap);
+        let texture = load_texture_within(&request.path, request.kind, request.wrap, allowance);
         observer.advance(1);
         texture
     };
@@ -85,10 +100,69 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
             TextureId(textures.len() as u32 - 1)
         }));
     }
-    LoadedTextures {
+    Ok(LoadedTextures {
         textures,
         ids: places.into_iter().map(|place| ids[place].clone()).collect(),
         warnings,
+    })
+}
+
+/// Refuses textures that take too much together, before they are read. What their headers say counts; each thread reads one at a time, at worst the
+/// largest ones.
+fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
+    let cost = |request: &&TextureRequest| {
+        let size = picture_size(&request.path, wanted_for(request.kind), allowance);
+        // What is wrong with a header is said when the picture is read.
+        size.map_or((0, 0), |size| cost(&size, request.kind))
+    };
+    let costs: Vec<(u64, u64)> = requests.par_iter().map(cost).collect();
+    let mut passing: Vec<u64> = costs.iter().map(|(_, passing)| *passing).collect();
+    passing.sort_unstable_by(|a, b| b.cmp(a));
+    let at_once: u64 = passing.iter().take(rayon::current_num_threads()).sum();
+    let bytes = costs.iter().map(|(kept, _)| kept).sum::<u64>() + at_once;
+    match costs
+        .iter()
+        .zip(requests)
+        .max_by_key(|((kept, passing), _)| kept + passing)
+    {
+        Some((_, largest)) => allowance.check(&largest.path, bytes).map_err(|mut error| {
+            if requests.len() > 1 {
+                error.message = format!(
+                    "of {} textures this is the largest; all of them: {}",
+                    requests.len(),
+                    error.message
+                );
+            }
+            error.unreadable()
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Bytes that a texture takes for good, and those that it takes besides while it is read and its levels are made.
+fn cost(size: &PictureSize, kind: TextureKind) -> (u64, u64) {
+    let channels = match kind {
+        TextureKind::Value(_) => 1,
+        _ => size.channels,
+    };
+    let halved = |(width, height): (u64, u64)| ((width / 2).max(1), (height / 2).max(1));
+    let finest = (size.width, size.height);
+    let levels = std::iter::successors(Some(finest), |&level| (level != halved(level)).then(|| halved(level)));
+    let texels: u64 = levels.map(|(width, height)| width * height).sum();
+    let kept = texels * channels * size.sample_bytes;
+    // Levels are made of floats: two rows, and the level before and after.
+    let (width, height) = halved(finest);
+    let floats = channels * (2 * size.width + width * height * 3 / 2);
+    let chosen = size.width * size.height * channels * size.sample_bytes;
+    let levelling = chosen + kept + floats * size_of::<f32>() as u64;
+    (kept, size.reading_bytes().max(levelling) - kept)
+}
+
+/// What a picture is read for that becomes a texture of this kind.
+fn wanted_for(kind: TextureKind) -> Wanted {
+    match kind {
+        TextureKind::Value(Channel::Depth) => Wanted::Depth,
+        _ => Wanted::Colors,
     }
 }
 
@@ -96,11 +170,11 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
 ///
 /// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
 pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {
-    let wanted = match kind {
-        TextureKind::Value(Channel::Depth) => Wanted::Depth,
-        _ => Wanted::Colors,
-    };
-    let picture = read_picture(path, wanted)?;
+    load_texture_within(path, kind, wrap, Allowance::of_system())
+}
+
+fn load_texture_within(path: &Path, kind: TextureKind, wrap: Wrap, allowance: Allowance) -> Result<Texture, FileError> {
+    let picture = read_picture(path, wanted_for(kind), allowance)?;
     if kind == TextureKind::Normal && picture.channels < 3 {
         let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");
         return Err(error.help("a picture of heights belongs to map_bump"));

@@ -15,6 +15,13 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
                 .map(|(file, at)| (m.name.as_str(), file.as_path(), at.line))
         })
         .collect();
+    // Materials of the scene file replace those of libraries for faces that name them.
+    let replaced: HashSet<&str> = inspection
+        .materials
+        .iter()
+        .filter(|m| m.obj.is_none() && m.place.is_some())
+        .map(|m| m.name.as_str())
+        .collect();
     // A library that several OBJ files share is looked at once.
     let mut seen = HashSet::new();
     for obj in &inspection.objs {
@@ -33,7 +40,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             }
         }
         for (name, (library, line)) in defined {
-            if !used.contains(&(name, library, line)) {
+            if !used.contains(&(name, library, line)) && !replaced.contains(name) {
                 unused.entry(library).or_default().push((name, line));
             }
         }

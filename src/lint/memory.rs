@@ -100,8 +100,14 @@ impl Forecast {
             prepared: 0,
             film: Film::bytes(crop),
             sampling: 0,
-            writing: WRITING_BYTES_PER_PIXEL * crop.area(),
+            writing: WRITING_BYTES_PER_PIXEL.saturating_mul(crop.area()),
         }
+    }
+
+    /// Bytes that the pixels of `crop` take: sums, and pictures while they are written.
+    pub fn of_pixels(crop: Rect) -> u64 {
+        let writing = WRITING_BYTES_PER_PIXEL.saturating_mul(crop.area());
+        Film::bytes(crop).saturating_add(writing)
     }
 
     /// Bytes of the scene's own arrays.
@@ -118,7 +124,10 @@ impl Forecast {
     /// The most that there is at a time with a backend: while its structure is built, while samples are taken, or while pictures are written.
     pub fn peak(&self, backend: &str) -> u64 {
         let stays = self.process + self.scene() + self.reading + self.accel(backend);
-        let rendered = (self.prepared + self.film).saturating_add(self.writing.max(self.sampling));
+        let rendered = self
+            .prepared
+            .saturating_add(self.film)
+            .saturating_add(self.writing.max(self.sampling));
         stays.saturating_add(self.building.max(rendered))
     }
 }

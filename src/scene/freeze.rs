@@ -2,7 +2,7 @@ use super::builder::{SceneBuilder, SceneReport};
 use super::validate::BuildError;
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
-use crate::geometry::{GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
+use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
     ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
     TriangleSampling,
@@ -15,6 +15,9 @@ use std::sync::OnceLock;
 
 /// Name of the object that everything is part of where nothing else is said.
 const ONLY_OBJECT: &str = "scene";
+
+/// Bytes of an emitting triangle, with those that choosing it takes and growing lists leave.
+const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 
 impl SceneBuilder {
     /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
@@ -110,6 +113,22 @@ impl SceneBuilder {
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         scene.light_selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
         Ok((scene, self.report))
+    }
+
+    /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.
+    pub fn building_bytes(&self) -> u64 {
+        let emits = |material: MaterialId| {
+            let material = self.materials.get(material.0 as usize);
+            material.is_some_and(|material| !material.emission_factor().is_black())
+        };
+        let lights = |meshes: &[(Mesh, MaterialId)]| -> u64 {
+            let emitting = meshes.iter().filter(|(_, material)| emits(*material));
+            emitting.map(|(mesh, _)| mesh.triangles.len() as u64).sum()
+        };
+        let facets: u64 = self.meshes.iter().map(|(mesh, _)| mesh.triangles.len() as u64).sum();
+        let of_prototypes: Vec<u64> = self.prototypes.iter().map(|meshes| lights(meshes)).collect();
+        let placed: u64 = self.instances.iter().map(|(p, _)| of_prototypes[p.0 as usize]).sum();
+        facets * size_of::<Facet>() as u64 + (lights(&self.meshes) + placed) * BYTES_OF_A_LIGHT
     }
 
     /// Box around all that is ever in the world.

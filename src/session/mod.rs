@@ -32,7 +32,7 @@ pub(crate) use settings::{DENOISERS, all_threads};
 use crate::camera::{Camera, CameraParameters};
 use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
-use crate::io::{LoadObserver, Loaded, SceneFile, in_words, load_scene_watched};
+use crate::io::{LoadObserver, Loaded, MemoryLimit, SceneFile, in_words, load_scene_watched};
 use crate::lint::Forecast;
 use crate::scene::Scene;
 
@@ -57,11 +57,13 @@ impl Session {
     /// Settings that cannot be, wrong files, a scene that takes more memory than it may.
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
+        let limit = MemoryLimit::of(file.options.max_memory);
+        check_pixels(&settings, limit)?;
         let pool = thread_pool(settings.threads)?;
         let builder = settings.estimator.scene_builder();
         let Loaded { scene, mut warnings } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
-        let (scene, memory) = within_memory(file, &settings, scene)?;
+        let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(settings.estimator.check_lights(&scene)?);
         warnings.extend(settings.estimator.check_motion(&scene, &camera));
@@ -84,6 +86,7 @@ impl Session {
     /// Settings that cannot be, a camera that sees nothing, lights that the estimator cannot find.
     pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
+        check_pixels(&settings, MemoryLimit::of(None))?;
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = forecast_of(&scene, 0, &settings);
@@ -137,6 +140,18 @@ impl Session {
         self.memory
     }
 
+    /// An error where the system does not give what the render takes besides the scene: backends and films that ask in vain end the program.
+    fn check_memory(&self) -> Result<(), Error> {
+        let more = self.memory.saturating_sub(self.scene.bytes());
+        match MemoryLimit::refusal(None, 0, more) {
+            None => Ok(()),
+            Some(refusal) => Err(Error::Failed(format!(
+                "the render takes about {} beside its scene: {refusal}\n  help: allow more, or render a smaller picture or a --crop",
+                in_words(more)
+            ))),
+        }
+    }
+
     /// Runs `work` with the session's threads.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
@@ -187,38 +202,76 @@ fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecas
     }
 }
 
-/// The scene, compact if that is asked for or if only then its render keeps to the file's `max_memory`, and about how many bytes that
-/// takes at most. An error, before they are taken, where that is too much.
-fn within_memory(file: &SceneFile, settings: &Settings, scene: Scene) -> Result<(Scene, u64), Error> {
-    let peak = |scene: &Scene| peak(settings, scene, &forecast(file, scene, settings));
-    let scene = if settings.compact { scene.into_compact() } else { scene };
-    let (usual, limit) = (peak(&scene), file.options.max_memory);
-    let Some(limit) = limit.filter(|limit| usual > *limit) else {
-        return Ok((scene, usual));
-    };
-    let scene = scene.into_compact();
-    let compact = peak(&scene);
-    if compact > limit {
-        let error = file.whole(format!(
-            "the render takes about {}: more than the {} of --max-memory",
-            in_words(compact),
-            in_words(limit)
-        ));
-        let help = match settings.estimator.reads("photons") {
-            true => "allow more, send fewer --photons, or render a smaller picture",
-            false => "allow more, render a smaller picture or a --crop, or let objects share their OBJ",
-        };
-        return Err(error.help(help).into());
+/// An error where the pixels alone take more memory than there is, before anything is read.
+fn check_pixels(settings: &Settings, limit: Option<MemoryLimit>) -> Result<(), Error> {
+    let crop = settings.crop();
+    let bytes = Forecast::of_pixels(crop).saturating_add(channel_bytes(settings, 0));
+    match MemoryLimit::refusal(limit, bytes, bytes) {
+        None => Ok(()),
+        Some(refusal) => Err(Error::Failed(format!(
+            "{}x{} pixels take about {}: {refusal}\n  help: render a smaller picture (--size), or parts of it by --crop, or ask for fewer --aov",
+            crop.size().x,
+            crop.size().y,
+            in_words(bytes)
+        ))),
     }
-    Ok((scene, compact))
+}
+
+/// The scene, compact if that is asked for or if only then its render keeps to `limit`, and about how many bytes that takes at most. An error,
+/// before they are taken, where that is too much.
+fn within_memory(
+    file: &SceneFile,
+    settings: &Settings,
+    scene: Scene,
+    limit: Option<MemoryLimit>,
+) -> Result<(Scene, u64), Error> {
+    let needs = |scene: &Scene| {
+        let forecast = forecast(file, scene, settings);
+        let bytes = peak(settings, scene, &forecast);
+        let there = forecast.process + forecast.scene();
+        (bytes, MemoryLimit::refusal(limit, bytes, bytes.saturating_sub(there)))
+    };
+    let scene = if settings.compact { scene.into_compact() } else { scene };
+    let (usual, refusal) = needs(&scene);
+    if refusal.is_none() {
+        return Ok((scene, usual));
+    }
+    let scene = scene.into_compact();
+    let (compact, refusal) = needs(&scene);
+    let Some(refusal) = refusal else {
+        return Ok((scene, compact));
+    };
+    let error = file.whole(format!("the render takes about {}: {refusal}", in_words(compact)));
+    let help = match settings.estimator.reads("photons") {
+        true => "allow more, send fewer --photons, or render a smaller picture",
+        false => "allow more, render a smaller picture or a --crop, or let objects share their OBJ",
+    };
+    Err(error.help(help).into())
 }
 
 /// What `forecast` says of the render, and what the settings want besides.
 fn peak(settings: &Settings, scene: &Scene, forecast: &Forecast) -> u64 {
+    let channels = channel_bytes(settings, settings.parts_of_light(scene));
+    forecast.peak(settings.backend.name()).saturating_add(channels)
+}
+
+/// Bytes of what the settings want of each pixel besides the picture, with so many parts of the light: sums, channels, and what denoising takes.
+fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
+    let features = match settings.aovs.iter().any(|aov| aov.is_of_surface()) {
+        true => Film::feature_bytes(crop),
+        false => 0,
+    };
+    let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
-    let parts = Film::part_bytes(crop, settings.parts_of_light(scene));
-    forecast.peak(settings.backend.name()).saturating_add(denoising + parts)
+    let all = [
+        features,
+        error_map,
+        denoising,
+        Film::aov_bytes(crop, &settings.aovs),
+        Film::part_bytes(crop, parts),
+    ];
+    all.into_iter().fold(0, u64::saturating_add)
 }
 
 /// An error where the lights of a scene that has no groups are to be told apart.

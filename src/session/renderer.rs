@@ -18,6 +18,7 @@ pub struct Renderer<'a> {
 impl<'a> Renderer<'a> {
     pub(super) fn build(session: &'a Session) -> Result<Self, Error> {
         let start = Instant::now();
+        session.check_memory()?;
         let accel = session.settings().backend.build(session.scene(), session.pool())?;
         Ok(Self {
             session,

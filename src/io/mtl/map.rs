@@ -83,6 +83,11 @@ impl MapStatement {
                     words.next();
                     map.ignored.push("-type");
                 }
+                // What a texture is for tells its colour space.
+                "-colorspace" => {
+                    words.next();
+                    map.ignored.push("-colorspace");
+                }
                 _ => return Err(format!("`{option}` is no option of a texture")),
             }
         }
@@ -186,6 +191,8 @@ mod tests {
         assert_eq!(map("-s 2 1.png").file, "1.png");
         assert_eq!(map("-1.png").file, "-1.png");
         assert_eq!(map("-type sphere a.png").ignored, ["-type"]);
+        let linear = map("-colorspace linear a.png");
+        assert_eq!((&linear.ignored[..], &*linear.file), (&["-colorspace"][..], "a.png"));
     }
 
     #[test]

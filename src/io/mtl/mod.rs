@@ -4,6 +4,7 @@ mod dialect;
 mod map;
 mod section;
 
+use super::input::read_text;
 use super::statements::{place_of, split_keyword, statements};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
@@ -62,15 +63,17 @@ impl MapRequest {
 
 /// The materials of an MTL file in its order. Statements that are wrong are left out.
 pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
-    let bytes = match std::fs::read(path) {
-        Ok(bytes) => bytes,
+    let text = match read_text(path, "the material library") {
+        Ok(text) => text,
         Err(error) => {
-            let error = FileError::system(path, "cannot read the material library", &error);
-            findings.add(Severity::Error, "unreadable-file", error.help("check who may read it"));
+            findings.add(
+                Severity::Error,
+                "unreadable-file",
+                error.help_if_none("check who may read it"),
+            );
             return Vec::new();
         }
     };
-    let text = String::from_utf8_lossy(&bytes);
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
     let mut wrong_count = 0;

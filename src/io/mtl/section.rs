@@ -43,6 +43,8 @@ pub(super) struct Section {
     filter: Option<Spectrum>,
     exponent: Option<f32>,
     ior: Option<f32>,
+    /// Whether the last `Ni` is 0.
+    has_no_ior: bool,
     pub dissolve: Dissolve,
     roughness: Option<f32>,
     metallic: Option<f32>,
@@ -80,7 +82,12 @@ impl Section {
             "ke" => self.emission = Some(color(key, rest)?),
             "tf" => self.filter = Some(color(key, rest)?),
             "ns" => self.exponent = Some(number(key, rest, |n| n >= 0.0, "write a finite number, 0 or more")?),
-            "ni" => self.ior = Some(number(key, rest, |n| n > 0.0, "write a finite number above 0")?),
+            "ni" => {
+                let ior = number(key, rest, |n| n >= 0.0, "write a finite number above 0")?;
+                // Some exporters write 0 for materials that do not refract.
+                self.ior = Some(ior).filter(|&ior| ior > 0.0);
+                self.has_no_ior = ior == 0.0;
+            }
             "d" => self.dissolve.d = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "tr" => self.dissolve.tr = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
@@ -218,6 +225,13 @@ impl Section {
         let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
         if self.emission.is_some() && emits && emission.is_black() {
             remarks.push(Remark::warning("black-texture", "ke", counts_alone("Ke")));
+        }
+        if self.has_no_ior {
+            remarks.push(Remark::warning(
+                "no-effect",
+                "ni",
+                "Ni 0 is no index of refraction; it has no effect",
+            ));
         }
         let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };

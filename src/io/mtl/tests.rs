@@ -204,7 +204,7 @@ fn mistakes_are_named_with_their_line() {
         "Ks nan",
         "Kd",
         "Ns -1",
-        "Ni 0",
+        "Ni -1",
         "Ni",
         "d 1.5",
         "Tr -0.1",
@@ -229,4 +229,19 @@ fn mistakes_are_named_with_their_line() {
             "{statement}: {error}"
         );
     }
+}
+
+#[test]
+fn an_index_of_refraction_of_0_counts_as_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mtl");
+    std::fs::write(&path, "newmtl glass\nillum 7\nNi 0\n").unwrap();
+    let mut findings = Findings::default();
+    let materials = load_mtl(&path, MtlDialect::default(), &mut findings);
+    assert_eq!(materials[0].material.ior, section::DEFAULT_IOR);
+    let warning = findings.iter().find(|f| f.severity == Severity::Warning).unwrap();
+    assert!(
+        warning.to_string().contains("a.mtl:3: warning: material `glass`: Ni 0"),
+        "{warning}"
+    );
 }

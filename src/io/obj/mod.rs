@@ -9,8 +9,9 @@ mod remarks;
 mod smoothing;
 
 use super::find_file::{case_differs, count_alike, find_file};
+use super::input;
 use super::memory::Allowance;
-use super::mtl::{FileMaterial, MtlDialect, library_path, load_mtl};
+use super::mtl::{FileMaterial, library_path, load_mtl};
 use super::normals::smooth_by_angle;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
@@ -77,7 +78,7 @@ pub(super) fn load_obj(
         findings.add(Severity::Error, "wrong-statement", error);
     }
     findings.add_untold(path, untold);
-    let materials = load_libraries(path, &outline.libraries, options.mtl_dialect, findings);
+    let materials = load_libraries(path, &outline.libraries, options, findings);
     findings.extend(outline.remarks.findings(path));
     let is_wrong = outline.wrong_count > 0;
 
@@ -101,12 +102,7 @@ pub(super) fn load_obj(
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
-    if path.is_dir() {
-        return Err(FileError::new(path, "this is a directory, not an OBJ file").help("give the file's name"));
-    }
-    let bytes = fs::read(path).map_err(|e| FileError::system(path, "cannot read the OBJ file", &e))?;
-    // Names may be in any encoding; all else is ASCII.
-    let text = String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned());
+    let text = input::read_text(path, "the OBJ file")?;
     // The classic Mac ended its lines with CR alone.
     Ok(if text.contains('\n') {
         text
@@ -126,7 +122,7 @@ fn into_groups(mut outline: Outline) -> Vec<Group> {
 fn load_libraries(
     obj: &Path,
     libraries: &[(String, usize)],
-    dialect: MtlDialect,
+    options: &LoadOptions,
     findings: &mut Findings,
 ) -> Vec<FileMaterial> {
     let folder = obj.parent().unwrap_or(Path::new(""));
@@ -149,7 +145,7 @@ fn load_libraries(
                     library_path(obj, &name).display()
                 ));
                 let help = "put the file there; until then its materials are replaced by the default one";
-                findings.add(Severity::Warning, "missing-library", missing.help(help));
+                findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
                 continue;
             };
             if case_differs(folder, &name, &path) {
@@ -167,7 +163,7 @@ fn load_libraries(
                 let error = remark(format!("material library `{name}` is found as `{}`", path.display()));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
-            materials.extend(load_mtl(&path, dialect, findings));
+            materials.extend(load_mtl(&path, options.mtl_dialect, findings));
         }
     }
     materials

@@ -107,7 +107,8 @@ impl Ring {
         self.open.remove(&corner);
         self.open.extend([before, after]);
         if has_areas {
-            self.areas.extend([before, after].map(|changed| (self.area(changed), changed)));
+            self.areas
+                .extend([before, after].map(|changed| (self.area(changed), changed)));
         }
         self.len -= 1;
     }

@@ -101,7 +101,9 @@ impl CornerTree {
             return true;
         }
         if self.is_leaf(index) {
-            return self.corners[node.start..node.start + node.left].iter().all(|&c| holds(c));
+            return self.corners[node.start..node.start + node.left]
+                .iter()
+                .all(|&c| holds(c));
         }
         self.all_in(2 * index + 1, triangle, holds) && self.all_in(2 * index + 2, triangle, holds)
     }

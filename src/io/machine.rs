@@ -1,0 +1,146 @@
+//! The memory that the system leaves to this process, as Linux tells it. Of other systems nothing is known.
+
+use super::memory::{LimitSource, MemoryLimit};
+use std::fs;
+use std::path::Path;
+
+/// The least of what the machine and the control groups of this process leave to it, with what it has already.
+pub(super) fn limit() -> Option<MemoryLimit> {
+    limit_below(Path::new("/"))
+}
+
+/// The same, where the file system of the system begins at `root`.
+fn limit_below(root: &Path) -> Option<MemoryLimit> {
+    let own = kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0);
+    let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
+        bytes: bytes.saturating_add(own),
+        source: LimitSource::Machine,
+    });
+    let of_group = left_by_groups(root).map(|bytes| MemoryLimit {
+        bytes: bytes.saturating_add(own),
+        source: LimitSource::ControlGroup,
+    });
+    [of_machine, of_group]
+        .into_iter()
+        .flatten()
+        .min_by_key(|limit| limit.bytes)
+}
+
+/// Bytes of the line that begins with `key`, which counts kilobytes.
+fn kilobytes(path: &Path, key: &str) -> Option<u64> {
+    let text = fs::read_to_string(path).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+    let number: u64 = line.trim().trim_end_matches("kB").trim_end().parse().ok()?;
+    Some(number.saturating_mul(1024))
+}
+
+/// Names of a version of control groups: where they are mounted, their limit and what they use.
+struct Groups {
+    mount: &'static str,
+    limit: &'static str,
+    usage: &'static str,
+    /// Pages of files, which give way, in `memory.stat`.
+    files: [&'static str; 2],
+}
+
+const VERSION_1: Groups = Groups {
+    mount: "sys/fs/cgroup/memory",
+    limit: "memory.limit_in_bytes",
+    usage: "memory.usage_in_bytes",
+    files: ["total_inactive_file", "total_active_file"],
+};
+const VERSION_2: Groups = Groups {
+    mount: "sys/fs/cgroup",
+    limit: "memory.max",
+    usage: "memory.current",
+    files: ["inactive_file", "active_file"],
+};
+
+/// The least that a control group of this process, or one that it is in, leaves.
+fn left_by_groups(root: &Path) -> Option<u64> {
+    // Lines are `0::/path` in version 2 and `NUMBER:memory:/path` in version 1 (cgroups(7)).
+    let text = fs::read_to_string(root.join("proc/self/cgroup")).ok()?;
+    let of_line = |line: &str| {
+        let mut parts = line.splitn(3, ':');
+        let (number, controllers, path) = (parts.next()?, parts.next()?, parts.next()?);
+        let groups = match controllers {
+            "" if number == "0" => VERSION_2,
+            _ if controllers.split(',').any(|name| name == "memory") => VERSION_1,
+            _ => return None,
+        };
+        let mount = root.join(groups.mount);
+        // In a container the path may be that of the host; its own group is the mount itself then.
+        let own = mount.join(path.trim_start_matches('/'));
+        let folders = own.ancestors().take_while(|folder| folder.starts_with(&mount));
+        folders.filter_map(|folder| groups.left(folder)).min()
+    };
+    text.lines().filter_map(of_line).min()
+}
+
+impl Groups {
+    /// Bytes below the limit of the group in `folder`, if it has one.
+    fn left(&self, folder: &Path) -> Option<u64> {
+        let number = |name: &str| -> Option<u64> { fs::read_to_string(folder.join(name)).ok()?.trim().parse().ok() };
+        // Without a limit there is a word (version 2) or a number near 2⁶³ (version 1).
+        let limit = number(self.limit).filter(|&limit| limit < 1 << 60)?;
+        let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
+        let pairs = statistics.lines().filter_map(|line| line.split_once(' '));
+        let files: u64 = pairs
+            .filter(|(name, _)| self.files.contains(name))
+            .filter_map(|(_, bytes)| bytes.trim().parse::<u64>().ok())
+            .sum();
+        let used = number(self.usage).unwrap_or(0).saturating_sub(files);
+        Some(limit.saturating_sub(used))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(root: &Path, name: &str, text: &str) {
+        let path = root.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    #[test]
+    fn the_smallest_limit_counts() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        assert_eq!(limit_below(root), None);
+        let limit = |bytes, source| Some(MemoryLimit { bytes, source });
+        write(root, "proc/meminfo", "MemTotal: 9000 kB\nMemAvailable:    5000 kB\n");
+        assert_eq!(limit_below(root), limit(5000 << 10, LimitSource::Machine));
+        write(root, "proc/self/status", "Name: x\nVmRSS:\t     100 kB\n");
+        assert_eq!(limit_below(root), limit(5100 << 10, LimitSource::Machine));
+
+        // Version 2: the group itself has no limit, the one that it is in has.
+        write(root, "proc/self/cgroup", "0::/farm/job\n");
+        write(root, "sys/fs/cgroup/farm/job/memory.max", "max\n");
+        assert_eq!(limit_below(root), limit(5100 << 10, LimitSource::Machine));
+        write(root, "sys/fs/cgroup/farm/memory.max", "2048000\n");
+        write(root, "sys/fs/cgroup/farm/memory.current", "1048000\n");
+        write(
+            root,
+            "sys/fs/cgroup/farm/memory.stat",
+            "anon 7\ninactive_file 24000\nactive_file 24000\n",
+        );
+        let left = 2_048_000 - 1_000_000 + (100 << 10);
+        assert_eq!(limit_below(root), limit(left, LimitSource::ControlGroup));
+
+        // Version 1, in a container that does not see the path of the host
+        write(root, "proc/self/cgroup", "9:cpu,memory:/docker/7\n3:pids:/x\n");
+        write(
+            root,
+            "sys/fs/cgroup/memory/memory.limit_in_bytes",
+            "9223372036854771712\n",
+        );
+        assert_eq!(limit_below(root), limit(5100 << 10, LimitSource::Machine));
+        write(root, "sys/fs/cgroup/memory/memory.limit_in_bytes", "3000000\n");
+        assert_eq!(
+            limit_below(root),
+            limit(3_000_000 + (100 << 10), LimitSource::ControlGroup)
+        );
+    }
+}

@@ -51,8 +51,6 @@ fn refused(folder: &Path, line: &str, expected: &[&str]) {
     }
 }
 
-const RENDER: &str = "render s.toml --spp 1 --size 8x8 -o o.exr";
-
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_are_refused() {
@@ -308,8 +306,17 @@ fn long_scene_files_are_read_in_time() {
         .map(|i| format!("[[light_group]]\nname = \"g{i}\"\nmaterials = [\"m{i}\"]\n"))
         .collect();
     fs::write(at.join("g.toml"), format!("{head}{groups}")).unwrap();
-    let out = run_soon(at, &split("render m.toml --spp 1 --size 8x8 -o o.exr"));
-    assert_eq!(code(&out), 0, "{}", words(&out));
+    let names: Vec<String> = (0..COUNT).map(|i| format!("\"m{i}\"")).collect();
+    let members = format!(
+        "{head}[[light_group]]\nname = \"g\"\nmaterials = [{}]\n",
+        names.join(",")
+    );
+    fs::write(at.join("n.toml"), members).unwrap();
+    for file in ["m.toml", "n.toml"] {
+        let out = run_soon(at, &split(&format!("render {file} --spp 1 --size 8x8 -o o.exr")));
+        assert_eq!(code(&out), 0, "{}", words(&out));
+        assert!(words(&out).contains("99900 other materials"), "{}", words(&out));
+    }
     refused(at, "render g.toml --spp 1 --size 8x8 -o o.exr", &["light groups"]);
 }
 

@@ -57,20 +57,16 @@ pub(super) fn light_group(
     })
 }
 
-/// Warnings of materials in groups that give no light to them: surfaces of each name that is used emit something, or nothing.
-pub(super) fn idle_members(file: &SceneFile, emits: &HashMap<String, bool>) -> Vec<FileError> {
+/// Materials in groups that give no light to them, and why: surfaces of each name that is used emit something, or nothing.
+pub(super) fn idle_members<'a>(
+    file: &'a SceneFile,
+    emits: &HashMap<String, bool>,
+) -> Vec<(&'a Spanned<String>, &'static str)> {
     let names = file.light_group.iter().flat_map(|section| section.materials.get_ref());
-    let idle = names.filter_map(|name| {
-        let why = match emits.get(name.get_ref()) {
-            Some(true) => return None,
-            Some(false) => "emits nothing",
-            None => "is used by no face",
-        };
-        let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
-        Some(
-            file.error(name.span(), message)
-                .help("correct the name, or take it out"),
-        )
+    let idle = names.filter_map(|name| match emits.get(name.get_ref()) {
+        Some(true) => None,
+        Some(false) => Some((name, "emits nothing")),
+        None => Some((name, "is used by no face")),
     });
     idle.collect()
 }

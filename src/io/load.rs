@@ -496,7 +496,18 @@ impl Loader<'_> {
     fn load_textures(&mut self) {
         let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {
             Ok(loaded) => loaded,
-            Err(error) => return self.wrong("memory", error),
+            Err(error) => {
+                let mut asked = self.asked.iter().zip(&self.textures);
+                let request = asked
+                    .find(|(_, texture)| texture.path == error.file)
+                    .map(|(request, _)| request);
+                let words = format!("cannot be used: {}: {}", error.place(), error.message);
+                let placed = request.map(|request| FileError {
+                    help: error.help.clone(),
+                    ..request.remark(&words)
+                });
+                return self.wrong("memory", placed.unwrap_or(error));
+            }
         };
         for warning in loaded.warnings {
             self.warn("bad-texels", warning);
@@ -532,26 +543,29 @@ impl Loader<'_> {
     fn warn_of_idle_materials(&mut self) {
         let file = self.file;
         let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
-        let unused = file.material.keys().filter(is_unused).map(|key| {
+        let unused: Vec<_> = file.material.keys().filter(is_unused).collect();
+        let idle = idle_members(file, &self.emits);
+        for key in unused.iter().take(MAX_NAMED) {
             let warning = file.error(key.span(), format!("no face uses the material `{}`", key.get_ref()));
-            warning.help("its name must be that of a `usemtl` line")
-        });
-        let idle = [
-            ("unused-material", "no face uses", unused.collect()),
-            (
-                "idle-light-group",
-                "no light comes from",
-                idle_members(file, &self.emits),
-            ),
-        ];
-        for (code, words, warnings) in idle {
-            let more = warnings.len().saturating_sub(MAX_NAMED);
-            for warning in warnings.into_iter().take(MAX_NAMED) {
-                self.warn(code, warning);
-            }
-            if more > 0 {
-                self.warn(code, file.whole(format!("{words} {more} other materials")));
-            }
+            self.warn(
+                "unused-material",
+                warning.help("its name must be that of a `usemtl` line"),
+            );
+        }
+        self.warn_of_more("unused-material", "no face uses", unused.len());
+        for (name, why) in idle.iter().take(MAX_NAMED) {
+            let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+            let warning = file.error(name.span(), message);
+            self.warn("idle-light-group", warning.help("correct the name, or take it out"));
+        }
+        self.warn_of_more("idle-light-group", "no light comes from", idle.len());
+    }
+
+    /// Says how many materials beyond those that were named `words` hold of.
+    fn warn_of_more(&mut self, code: &'static str, words: &str, count: usize) {
+        if count > MAX_NAMED {
+            let more = count - MAX_NAMED;
+            self.warn(code, self.file.whole(format!("{words} {more} other materials")));
         }
     }
 

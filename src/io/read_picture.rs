@@ -1,9 +1,9 @@
-use super::FileError;
 use super::input::{Input, ReadFailure};
 use super::memory::Allowance;
 use super::read_image::{ExrFile, check_size};
+use super::{FileError, in_words};
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers, ReadSpecificChannel};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 use std::cell::Cell;
 use std::fmt::Display;
 use std::io::{self, BufRead};
@@ -44,7 +44,7 @@ const LEAST_BYTES: u64 = 1 << 24;
 
 /// A picture whose header was read.
 enum Opened {
-    Exr(ExrFile),
+    Exr(Box<ExrFile>),
     Other(Box<dyn ImageDecoder>, ReadFailure),
 }
 
@@ -82,7 +82,7 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
     let opened = open(path, wanted, allowance)?;
     allowance.check(path, opened.size(wanted).reading_bytes())?;
     let picture = match opened {
-        Opened::Exr(file) => read_exr(path, file, wanted)?,
+        Opened::Exr(file) => read_exr(path, *file, wanted)?,
         Opened::Other(decoder, failure) => {
             let image = guarded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
             unpack(image).ok_or_else(|| damaged(path, &"an unknown layout of pixels"))?
@@ -110,7 +110,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
     match (reader.format(), wanted) {
         (Some(ImageFormat::OpenExr), _) => {
             let file = ExrFile::read(path, reader.into_inner(), (length, failure), &|e| damaged(path, e))?;
-            Ok(Opened::Exr(file))
+            Ok(Opened::Exr(Box::new(file)))
         }
         (_, Wanted::Depth) => {
             let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
@@ -121,10 +121,18 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
                 check_tga(path, &start)?;
             }
             let left = allowance.limit.map(|limit| limit.bytes.saturating_sub(allowance.kept));
+            let most = left.unwrap_or(MAX_BYTES).clamp(LEAST_BYTES, MAX_BYTES);
             let mut limits = Limits::no_limits();
-            limits.max_alloc = Some(left.unwrap_or(MAX_BYTES).clamp(LEAST_BYTES, MAX_BYTES));
+            limits.max_alloc = Some(most);
             reader.limits(limits);
-            let decoder = guarded(path, || reader.into_decoder()).map_err(|e| failure.or(path, e))?;
+            let decoder = guarded(path, || {
+                // Some decoders take memory for whole rows with the header.
+                match reader.into_decoder() {
+                    Err(ImageError::Limits(_)) => Ok(Err(too_large(path, most, allowance))),
+                    decoder => decoder.map(Ok),
+                }
+            });
+            let decoder = decoder.map_err(|e| failure.or(path, e))??;
             let (width, height) = decoder.dimensions();
             check_size(path, length, width as usize, height as usize)?;
             Ok(Opened::Other(Box::new(decoder), failure))
@@ -134,6 +142,18 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
             Err(FileError::new(path, "files of this format are not read as pictures").help(help))
         }
     }
+}
+
+/// That a picture takes more than the `most` bytes that are left for it.
+fn too_large(path: &Path, most: u64, allowance: Allowance) -> FileError {
+    let left = in_words(most);
+    let message = match allowance.limit.filter(|_| most < MAX_BYTES) {
+        Some(limit) => format!("decoding this takes more than the {left} that are left of {limit}"),
+        None => format!("decoding this takes more than {left}, which is the most for a picture"),
+    };
+    FileError::new(path, message)
+        .help("scale the picture down, or allow more")
+        .unreadable()
 }
 
 impl Opened {

@@ -383,7 +383,7 @@ impl SceneFile {
         FileError::new(&self.path, message).at(self.position(span.start))
     }
 
-    /// The place of a byte: as [`Position::of_byte`] has it, without counting all lines anew.
+    /// The place of a byte: as [`Position::of_byte`] has it, without counting all lines anew. Far to the right in a long line it has no column.
     fn position(&self, byte: usize) -> Position {
         let starts = self.line_starts.get_or_init(|| {
             let ends = self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
@@ -391,7 +391,10 @@ impl SceneFile {
         });
         let lines_before = starts.partition_point(|&start| start <= byte.min(self.text.len())) - 1;
         let start = starts[lines_before];
-        let place = Position::of_byte(&self.text[start..], byte - start);
+        let place = match byte - start {
+            0..=MOST_COLUMNS => Position::of_byte(&self.text[start..], byte - start),
+            _ => Position::line(1),
+        };
         Position {
             line: lines_before + 1,
             ..place
@@ -416,6 +419,8 @@ impl SceneFile {
     }
 }
 
+/// Bytes of a line in which columns are counted: there may be an error of each word of a line, and lines may be megabytes.
+const MOST_COLUMNS: usize = 1 << 12;
 /// Errors of a scene file that are told.
 const MOST_ERRORS: usize = 20;
 

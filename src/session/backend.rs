@@ -5,6 +5,8 @@ use crate::accel::bvh;
 use crate::accel::embree;
 use crate::accel::{Accel, Auditor, brute};
 use crate::io::name_of;
+#[cfg(feature = "obvhs")]
+use crate::io::{MemoryLimit, in_words};
 use crate::scene::Scene;
 
 /// A ray-tracing backend. Which of them are built in, features decide.
@@ -52,13 +54,27 @@ impl Backend {
                 accel.map(AnyAccel::Embree).map_err(|e| Error::Failed(e.to_string()))
             }
             #[cfg(feature = "obvhs")]
-            Self::Obvhs => Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene)))),
+            Self::Obvhs => {
+                // It ends the program where there is no memory left, and so is asked for beforehand.
+                let bytes = OBVHS_BUILDING_BYTES * scene.triangle_count();
+                if let Some(refusal) = MemoryLimit::refusal(None, 0, bytes) {
+                    return Err(Error::Failed(format!(
+                        "obvhs: building the acceleration structure takes about {}: {refusal}\n  help: allow more, or use --backend embree",
+                        in_words(bytes)
+                    )));
+                }
+                Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene))))
+            }
             Self::Brute => Ok(AnyAccel::Brute(pool.install(|| brute::BruteForce::new(scene)))),
             #[cfg(not(all(feature = "embree", feature = "obvhs")))]
             absent => Err(absent.absence().into()),
         }
     }
 }
+
+/// Address space that obvhs takes for a triangle while it builds: boxes, codes and their sorted copies, and nodes as they are made and optimised.
+#[cfg(feature = "obvhs")]
+const OBVHS_BUILDING_BYTES: u64 = 400;
 
 /// The acceleration structure of whichever backend.
 pub(crate) enum AnyAccel<'a> {

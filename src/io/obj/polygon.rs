@@ -432,5 +432,16 @@ mod tests {
         assert!((areas.sum::<f64>() - shoelace(&clipped).abs()).abs() < 1e-3);
         assert_eq!(cut(&saw(MAX_CLIPPED as i32)).len(), MAX_CLIPPED - 2);
         assert_eq!(cut(&saw(200_000)).len(), 200_000 - 2);
+        // The worst of those that cross themselves: hardly a corner is an ear.
+        let tangle = |seed: u64| -> Vec<Vec3> {
+            let number = |i: u64| (mix(seed << 32 | i) % 100_000) as f32;
+            let corners = 0..MAX_CLIPPED as u64;
+            corners
+                .map(|i| Vec3::new(number(2 * i), number(2 * i + 1), 0.0))
+                .collect()
+        };
+        for seed in 0..3 {
+            assert_eq!(cut(&tangle(seed)).len(), MAX_CLIPPED - 2);
+        }
     }
 }

@@ -58,7 +58,8 @@ impl Session {
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
         let limit = MemoryLimit::of(file.options.max_memory);
-        check_pixels(&settings, limit)?;
+        // Before anything is read; groups of lights are not known yet.
+        check_pixels(&settings, 0, limit)?;
         let pool = thread_pool(settings.threads)?;
         let builder = settings.estimator.scene_builder();
         let Loaded { scene, mut warnings } = pool.install(|| load_scene_watched(file, builder, observer))?;
@@ -86,7 +87,7 @@ impl Session {
     /// Settings that cannot be, a camera that sees nothing, lights that the estimator cannot find.
     pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
-        check_pixels(&settings, MemoryLimit::of(None))?;
+        check_pixels(&settings, settings.parts_of_light(&scene), MemoryLimit::of(None))?;
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = forecast_of(&scene, 0, &settings);
@@ -202,10 +203,10 @@ fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecas
     }
 }
 
-/// An error where the pixels alone take more memory than there is, before anything is read.
-fn check_pixels(settings: &Settings, limit: Option<MemoryLimit>) -> Result<(), Error> {
+/// An error where pixels with so many parts of the light take more memory than `limit`, or than the system gives.
+fn check_pixels(settings: &Settings, parts: usize, limit: Option<MemoryLimit>) -> Result<(), Error> {
     let crop = settings.crop();
-    let bytes = Forecast::of_pixels(crop).saturating_add(channel_bytes(settings, 0));
+    let bytes = Forecast::of_pixels(crop).saturating_add(channel_bytes(settings, parts));
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
         Some(refusal) => Err(Error::Failed(format!(

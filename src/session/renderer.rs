@@ -1,5 +1,5 @@
 use super::estimator::Estimator;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
@@ -20,6 +20,9 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         session.check_memory()?;
         let accel = session.settings().backend.build(session.scene(), session.pool())?;
+        // Backends may take more than was forecast.
+        let parts = session.settings().parts_of_light(session.scene());
+        check_pixels(session.settings(), parts, None)?;
         Ok(Self {
             session,
             accel,

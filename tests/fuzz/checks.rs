@@ -384,6 +384,10 @@ fn triangles(loaded: &Loaded) -> u64 {
 /// The sum of all faces' corners less 2, by the words of the statements; `None` where words are parted by what is a
 /// blank in Unicode alone.
 fn count_triangles(bytes: &[u8]) -> Option<u64> {
+    // Texts in UTF-16 are for the reader alone.
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.iter().take(4).any(|&b| b == 0) {
+        return None;
+    }
     let text = String::from_utf8_lossy(bytes);
     if text.chars().any(|c| c.is_whitespace() && !c.is_ascii_whitespace()) {
         return None;

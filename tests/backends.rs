@@ -956,17 +956,22 @@ mod together {
                 auditor.occluded(&ray);
             }
             assert!(hits > RAYS / 10, "{name}: only {hits} hits");
-            check(name, &auditor);
+            check(name, &scene, &auditor);
         }
     }
 
     /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ but which of two surfaces in one place is hit.
-    fn check(name: &str, auditor: &Auditor) {
+    fn check(name: &str, scene: &Scene, auditor: &Auditor) {
         let findings = auditor.findings();
-        // Sponza has surfaces in one another.
-        let coincident = findings.caused_by(Cause::Coincident);
-        let (count, rays) = (findings.count() - coincident, findings.rays());
-        println!("{name}: {count} of {rays} rays differ, {coincident} more meet two surfaces in one place");
+        // Sponza has surfaces in one another. Walks through alpha ask again from the very parameter of a hit, about which backends differ by a
+        // rounding: one of them meets that surface again, and the walk passes it.
+        let walks = match scene.has_holes() {
+            true => findings.caused_by(Cause::Interval),
+            false => 0,
+        };
+        let apart = findings.caused_by(Cause::Coincident) + walks;
+        let (count, rays) = (findings.count() - apart, findings.rays());
+        println!("{name}: {count} of {rays} rays differ, {apart} more meet two surfaces in one place or start on one");
         for d in &findings.disagreements {
             println!(
                 "  {:?} {:?} {:x?} {:?}",
@@ -1031,7 +1036,7 @@ mod together {
                 "{name}: of {} pixels {same} are the same to the bit, {other} differ by more than 0.1 %",
                 a.len()
             );
-            check(&name, &auditor);
+            check(&name, &scene, &auditor);
             assert!(other * 100 <= a.len(), "{name}: {other} of {} pixels differ", a.len());
         }
     }

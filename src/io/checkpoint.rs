@@ -209,7 +209,7 @@ struct Opened {
 
 impl Opened {
     fn new(path: &Path) -> Result<Self, FileError> {
-        let input = Input::open(path, "the file")?;
+        let input = Input::open(path, "the file").map_err(|error| error.help_if_none("check the path"))?;
         let (length, failure) = (input.length(), input.failure());
         let reader = block::read(input.buffered(path)?, false);
         let reader = reader.map_err(|e| failure.or(path, damaged(path, &e)))?;

@@ -50,7 +50,7 @@ pub(super) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatL
 }
 
 fn read_hdr(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
-    let input = Input::open(path, "the picture")?;
+    let input = Input::open(path, "the picture").map_err(|error| error.help_if_none("check the path"))?;
     let (length, failure) = (input.length(), input.failure());
     let failed = |error: &dyn std::fmt::Display| {
         failure.or(path, FileError::new(path, format!("cannot decode the image: {error}")))

@@ -58,7 +58,7 @@ pub(super) struct ExrFile {
 impl ExrFile {
     /// Opens the file; `failed` says of a header that it is wrong.
     pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
-        let input = Input::open(path, "the EXR file")?;
+        let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
         let known = (input.length(), input.failure());
         Self::read(path, input.buffered(path)?, known, failed)
     }

@@ -139,14 +139,18 @@ impl<'a, A: Accel> World<'a, A> {
         out: &mut impl RaySink,
     ) -> Option<Hit> {
         let mut hit = first?;
+        // Most surfaces are opaque, and no walk begins.
+        if stops(&hit, &ray, self.scene.opacity(&hit)) {
+            return Some(hit);
+        }
         let mut layers = Layers::behind(self.accel, ray, &hit);
-        while !stops(&hit, &ray, self.scene.opacity(&hit)) {
-            match layers.next(kind, out) {
-                Some(next) => hit = next,
-                None => return layers.is_cut().then_some(hit),
+        while let Some(next) = layers.next(kind, out) {
+            hit = next;
+            if stops(&hit, &ray, self.scene.opacity(&hit)) {
+                return Some(hit);
             }
         }
-        Some(hit)
+        layers.is_cut().then_some(hit)
     }
 
     /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.

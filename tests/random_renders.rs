@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
-use support::program::{PROGRAM, read_json, refused, write_grey_png};
+use support::program::{INTEGRATORS, PROGRAM, read_json, refused, write_grey_png};
 
 /// Runs of `make test`.
 const USUAL: Range<u64> = 0..100;
@@ -73,24 +73,6 @@ impl Random {
 }
 
 const MATERIALS: usize = 5;
-
-const INTEGRATORS: &[&str] = &[
-    "path",
-    "naive",
-    "whitted",
-    "distributed",
-    "direct",
-    "ao",
-    "debug",
-    "light",
-    "bdpt",
-    "pssmlt",
-    "mlt",
-    "sppm",
-    "photon-map",
-    "vcm",
-    "irradiance-cache",
-];
 
 /// Backends that this build has, brute force only where there is no other.
 fn backends() -> &'static [&'static str] {

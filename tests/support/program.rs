@@ -10,6 +10,25 @@ use tempfile::TempDir;
 
 pub const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
 
+/// All integrators, by the names that users type.
+pub const INTEGRATORS: &[&str] = &[
+    "path",
+    "naive",
+    "whitted",
+    "distributed",
+    "direct",
+    "ao",
+    "debug",
+    "light",
+    "bdpt",
+    "pssmlt",
+    "mlt",
+    "sppm",
+    "photon-map",
+    "vcm",
+    "irradiance-cache",
+];
+
 /// The channels of a picture for which no others were asked.
 pub const CHANNELS: [&str; 14] = [
     "R",

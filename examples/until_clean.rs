@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = SceneFile::load(Path::new(scene))?;
     let settings = Settings {
         spp: 4096,
-        ..Settings::of(&file)?
+        ..Settings::of(&file)
     };
     let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(Path::new(&format!("{stem}.{extension}"))));
     let outputs = [

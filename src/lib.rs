@@ -8,7 +8,7 @@
 //! # let folder = tempfile::tempdir()?;
 //! # let path = &folder.path().join("box.exr");
 //! let file = SceneFile::load("scenes/cornell-box.toml".as_ref())?;
-//! let mut settings = Settings::of(&file)?;
+//! let mut settings = Settings::of(&file);
 //! settings.spp = 16;
 //! # settings.spp = 1;
 //! # settings.resolution = embrasure::math::UVec2::splat(16);
@@ -43,6 +43,7 @@
 //! - [`denoise`]: filters that take noise out of a picture
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
+//! - [`options`]: all that a user can set
 //! - [`render`], [`io`]: passes and tiles, and files
 //! - [`lint`]: what is likely not meant in a scene
 //! - [`session`]: a render from scene file to picture
@@ -62,6 +63,7 @@ pub mod light;
 pub mod lint;
 pub mod material;
 pub mod math;
+pub mod options;
 pub mod render;
 pub mod sampler;
 pub mod sampling;
@@ -74,8 +76,9 @@ pub use io::{
     Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
     OutputLock, SceneFile, read_checkpoint,
 };
+pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{
-    BUILD, Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting, Joined, MOST_FOR_NOISE, Parts,
-    RenderState, Renderer, Session, Settings, version_text,
+    BUILD, CameraSettings, Error, InvalidSetting, Joined, MOST_FOR_NOISE, Parts, RenderState, Renderer, Session,
+    Settings, version_text,
 };

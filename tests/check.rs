@@ -375,7 +375,7 @@ fn a_scene_file_is_read_to_its_end() {
         "error scene-file s.toml:6:1",
         "error scene-file s.toml:10:9",
         "error scene-file s.toml:11:2",
-        "error wrong-setting s.toml:14:14",
+        "error scene-file s.toml:14:14",
         "warning unused-material s.toml:17:11",
         "error wrong-light s.toml:20:8",
         "error wrong-light s.toml:22:8",

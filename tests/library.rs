@@ -35,7 +35,7 @@ fn scene() -> TempDir {
 
 fn session(path: &Path, change: impl FnOnce(&mut Settings)) -> Result<Session, Error> {
     let file = SceneFile::load(path)?;
-    let mut settings = Settings::of(&file)?;
+    let mut settings = Settings::of(&file);
     change(&mut settings);
     Session::load(&file, settings, &())
 }
@@ -136,10 +136,12 @@ fn settings_that_cannot_be_are_refused_before_any_work() {
     refused(|s| s.part = Some(64..64), &["samples 64..64"]);
     refused(|s| s.noise = Some(f64::NAN), &["noise NaN"]);
     refused(|s| s.tone.exposure = f32::NAN, &["exposure NaN"]);
-    refused(|s| s.estimator.branching = 0, &["branching 0"]);
+    refused(|s| s.integrator.branching = Some(0), &["branching 0"]);
     refused(|s| s.camera.vertical_fov = Some(200.0), &["vertical_fov"]);
     refused(|s| s.aovs = vec![Aov::Lights], &["lights", "[[light_group]]"]);
-    let blind = |s: &mut Settings| (s.estimator.kind, s.aovs) = (IntegratorKind::AmbientOcclusion, vec![Aov::Lights]);
+    let blind = |s: &mut Settings| {
+        (s.integrator.integrator, s.aovs) = (Some(IntegratorKind::AmbientOcclusion), vec![Aov::Lights])
+    };
     refused(blind, &["ao gathers no light"]);
     if !Backend::ALL.contains(&Backend::Obvhs) {
         refused(
@@ -185,7 +187,7 @@ fn a_picture_of_no_sample_is_not_written() {
     let path = folder.path().join("keep.png");
     std::fs::write(&path, "good").unwrap();
     let session = session(&folder.path().join("s.toml"), |settings| {
-        settings.estimator.kind = IntegratorKind::Bidirectional;
+        settings.integrator.integrator = Some(IntegratorKind::Bidirectional);
     })
     .unwrap();
     let renderer = session.renderer().unwrap();

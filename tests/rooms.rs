@@ -12,6 +12,7 @@ const ROWS: &[&[&str]] = &[
     &["scene", "denoise"],
     &["accel"],
     &["integrator"],
+    &["options"],
     &["io", "render"],
     &["lint"],
     &["session"],

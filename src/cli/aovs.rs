@@ -1,11 +1,11 @@
 use super::error::CliError;
 use crate::film::Aov;
 use crate::io::SceneFile;
-use crate::session::Estimator;
+use crate::options::Method;
 
 /// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels; whoever
 /// names what cannot be had hears of it later.
-pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) -> Result<Vec<Aov>, CliError> {
+pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<Vec<Aov>, CliError> {
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
         let known: Vec<&str> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
@@ -15,7 +15,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, estimator: &Estimator) 
         )));
     }
     let is_of_all = |aov: Aov| match aov {
-        Aov::Lights => scene.has_light_groups() && estimator.gathers_light(),
+        Aov::Lights => scene.has_light_groups() && method.gathers_light(),
         Aov::Strategies => false,
         _ => true,
     };

@@ -2,6 +2,7 @@
 
 use super::args::{AuditArgs, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
+use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
@@ -11,11 +12,11 @@ use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Fin
 use crate::film::Film;
 use crate::geometry::InstanceId;
 use crate::io::{FileError, Output};
-use crate::io::{find, join_names};
 use crate::math::Ray;
+use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics};
 use crate::scene::Scene;
-use crate::session::{Backend, Session};
+use crate::session::Session;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -106,7 +107,7 @@ struct ReplayRay {
 /// Audits as the arguments say.
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
-    let other = other_backend(job.settings.backend, args.against.as_deref())?;
+    let other = other_backend(job.settings.backend, args.against)?;
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
     let mut outputs = Outputs::default();
     output.iter().try_for_each(|output| outputs.add("-o", output))?;
@@ -155,26 +156,23 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
 fn render_args(args: &AuditArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
-        seed: args.seed,
+        sampling: Flags(SamplingOptions {
+            seed: args.seed,
+            backend: args.backend,
+            // The picture's noise is measured, not looked at.
+            denoise: Some(Denoising::Off),
+            ..SamplingOptions::default()
+        }),
         size: args.size,
-        backend: args.backend.clone(),
         threads: args.threads,
         quiet: args.quiet,
-        // Nobody looks at the picture's noise but by figures.
-        denoise: Some("off".into()),
         ..RenderArgs::default()
     }
 }
 
 /// The backend to check `backend` against: the one that is named, else another one that is built in.
-pub(super) fn other_backend(backend: Backend, name: Option<&str>) -> Result<Backend, CliError> {
-    let other = match name {
-        Some(name) => Some(find(Backend::NAMES, name).ok_or_else(|| {
-            let names = join_names(Backend::NAMES);
-            CliError::Usage(format!("--against {name}: unknown backend\n  help: there is {names}"))
-        })?),
-        None => Backend::ALL.iter().copied().find(|b| *b != backend),
-    };
+pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Result<Backend, CliError> {
+    let other = against.or_else(|| Backend::ALL.iter().copied().find(|b| *b != backend));
     other.filter(|other| *other != backend).ok_or_else(|| {
         let message = format!("there is nothing to check the backend {} against", backend.name());
         CliError::Usage(format!(
@@ -221,8 +219,9 @@ impl Audit<'_> {
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
         let (sampler, prepared) = (settings.random_numbers(), self.session.prepared());
         let (_, statistics) = self.session.install(|| {
-            let estimator = &settings.estimator;
-            estimator.render((world, &prepared), &sampler, &mut film, samples, None, &progress)
+            settings
+                .method()
+                .render((world, &prepared), &sampler, &mut film, samples, None, &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)

@@ -1,8 +1,9 @@
 //! Ray rates and the cost of a render, backend by backend.
 
-use super::args::{BenchArgs, EstimatorArgs, RenderArgs};
+use super::args::{BenchArgs, RenderArgs};
 use super::bench_tables::tables;
 use super::error::CliError;
+use super::flags::Flags;
 use super::job::Job;
 use super::progress::Progress;
 use super::words;
@@ -10,8 +11,9 @@ use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::{Ray, UVec2};
+use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
 use crate::sampler::SampleKey;
-use crate::session::{AccelTask, Backend, Prepared, Session, thread_pool};
+use crate::session::{AccelTask, Prepared, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -109,16 +111,19 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
     RenderArgs {
         scene: scene.to_path_buf(),
         size: args.size,
-        backend: args.backend.clone(),
+        sampling: Flags(SamplingOptions {
+            backend: args.backend,
+            // The picture's noise is measured, not looked at.
+            denoise: Some(Denoising::Off),
+            ..SamplingOptions::default()
+        }),
         threads: args.threads,
         quiet: true,
         // Each path by itself: its rays are asked for one by one, and can be again.
-        estimator: EstimatorArgs {
-            reuse: Some("none".into()),
-            ..EstimatorArgs::default()
-        },
-        // Nobody looks at the picture's noise but by figures.
-        denoise: Some("off".into()),
+        integrator: Flags(IntegratorOptions {
+            reuse: Some(PathReuse::None),
+            ..IntegratorOptions::default()
+        }),
         ..RenderArgs::default()
     }
 }
@@ -223,7 +228,7 @@ impl Measure<'_> {
         let settings = self.session.settings();
         let (world, nobody) = (self.session.world(accel), Progress::new(0, true));
         settings
-            .estimator
+            .method()
             .prepare((world, &self.prepared), &settings.random_numbers(), &nobody);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
@@ -240,7 +245,7 @@ impl Measure<'_> {
                     let key = (settings.resolution, key);
                     let world = (world, &self.prepared);
                     settings
-                        .estimator
+                        .method()
                         .sample(world, key, &mut sampler, &|_| Box::new(Nothing));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
@@ -310,9 +315,9 @@ impl Measure<'_> {
         let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
         let world = (self.session.world(accel), &self.prepared);
         let sampler = settings.random_numbers();
-        let estimator = &settings.estimator;
+        let method = settings.method();
         let nobody = Progress::new(0, true);
-        black_box(estimator.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));
+        black_box(method.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));
     }
 }
 

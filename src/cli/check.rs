@@ -5,11 +5,14 @@ use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, load_options};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::io::{FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, Severity, inspect_scene};
+use crate::io::{
+    FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, SceneOptions, Severity, inspect_scene,
+};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
+use crate::options::Backend;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{AccelTask, Backend, all_threads, forecast, thread_pool};
+use crate::session::{AccelTask, all_threads, forecast, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -66,11 +69,7 @@ impl Report {
             }
         };
         let Some(mut file) = file else { return Ok(None) };
-        match load_options(&file, &args.load) {
-            Ok(options) => file.options = options,
-            Err(CliError::File(error)) => self.add(Severity::Error, "wrong-setting", error),
-            Err(error) => return Err(error),
-        }
+        file.load = load_options(&file, &args.load);
         Ok(Some(file))
     }
 
@@ -105,7 +104,7 @@ impl Report {
         };
         let Some(scene) = scene else { return Ok(()) };
         self.measure(&job, &scene);
-        match job.settings.estimator.check_lights(&scene) {
+        match job.settings.method().check_lights(&scene) {
             Ok(Some(warning)) => self.add(Severity::Warning, "unmet-light", job.scene.whole(warning)),
             Ok(None) => {}
             Err(error) => self.refused("unmet-light", &whole, error.into()),
@@ -146,14 +145,19 @@ impl Report {
             let message = "no camera: the scene is framed from +z, with a vertical field of view of 40 degrees";
             self.add(Severity::Note, "default-camera", file.whole(message));
         }
-        let (image, render) = (&file.image, &file.render);
+        let SceneOptions {
+            size,
+            sampling,
+            integrator,
+            ..
+        } = &file.options;
         let defaults = [
-            (image.width.is_none(), "width 512"),
-            (image.height.is_none(), "height 512"),
-            (render.samples.is_none(), "64 samples a pixel"),
-            (render.integrator.is_none(), "integrator path"),
-            (render.sampler.is_none(), "sampler sobol"),
-            (render.max_depth.is_none(), "at most 16 scattering events"),
+            (size.width.is_none(), "width 512"),
+            (size.height.is_none(), "height 512"),
+            (sampling.samples.is_none(), "64 samples a pixel"),
+            (integrator.integrator.is_none(), "integrator path"),
+            (sampling.sampler.is_none(), "sampler sobol"),
+            (integrator.max_depth.is_none(), "at most 16 scattering events"),
         ];
         let taken: Vec<&str> = defaults.iter().filter(|(is, _)| *is).map(|(_, words)| *words).collect();
         if !taken.is_empty() {

@@ -8,7 +8,7 @@ use crate::film::{
     CommonErrors, Errors, Extreme, Flip, LEAST_RARE, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
 };
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
-use crate::io::{find, join_names};
+use crate::options::names::named;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::ExitCode;
@@ -19,10 +19,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     output.iter().try_for_each(|output| outputs.add("-o", output))?;
     outputs.spare([&*args.reference, &*args.image])?;
-    let map = find(Map::NAMES, &args.map).ok_or_else(|| {
-        let names = join_names(Map::NAMES);
-        CliError::Usage(format!("--map {}: unknown map\n  help: there is {names}", args.map))
-    })?;
+    let map = args.map;
     for (flag, limit) in [("--max-relmse", args.max_relmse), ("--max-flip", args.max_flip)] {
         if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
             return Err(CliError::Usage(format!(
@@ -487,16 +484,18 @@ fn extreme_json(e: &Extreme) -> Value {
 }
 
 /// What a picture of a difference shows.
-#[derive(Clone, Copy)]
-enum Map {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Map {
     Error,
     Flip,
     Scores,
 }
 
-impl Map {
-    const NAMES: &[(&str, Self)] = &[("error", Self::Error), ("flip", Self::Flip), ("z", Self::Scores)];
+named! {
+    Map: "error" => Self::Error, "flip" => Self::Flip, "z" => Self::Scores;
+}
 
+impl Map {
     fn draw(self, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
         let size = pair.window.size();
         let figure = |pixels, legend| Figure {

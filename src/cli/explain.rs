@@ -281,7 +281,7 @@ fn portray(
     (format, output): (Format, Output),
     quiet: bool,
 ) -> Result<ExitCode, CliError> {
-    let builder = settings.estimator.scene_builder();
+    let builder = settings.method().scene_builder();
     let scene = portrait_scene(builder, material, textures).map_err(|e| CliError::Failed(e.to_string()))?;
     let session = Session::new(scene, PORTRAIT_CAMERA, settings)?;
     let renderer = session.renderer()?;

@@ -3,8 +3,9 @@ use super::error::CliError;
 use super::job::read_scene;
 use crate::io::{Loaded, load_scene};
 use crate::light::LightId;
+use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{Backend, Settings, forecast};
+use crate::session::{Settings, forecast};
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -13,7 +14,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let file = read_scene(&args.scene, &args.load)?;
     let Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
-    let settings = Settings::of(&file).unwrap_or_default();
+    let settings = Settings::of(&file);
     let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();

@@ -1,17 +1,21 @@
 //! The ladder of estimators on one scene: the lectures' comparison, made executable.
 
-use super::args::{EstimatorArgs, LabArgs, RenderArgs};
+use super::args::{LabArgs, RenderArgs};
 use super::error::CliError;
+use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::words;
 use crate::accel::Accel;
 use crate::film::{Errors, Film, RgbImage};
-use crate::integrator::{DirectLight, Directions, Heuristic, Roulette, Strategy};
+use crate::integrator::{DirectLight, Directions, Heuristic};
 use crate::io::{Output, Panel, read_exr, write_contact_sheet};
+use crate::options::{
+    Denoising, IntegratorKind, IntegratorOptions, Method, Named, PathReuse, SamplingOptions, name_of,
+};
 use crate::render::{Observer, Outcome, last_cut};
-use crate::session::{AccelTask, Estimator, IntegratorKind, Prepared, Session};
+use crate::session::{AccelTask, Prepared, Session};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -55,13 +59,11 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         }
     }
     let estimators = match args.methods.is_empty() {
-        true => ladder(job.settings.estimator),
-        false => methods(job.settings.estimator, &args.methods)?,
+        true => ladder(&job.settings.integrator),
+        false => methods(&job.settings.integrator, &args.methods),
     };
-    estimators
-        .iter()
-        .try_for_each(|(_, estimator)| estimator.check_branches())?;
-    let is_true = |(_, estimator): &(&str, Estimator)| estimator.finds_all_light();
+    estimators.iter().try_for_each(|(_, estimator)| estimator.check())?;
+    let is_true = |(_, estimator): &(&str, Method)| estimator.finds_all_light();
     if reference.is_none() && !estimators.iter().any(is_true) {
         return Err(no_truth(&estimators));
     }
@@ -69,7 +71,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     named.spare(session.files().iter().map(PathBuf::as_path))?;
     session.warnings().iter().for_each(words::warning);
     // Light from points or single directions is not met by chance.
-    let lights = |estimator: &Estimator| match estimator.check_lights(session.scene()) {
+    let lights = |estimator: &Method| match estimator.check_lights(session.scene()) {
         Ok(missing) => missing,
         Err(error) => Some(error.to_string()),
     };
@@ -134,85 +136,88 @@ fn with_extension(prefix: &Path, extension: &str) -> PathBuf {
 fn render_args(args: &LabArgs) -> RenderArgs {
     RenderArgs {
         scene: args.scene.clone(),
-        spp: args.spp,
-        seed: args.seed,
+        sampling: Flags(SamplingOptions {
+            samples: args.spp,
+            seed: args.seed,
+            backend: args.backend,
+            // The picture's noise is measured, not looked at.
+            denoise: Some(Denoising::Off),
+            ..SamplingOptions::default()
+        }),
         size: args.size,
-        backend: args.backend.clone(),
         threads: args.threads,
         quiet: args.quiet,
-        estimator: EstimatorArgs {
-            integrator: Some("path".into()),
+        integrator: Flags(IntegratorOptions {
+            integrator: Some(IntegratorKind::Path),
             max_depth: args.max_depth,
-            ..EstimatorArgs::default()
-        },
-        // Nobody looks at the picture's noise but by figures.
-        denoise: Some("off".into()),
+            ..IntegratorOptions::default()
+        }),
         ..RenderArgs::default()
     }
 }
 
 /// The steps of the ladder, each with one idea more than the one before.
-fn ladder(best: Estimator) -> Vec<(&'static str, Estimator)> {
-    let no_roulette = Roulette { depth: u32::MAX };
-    let step = |directions, direct, heuristic, roulette| Estimator {
-        strategy: Strategy {
-            directions,
-            direct,
-            heuristic,
-        },
-        roulette,
-        reuse: false,
-        ..best
+fn ladder(best: &IntegratorOptions) -> Vec<(&'static str, Method)> {
+    let alone = IntegratorOptions {
+        reuse: Some(PathReuse::None),
+        ..*best
     };
-    let power = Heuristic::Power;
-    let naive = Estimator {
-        kind: IntegratorKind::Naive,
-        roulette: no_roulette,
-        ..best
+    let endless = Some(u32::MAX);
+    let step = |directions, direct, mis, roulette_depth| IntegratorOptions {
+        directions: Some(directions),
+        direct: Some(direct),
+        mis: Some(mis),
+        roulette_depth,
+        ..alone
     };
-    vec![
+    let naive = IntegratorOptions {
+        integrator: Some(IntegratorKind::Naive),
+        roulette_depth: endless,
+        ..*best
+    };
+    let (power, roulette) = (Heuristic::Power, best.roulette_depth);
+    let steps = [
         ("naive: emit or reflect", naive),
         (
             "uniform directions",
-            step(Directions::Uniform, DirectLight::None, power, no_roulette),
+            step(Directions::Uniform, DirectLight::None, power, endless),
         ),
         (
             "+ cosine directions",
-            step(Directions::Cosine, DirectLight::None, power, no_roulette),
+            step(Directions::Cosine, DirectLight::None, power, endless),
         ),
         (
             "+ Russian roulette",
-            step(Directions::Cosine, DirectLight::None, power, best.roulette),
+            step(Directions::Cosine, DirectLight::None, power, roulette),
         ),
         (
             "+ light sampling",
-            step(Directions::Cosine, DirectLight::Light, power, best.roulette),
+            step(Directions::Cosine, DirectLight::Light, power, roulette),
         ),
         (
             "+ MIS",
-            step(Directions::Cosine, DirectLight::Mis, Heuristic::Balance, best.roulette),
+            step(Directions::Cosine, DirectLight::Mis, Heuristic::Balance, roulette),
         ),
-        ("+ BSDF, power", Estimator { reuse: false, ..best }),
-        ("best: + shared paths", best),
-    ]
+        ("+ BSDF, power", alone),
+        ("best: + shared paths", *best),
+    ];
+    steps.map(|(name, options)| (name, Method::new(&options))).into()
 }
 
-/// The integrators of these names, each as it is by default.
-fn methods(best: Estimator, names: &[String]) -> Result<Vec<(&'static str, Estimator)>, CliError> {
-    let known = IntegratorKind::NAMES;
-    let method = |wanted: &String| match known.iter().find(|(name, _)| *name == wanted.trim()) {
-        Some(&(name, kind)) => Ok((name, Estimator { kind, ..best })),
-        None => Err(CliError::Usage(format!(
-            "--methods {}: no such integrator\n  help: use some of {}",
-            wanted.trim(),
-            known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
-        ))),
+/// The integrators `kinds`, each as it is by default.
+fn methods(best: &IntegratorOptions, kinds: &[IntegratorKind]) -> Vec<(&'static str, Method)> {
+    let method = |&kind: &IntegratorKind| {
+        let options = IntegratorOptions {
+            integrator: Some(kind),
+            ..*best
+        };
+        (name_of(IntegratorKind::NAMES, kind), Method::new(&options))
     };
-    names.iter().map(method).collect()
+    kinds.iter().map(method).collect()
 }
 
 /// Of estimators none of which may be taken for the truth.
-fn no_truth(estimators: &[(&'static str, Estimator)]) -> CliError {
+fn no_truth(estimators: &[(&'static str, Method)]) -> CliError {
     let names: Vec<&str> = estimators.iter().map(|(name, _)| *name).collect();
     CliError::Usage(format!(
         "--methods {}: none of them is sure to find all light of this scene without bias, so that none makes a reference\n  \
@@ -224,7 +229,7 @@ fn no_truth(estimators: &[(&'static str, Estimator)]) -> CliError {
 /// What is compared.
 struct Rung {
     name: &'static str,
-    estimator: Estimator,
+    estimator: Method,
     /// Why it is not rendered.
     refused: Option<String>,
 }
@@ -341,7 +346,7 @@ impl Ladder<'_> {
     fn spend<A: Accel>(
         &self,
         accel: &A,
-        estimator: &Estimator,
+        estimator: &Method,
         budget: Budget,
         seed: u64,
         name: &'static str,

@@ -1,6 +1,6 @@
 use super::args::MergeArgs;
 use super::error::CliError;
-use super::job::{exr_format, tone};
+use super::job::exr_format;
 use super::outputs::Outputs;
 use super::run::{failed, prepare_images};
 use crate::io::{FileError, Output};
@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Joins parts of a picture, and writes it.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let settings = Settings {
-        tone: tone(Settings::default().tone, &args.tone)?,
+        tone: args.tone.0.tone_settings(),
         threads: args.threads.unwrap_or_else(all_threads),
         ..Settings::default()
     };

@@ -13,8 +13,11 @@ mod check;
 mod clock;
 mod compare;
 mod completions;
+#[cfg(test)]
+mod documentation;
 mod error;
 mod explain;
+mod flags;
 mod info;
 mod job;
 mod keeper;

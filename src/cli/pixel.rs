@@ -22,7 +22,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result
     Err(CliError::Usage(format!(
         "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
          paths start at the camera alone",
-        session.settings().estimator.name()
+        session.settings().method().name()
     )))
 }
 
@@ -42,8 +42,8 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     let world = session.world(&recorded);
     let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { story: &story, told }) };
     let mut sampler = settings.random_numbers();
-    let estimator = &settings.estimator;
-    if !estimator.sample((world, prepared), (settings.resolution, key), &mut sampler, &listener) {
+    let method = settings.method();
+    if !method.sample((world, prepared), (settings.resolution, key), &mut sampler, &listener) {
         return false;
     }
     let mut story = story.into_inner();
@@ -53,7 +53,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         key.sample,
         key.x,
         key.y,
-        settings.estimator.settings()
+        method.describe()
     );
     story.lines.iter().for_each(|line| outln!("{line}"));
     if story.weight != 1.0 {

@@ -265,7 +265,7 @@ impl Run<'_> {
         if stop == Stop::Interrupt && failures.is_empty() {
             return CliError::Interrupted(words);
         }
-        let name = self.job.settings.estimator.name();
+        let name = self.job.settings.method().name();
         failures.push(format!(
             "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): what {name} prepares, or a sample of all pixels, takes longer"
         ));
@@ -340,7 +340,7 @@ impl Run<'_> {
             backend: info.name,
             backend_version: &info.version,
             isa: info.isa,
-            integrator: settings.estimator.name(),
+            integrator: settings.method().name(),
             sampler: settings.sampler_name(),
             spp: settings.samples().len() as u32,
             threads: settings.threads,

@@ -2,6 +2,7 @@ use super::ascii::ascii;
 use super::{State, cryptomatte};
 use crate::film::{Aov, Image, Rect};
 use crate::math::UVec2;
+use crate::options::names::named;
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use ::exr::math::RoundingMode;
@@ -264,17 +265,13 @@ pub enum Compression {
     None,
 }
 
-impl Compression {
-    /// Each by the name that users type. What the exr crate cannot write (DWAA, DWAB) is not there, nor what changes values (PXR24, B44): mattes
-    /// are numbers of which each bit counts.
-    pub const NAMES: &[(&str, Self)] = &[
-        ("zip", Self::Zip),
-        ("zips", Self::Zips),
-        ("piz", Self::Piz),
-        ("rle", Self::Rle),
-        ("none", Self::None),
-    ];
+// What the exr crate cannot write (DWAA, DWAB) is not there, nor what changes values (PXR24, B44): mattes are numbers of which each bit
+// counts.
+named! {
+    Compression: "zip" => Self::Zip, "zips" => Self::Zips, "piz" => Self::Piz, "rle" => Self::Rle, "none" => Self::None;
+}
 
+impl Compression {
     fn code(self) -> exr::Compression {
         match self {
             Self::Zip => exr::Compression::ZIP16,

@@ -165,7 +165,7 @@ impl<'a> Loader<'a> {
             builder,
             observer,
             allowance: Allowance {
-                limit: MemoryLimit::of(file.options.max_memory),
+                limit: MemoryLimit::of(file.load.max_memory),
                 kept: 0,
             },
             shapes,
@@ -246,7 +246,7 @@ impl<'a> Loader<'a> {
                 }
                 match load_obj(
                     &path,
-                    &self.file.options,
+                    &self.file.load,
                     self.allowance,
                     self.observer,
                     &mut self.findings,
@@ -293,7 +293,7 @@ impl<'a> Loader<'a> {
 
     /// Tells of a file that a render could do without.
     fn lacks(&mut self, code: &'static str, error: FileError) {
-        self.findings.add(self.file.options.severity_of_lack(), code, error);
+        self.findings.add(self.file.load.severity_of_lack(), code, error);
     }
 
     fn warn(&mut self, code: &'static str, error: FileError) {
@@ -545,7 +545,7 @@ impl Loader<'_> {
                 // What the system did not give may be sound: it is not replaced.
                 let severity = match error.unreadable {
                     true => Severity::Error,
-                    false => self.file.options.severity_of_lack(),
+                    false => self.file.load.severity_of_lack(),
                 };
                 let instead = match severity {
                     Severity::Error => "",
@@ -558,7 +558,7 @@ impl Loader<'_> {
             ids.push(result.ok());
         }
         self.builder.set_textures(loaded.textures, &ids);
-        self.builder.texture_filter(self.file.options.texture_filter);
+        self.builder.texture_filter(self.file.load.parameters.texture_filter());
     }
 
     /// Says which names of materials in the scene file are of no use.

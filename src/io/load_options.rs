@@ -1,15 +1,28 @@
-use super::{FileError, MtlDialect, SceneFile, Severity, named};
+use super::{MtlDialect, Severity};
+use crate::options::{Named, Range, parameters};
 use crate::texture::TextureFilter;
 
-/// How files are read where their formats leave something open.
+parameters! {
+    /// How files are read where their formats leave something open.
+    pub struct LoadParameters, heading "", values values {
+        /// Meaning of Tr in MTL files
+        mtl_dialect: MtlDialect = MtlDialect::Auto;
+        /// Angle in degrees below which edges are smoothed, in place of the file's normals
+        smooth: f32, default "normals of the file", in Range::Above(0.0);
+        /// Texture filter: in levels as coarse as samples see them, or at the finest
+        texture_filter: TextureFilter = TextureFilter::Mip;
+    }
+}
+
+impl Named for MtlDialect {
+    const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
+}
+
+/// How files are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// What `Tr` means.
-    pub mtl_dialect: MtlDialect,
-    /// Edges between facets that meet at less than so many degrees are smooth; `None` goes by the file's normals.
-    pub smooth: Option<f32>,
-    /// How textures are looked up.
-    pub texture_filter: TextureFilter,
+    /// What the formats leave open.
+    pub parameters: LoadParameters,
     /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
     pub max_memory: Option<u64>,
     /// Whether files that are missing or cannot be used are errors where a render could do without them.
@@ -17,24 +30,6 @@ pub struct LoadOptions {
 }
 
 impl LoadOptions {
-    /// What `[render]` says of them.
-    pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
-        let render = &file.render;
-        let smooth = render.smooth.as_ref();
-        if let Some(degrees) = smooth.filter(|degrees| !Self::is_angle(*degrees.get_ref())) {
-            let error = file.error(degrees.span(), format!("smooth = {}", degrees.get_ref()));
-            return Err(error.help("use a number above 0"));
-        }
-        Ok(Self {
-            mtl_dialect: named(file, "mtl-dialect", &render.mtl_dialect, MtlDialect::NAMES)?.unwrap_or_default(),
-            smooth: smooth.map(|degrees| *degrees.get_ref()),
-            texture_filter: named(file, "texture-filter", &render.texture_filter, TextureFilter::NAMES)?
-                .unwrap_or_default(),
-            max_memory: None,
-            strict: false,
-        })
-    }
-
     /// How bad it is that a file is missing, or cannot be used, which a render could do without.
     pub(super) fn severity_of_lack(&self) -> Severity {
         if self.strict {
@@ -42,10 +37,5 @@ impl LoadOptions {
         } else {
             Severity::Warning
         }
-    }
-
-    /// Whether edges can be smoothed by so many degrees.
-    pub(crate) fn is_angle(degrees: f32) -> bool {
-        degrees > 0.0 && degrees.is_finite()
     }
 }

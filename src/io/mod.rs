@@ -21,9 +21,9 @@ mod map_section;
 mod material_section;
 mod memory;
 mod mtl;
-mod names;
 mod normals;
 mod obj;
+mod option_section;
 mod output;
 mod placement;
 mod png;
@@ -50,20 +50,17 @@ pub use light_section::{LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };
-pub use load_options::LoadOptions;
+pub use load_options::{LoadOptions, LoadParameters};
 pub use map_section::MapSection;
 pub use material_section::MaterialSection;
 pub use memory::{LimitSource, LoadObserver, MemoryLimit, in_words};
 pub use mtl::MtlDialect;
-pub(crate) use names::{find, join_names, name_of, named};
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::{Format, Output};
 pub use png::Figure;
 pub use read_image::read_exr;
 pub use read_rendering::{Rendering, read_rendering};
-pub use scene_file::{
-    CameraSection, ImageSection, Instances, MaxDepth, ObjectSection, RenderSection, Scale, SceneFile, TransformSection,
-};
+pub use scene_file::{CameraSection, Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
 pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};

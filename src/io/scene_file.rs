@@ -1,9 +1,9 @@
 use super::input::read_bytes;
-use super::{FileError, LightGroupSection, LightSection, LoadOptions, MaterialSection, Position};
+use super::option_section::OptionSection;
+use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
+use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::Deserialize;
-use serde::de::{self, Deserializer, Visitor};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -17,12 +17,15 @@ pub struct SceneFile {
     version: Option<Spanned<u32>>,
     /// Where the picture is taken from.
     pub camera: Option<CameraSection>,
-    /// Size and filter.
+    /// `[image]` as it was written.
     #[serde(default)]
-    pub image: ImageSection,
-    /// Settings that flags override.
+    image: OptionSection,
+    /// `[render]` as it was written.
     #[serde(default)]
-    pub render: RenderSection,
+    render: OptionSection,
+    /// What both of them say.
+    #[serde(skip)]
+    pub options: SceneOptions,
     /// Geometry.
     #[serde(default)]
     pub object: Vec<ObjectSection>,
@@ -37,7 +40,7 @@ pub struct SceneFile {
     pub light_group: Vec<LightGroupSection>,
     /// How OBJ and MTL files are read.
     #[serde(skip)]
-    pub options: LoadOptions,
+    pub load: LoadOptions,
     /// The file itself; paths are relative to its folder.
     #[serde(skip)]
     path: PathBuf,
@@ -47,6 +50,23 @@ pub struct SceneFile {
     /// Bytes at which its lines start, once a place was asked for.
     #[serde(skip)]
     line_starts: OnceLock<Vec<usize>>,
+}
+
+/// What a scene file says of parameters that flags set too.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneOptions {
+    /// Size of the image.
+    pub size: SizeOptions,
+    /// Reconstruction filter.
+    pub filter: FilterOptions,
+    /// How PNG files show the picture.
+    pub tone: ToneOptions,
+    /// Samples, and what computes them.
+    pub sampling: SamplingOptions,
+    /// The integrator and its parameters.
+    pub integrator: IntegratorOptions,
+    /// How OBJ and MTL files are read.
+    pub load: LoadParameters,
 }
 
 /// `[camera]`
@@ -73,99 +93,6 @@ pub struct CameraSection {
     pub up_close: Option<Spanned<[f32; 3]>>,
     /// When the shutter opens and closes, from 0 to 1.
     pub shutter: Option<Spanned<[f32; 2]>>,
-}
-
-/// `[image]`
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ImageSection {
-    /// Pixels.
-    pub width: Option<Spanned<u32>>,
-    /// Pixels.
-    pub height: Option<Spanned<u32>>,
-    /// Reconstruction filter.
-    pub filter: Option<Spanned<String>>,
-    /// How far the filter reaches, pixels.
-    pub filter_radius: Option<Spanned<f32>>,
-    /// Stops by which PNG files are brightened.
-    pub exposure: Option<Spanned<f32>>,
-    /// Tone curve of PNG files.
-    pub tone: Option<Spanned<String>>,
-}
-
-/// `[render]`
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RenderSection {
-    /// Samples a pixel.
-    #[serde(alias = "spp")]
-    pub samples: Option<Spanned<u32>>,
-    /// Of the random numbers.
-    pub seed: Option<u64>,
-    /// Scattering events at most.
-    pub max_depth: Option<MaxDepth>,
-    /// Name of the integrator.
-    pub integrator: Option<Spanned<String>>,
-    /// Scattering events before roulette.
-    pub roulette_depth: Option<u32>,
-    /// How directions are drawn.
-    pub directions: Option<Spanned<String>>,
-    /// How direct light is found.
-    pub direct: Option<Spanned<String>>,
-    /// How multiple importance sampling weighs.
-    pub mis: Option<Spanned<String>>,
-    /// Light samples at the first vertex.
-    pub light_samples: Option<Spanned<u32>>,
-    /// Rays that leave a vertex of a branching integrator.
-    pub branching: Option<Spanned<u32>>,
-    /// How far away occludes, scene units.
-    pub ao_distance: Option<Spanned<f32>>,
-    /// Paths of photons.
-    pub photons: Option<Spanned<u32>>,
-    /// How far away photons count, scene units.
-    pub photon_radius: Option<Spanned<f32>>,
-    /// How slowly that shrinks.
-    pub photon_alpha: Option<Spanned<f32>>,
-    /// Photons of an estimate.
-    pub photon_count: Option<Spanned<u32>>,
-    /// Rays that gather.
-    pub gather_rays: Option<Spanned<u32>>,
-    /// Likely error of a record of irradiance.
-    pub cache_error: Option<Spanned<f32>>,
-    /// Rays of a record of irradiance.
-    pub cache_rays: Option<Spanned<u32>>,
-    /// What a debug picture shows.
-    pub view: Option<Spanned<String>>,
-    /// Who finds direct light where Markov chains find the rest.
-    pub metropolis_direct: Option<Spanned<String>>,
-    /// What Markov chains visit paths in proportion to.
-    pub metropolis_target: Option<Spanned<String>>,
-    /// Markov chains in a frame.
-    pub chains: Option<Spanned<u32>>,
-    /// Paths in a frame that tell where chains start.
-    pub bootstrap: Option<Spanned<u32>>,
-    /// Share of large steps.
-    pub large_step_probability: Option<Spanned<f32>>,
-    /// The longest small step, as a share of a random number's range.
-    pub mutation_size: Option<Spanned<f32>>,
-    /// How lights are chosen.
-    pub light_selection: Option<Spanned<String>>,
-    /// How emitting triangles are sampled.
-    pub triangle_sampling: Option<Spanned<String>>,
-    /// Who shares paths.
-    pub reuse: Option<Spanned<String>>,
-    /// Name of the sampler.
-    pub sampler: Option<Spanned<String>>,
-    /// Name of the ray-tracing backend.
-    pub backend: Option<Spanned<String>>,
-    /// What takes noise out of the picture.
-    pub denoise: Option<Spanned<String>>,
-    /// What MTL files mean by `Tr`.
-    pub mtl_dialect: Option<Spanned<String>>,
-    /// How textures are looked up.
-    pub texture_filter: Option<Spanned<String>>,
-    /// Degrees below which edges are smoothed.
-    pub smooth: Option<Spanned<f32>>,
 }
 
 /// `[[object]]`
@@ -223,60 +150,6 @@ pub enum Scale {
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),
-}
-
-/// A bound on the number of scattering events, or none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MaxDepth(pub Option<u32>);
-
-impl std::str::FromStr for MaxDepth {
-    type Err = String;
-
-    fn from_str(s: &str) -> Result<Self, String> {
-        match s {
-            "none" => Ok(Self(None)),
-            _ => s
-                .parse()
-                .map(|n| Self(Some(n)))
-                .map_err(|_| format!("`{s}` is neither a whole number nor `none`")),
-        }
-    }
-}
-
-impl fmt::Display for MaxDepth {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(depth) => write!(f, "{depth}"),
-            None => write!(f, "none"),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for MaxDepth {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Text;
-        impl Visitor<'_> for Text {
-            type Value = MaxDepth;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "a whole number, or \"none\"")
-            }
-
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<MaxDepth, E> {
-                let unexpected = || E::invalid_value(de::Unexpected::Signed(value), &self);
-                u32::try_from(value)
-                    .map(|n| MaxDepth(Some(n)))
-                    .map_err(|_| unexpected())
-            }
-
-            fn visit_str<E: de::Error>(self, value: &str) -> Result<MaxDepth, E> {
-                value
-                    .parse()
-                    .map_err(|_| E::invalid_value(de::Unexpected::Str(value), &self))
-            }
-        }
-        deserializer.deserialize_any(Text)
-    }
 }
 
 impl SceneFile {
@@ -343,11 +216,8 @@ impl SceneFile {
                 return Err((error, None));
             }
         }
-        file.options = LoadOptions::of(&file).map_err(|error| {
-            let line = error.position.map_or(1, |p| p.line);
-            let start = file.text.split_inclusive('\n').take(line - 1).map(str::len).sum();
-            (error, Some(start))
-        })?;
+        file.options = file.read_options().map_err(|(error, start)| (error, Some(start)))?;
+        file.load.parameters = file.options.load;
         if file.object.is_empty() {
             let error = FileError::new(path, "no [[object]] in this scene");
             return Err((error.help("add [[object]] with obj = \"FILE.obj\""), None));
@@ -371,6 +241,22 @@ impl SceneFile {
             object: vec![object],
             ..Default::default()
         }
+    }
+
+    /// What `[image]` and `[render]` say, or an error and the byte that it is about.
+    fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
+        let mut options = SceneOptions::default();
+        let SceneOptions {
+            size,
+            filter,
+            tone,
+            sampling,
+            integrator,
+            load,
+        } = &mut options;
+        self.image.read("image", self, &mut [size, filter, tone])?;
+        self.render.read("render", self, &mut [sampling, integrator, load])?;
+        Ok(options)
     }
 
     /// Whether any light, or the emission of any material, is said to be in a group.
@@ -470,6 +356,7 @@ fn without_entry(text: &str, start: usize) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::MaxDepth;
     use std::fs;
 
     fn load(text: &str) -> Result<SceneFile, FileError> {
@@ -523,7 +410,7 @@ intensity = [1.0, 1.0, 1.0]
         );
         let file = file.unwrap();
         assert_eq!(file.camera.unwrap().position.get_ref()[2], 2.5);
-        assert_eq!(file.render.max_depth, Some(MaxDepth(None)));
+        assert_eq!(file.options.integrator.max_depth, Some(MaxDepth(None)));
         assert_eq!(file.object.len(), 2);
         assert_eq!(file.material.keys().next().unwrap().get_ref(), "tall box");
     }
@@ -532,7 +419,7 @@ intensity = [1.0, 1.0, 1.0]
     fn mistakes_are_named_with_their_line() {
         let cases = [
             (format!("version = 1\n{OBJECT}[image]\nwidht = 3\n"), 5, "widht"),
-            (format!("version = 1\n{OBJECT}[image]\nwidth = \"a\"\n"), 5, "string"),
+            (format!("version = 1\n{OBJECT}[image]\nwidth = \"a\"\n"), 5, "\"a\""),
             (format!("version = 1\n{OBJECT}[image]\nwidth = -3\n"), 5, "-3"),
             (format!("version = 2\n{OBJECT}"), 1, "version 2"),
             (

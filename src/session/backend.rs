@@ -4,45 +4,17 @@ use crate::accel::bvh;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
 use crate::accel::{Accel, Auditor, brute};
-use crate::io::name_of;
 #[cfg(feature = "obvhs")]
 use crate::io::{MemoryLimit, in_words};
+use crate::options::Backend;
 use crate::scene::Scene;
 
-/// A ray-tracing backend. Which of them are built in, features decide.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// Intel Embree; feature `embree`.
-    Embree,
-    /// A hierarchy by obvhs, in pure Rust; feature `obvhs`.
-    Obvhs,
-    /// Every triangle against every ray.
-    Brute,
-}
-
 impl Backend {
-    /// All backends built in, the default first.
-    pub const ALL: &[Self] = &[
-        #[cfg(feature = "embree")]
-        Self::Embree,
-        #[cfg(feature = "obvhs")]
-        Self::Obvhs,
-        Self::Brute,
-    ];
-
-    /// All that there may be, by the names that users type.
-    pub const NAMES: &[(&str, Self)] = &[("embree", Self::Embree), ("obvhs", Self::Obvhs), ("brute", Self::Brute)];
-
     /// That it is not built in.
     pub(super) fn absence(self) -> InvalidSetting {
         let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
         let help = format!("there is {}; others need a build with their features", names.join(", "));
         InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
-    }
-
-    /// The name users type.
-    pub fn name(self) -> &'static str {
-        name_of(Self::NAMES, self)
     }
 
     /// Builds the acceleration structure of `scene` with as many threads as `pool` has: the one place that chooses the backend.

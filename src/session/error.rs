@@ -1,6 +1,7 @@
 use crate::camera::CameraError;
 use crate::denoise::DenoiseError;
 use crate::io::FileError;
+use crate::options::InvalidOption;
 use std::fmt;
 use thiserror::Error;
 
@@ -25,7 +26,7 @@ pub enum Error {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidSetting {
     /// `spp`, `crop` and the like.
-    pub setting: &'static str,
+    pub setting: String,
     /// The value, and what is wrong with it if that is not plain.
     pub value: String,
     /// What to do about it.
@@ -33,11 +34,21 @@ pub struct InvalidSetting {
 }
 
 impl InvalidSetting {
-    pub(super) fn new(setting: &'static str, value: impl fmt::Display, help: impl Into<String>) -> Self {
+    pub(super) fn new(setting: &str, value: impl fmt::Display, help: impl Into<String>) -> Self {
         Self {
-            setting,
+            setting: setting.into(),
             value: value.to_string(),
             help: help.into(),
+        }
+    }
+}
+
+impl From<InvalidOption> for InvalidSetting {
+    fn from(InvalidOption { flag, value, help, .. }: InvalidOption) -> Self {
+        Self {
+            setting: flag,
+            value,
+            help,
         }
     }
 }

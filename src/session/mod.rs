@@ -6,28 +6,24 @@
 mod backend;
 mod camera;
 mod error;
-mod estimator;
 mod hash;
 mod merge;
+mod method;
 mod renderer;
 mod settings;
 mod state;
 
-pub use backend::{BUILD, Backend, version_text};
+pub use backend::{BUILD, version_text};
 pub use camera::CameraSettings;
 pub use error::{Error, InvalidSetting};
-pub use estimator::{Estimator, IntegratorKind};
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
 pub use settings::{MOST_FOR_NOISE, Settings};
 pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
-pub(crate) use estimator::{
-    DIRECT, DIRECTIONS, HEURISTICS, METROPOLIS_DIRECT, METROPOLIS_TARGETS, Prepared, REUSES, SELECTIONS, SWITCHES,
-    TRIANGLE_SAMPLINGS, VIEWS,
-};
-pub(crate) use settings::{DENOISERS, all_threads};
+pub(crate) use method::Prepared;
+pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraParameters};
 use crate::film::{Aov, Film, Filter};
@@ -60,11 +56,12 @@ impl Session {
     /// Settings that cannot be, wrong files, a scene that takes more memory than it may.
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
-        let limit = MemoryLimit::of(file.options.max_memory);
+        let limit = MemoryLimit::of(file.load.max_memory);
         // Before anything is read; groups of lights are not known yet.
         check_pixels(&settings, 0, limit)?;
         let pool = thread_pool(settings.threads)?;
-        let builder = settings.estimator.scene_builder();
+        let method = settings.method();
+        let builder = method.scene_builder();
         let Loaded {
             scene,
             mut warnings,
@@ -73,8 +70,8 @@ impl Session {
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         let (parameters, camera) = settings.camera_of(file, &scene)?;
-        warnings.extend(settings.estimator.check_lights(&scene)?);
-        warnings.extend(settings.estimator.check_motion(&scene, &camera));
+        warnings.extend(method.check_lights(&scene)?);
+        warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &parameters),
             filter: settings.filter(),
@@ -101,8 +98,9 @@ impl Session {
         let forecast = forecast_of(&scene, 0, &settings);
         let description = format!("{camera:?}");
         let camera = Camera::new(camera, settings.resolution)?;
-        let mut warnings: Vec<String> = settings.estimator.check_lights(&scene)?.into_iter().collect();
-        warnings.extend(settings.estimator.check_motion(&scene, &camera));
+        let method = settings.method();
+        let mut warnings: Vec<String> = method.check_lights(&scene)?.into_iter().collect();
+        warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
@@ -215,7 +213,7 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> 
 
 /// The same, where the largest OBJ file has so many bytes.
 fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecast {
-    let method = settings.estimator.memory(settings, scene);
+    let method = settings.method().memory(settings, scene);
     Forecast {
         prepared: method.prepared,
         sampling: method.frame,
@@ -263,7 +261,7 @@ fn within_memory(
         return Ok((scene, compact));
     };
     let error = file.whole(format!("the render takes about {}: {refusal}", in_words(compact)));
-    let help = match settings.estimator.reads("photons") {
+    let help = match settings.method().kind().parameters().contains(&"photons") {
         true => "allow more, send fewer --photons, or render a smaller picture",
         false => "allow more, render a smaller picture or a --crop, or let objects share their OBJ",
     };

@@ -1,10 +1,10 @@
 use super::backend::BUILD;
-use super::estimator::Estimator;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels, thread_pool};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
+use crate::options::Method;
 use crate::render::{Observer, Outcome, Statistics};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -141,7 +141,7 @@ impl<'a> Renderer<'a> {
         let film = &mut state.film;
         let task = Render {
             session: self.session,
-            estimator: &self.session.settings().estimator,
+            method: self.session.settings().method(),
             prepared: &self.prepared,
             film,
             observer,
@@ -196,7 +196,7 @@ impl<'a> Renderer<'a> {
                 false => Vec::new(),
             },
             strategies: match aovs.contains(&Aov::Strategies) {
-                true => self.session.settings().estimator.strategies(),
+                true => self.session.settings().method().strategies(),
                 false => Vec::new(),
             },
         })
@@ -299,7 +299,7 @@ pub enum Unfinished {
 /// Adds samples to a film.
 struct Render<'a> {
     session: &'a Session,
-    estimator: &'a Estimator,
+    method: Method,
     prepared: &'a Prepared,
     film: &'a mut Film,
     observer: &'a dyn Observer,
@@ -311,7 +311,7 @@ impl AccelTask for Render<'_> {
     fn run<A: Accel>(self, accel: &A) -> Self::Output {
         let Self {
             session,
-            estimator,
+            method,
             prepared,
             film,
             observer,
@@ -319,7 +319,7 @@ impl AccelTask for Render<'_> {
         let settings = session.settings();
         let (sampler, end) = (settings.random_numbers(), settings.samples().end);
         let world = session.world(accel);
-        session.install(|| estimator.render((world, prepared), &sampler, film, end, settings.noise, observer))
+        session.install(|| method.render((world, prepared), &sampler, film, end, settings.noise, observer))
     }
 }
 
@@ -331,9 +331,9 @@ impl AccelTask for Prepare<'_> {
 
     fn run<A: Accel>(self, accel: &A) {
         let (session, prepared) = (self.0.session, &self.0.prepared);
-        let estimator = &session.settings().estimator;
+        let method = session.settings().method();
         session.install(|| {
-            estimator.prepare(
+            method.prepare(
                 (session.world(accel), prepared),
                 &session.settings().random_numbers(),
                 &(),

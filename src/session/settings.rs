@@ -1,15 +1,18 @@
 use super::camera::blame;
-use super::{Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSetting};
+use super::{CameraSettings, Error, InvalidSetting};
 use crate::camera::Camera;
-use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
+use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
-use crate::io::{FileError, SceneFile, name_of, named};
+use crate::io::{SceneFile, SceneOptions};
 use crate::math::UVec2;
+use crate::options::{
+    Backend, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named, OptionGroup, SamplingOptions,
+    SizeOptions, ToneOptions, name_of,
+};
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
 use std::ops::Range;
-use toml::Spanned;
 
 /// What a render is to be: size, samples, estimator and the like, as the scene file says, or as whoever changes the fields does.
 #[derive(Clone, Debug)]
@@ -34,8 +37,8 @@ pub struct Settings {
     pub seed: u64,
     /// Where random numbers come from.
     pub sampler: SamplerKind,
-    /// How light is found.
-    pub estimator: Estimator,
+    /// How light is found: the integrator and its parameters.
+    pub integrator: IntegratorOptions,
     /// Further channels.
     pub aovs: Vec<Aov>,
     /// Who answers ray queries.
@@ -53,51 +56,13 @@ pub struct Settings {
 /// Samples that a pixel may have where a noise level is given and nothing else.
 pub const MOST_FOR_NOISE: u32 = 1 << 14;
 
-/// Samples a pixel where nothing is said.
-const DEFAULT_SPP: u32 = 64;
-
-/// Pixels a side where nothing is said.
-const DEFAULT_SIDE: u32 = 512;
-
-/// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
-const MOST_PIXELS: u32 = 1 << 16;
-
 /// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
 const THREADS_OF_A_PROCESSOR: usize = 64;
-
-/// Advice on numbers.
-pub(super) const ABOVE_0: &str = "use a number above 0";
-
-/// Names of the filters that take out noise.
-pub(crate) const DENOISERS: &[(&str, Option<Denoiser>)] = &[
-    ("off", None),
-    ("oidn", Some(Denoiser::Oidn)),
-    ("atrous", Some(Denoiser::Atrous)),
-    ("gaussian", Some(Denoiser::Gaussian)),
-];
 
 impl Default for Settings {
     /// Of a scene file that says nothing.
     fn default() -> Self {
-        Self {
-            resolution: UVec2::splat(DEFAULT_SIDE),
-            crop: None,
-            filter: FilterKind::Box,
-            filter_radius: None,
-            camera: CameraSettings::default(),
-            spp: DEFAULT_SPP,
-            part: None,
-            noise: None,
-            seed: 0,
-            sampler: SamplerKind::Sobol,
-            estimator: Estimator::default(),
-            aovs: Vec::new(),
-            backend: Backend::ALL[0],
-            denoiser: None,
-            threads: all_threads(),
-            compact: false,
-            tone: Tone::default(),
-        }
+        Self::new(&SceneOptions::default(), CameraSettings::default())
     }
 }
 
@@ -108,145 +73,119 @@ pub(crate) fn all_threads() -> usize {
 
 impl Settings {
     /// What the scene file says, and the defaults.
-    ///
-    /// # Errors
-    ///
-    /// A value that cannot be, with its place in the file.
-    pub fn of(file: &SceneFile) -> Result<Self, Error> {
-        let (image, render, usual) = (&file.image, &file.render, Self::default());
-        let side = |key: &Option<Spanned<u32>>| key.as_ref().map_or(DEFAULT_SIDE, |n| *n.get_ref());
-        let settings = Self {
-            resolution: UVec2::new(side(&image.width), side(&image.height)),
-            filter: named(file, "filter", &image.filter, FilterKind::NAMES)?.unwrap_or(usual.filter),
-            filter_radius: image.filter_radius.as_ref().map(|r| *r.get_ref()),
-            camera: CameraSettings::of(file),
-            spp: render.samples.as_ref().map_or(usual.spp, |n| *n.get_ref()),
-            seed: render.seed.unwrap_or(usual.seed),
-            sampler: named(file, "sampler", &render.sampler, SamplerKind::NAMES)?.unwrap_or(usual.sampler),
-            estimator: Estimator::of(file)?,
-            backend: named(file, "backend", &render.backend, Backend::NAMES)?.unwrap_or(usual.backend),
-            denoiser: named(file, "denoise", &render.denoise, DENOISERS)?.unwrap_or(usual.denoiser),
-            tone: Tone {
-                exposure: image.exposure.as_ref().map_or(0.0, |stops| *stops.get_ref()),
-                curve: named(file, "tone", &image.tone, Curve::NAMES)?.unwrap_or_default(),
-            },
-            ..usual
-        };
-        match settings.wrong_value() {
-            Some(wrong) => Err(settings.blame(file, wrong).into()),
-            None => Ok(settings),
+    pub fn of(file: &SceneFile) -> Self {
+        Self::new(&file.options, CameraSettings::of(file))
+    }
+
+    /// What `options` say, and the defaults.
+    pub(crate) fn new(options: &SceneOptions, camera: CameraSettings) -> Self {
+        let SceneOptions {
+            size,
+            filter,
+            tone,
+            sampling,
+            integrator,
+            load: _,
+        } = options;
+        Self {
+            resolution: UVec2::new(size.width(), size.height()),
+            crop: None,
+            filter: filter.filter(),
+            filter_radius: filter.filter_radius(),
+            camera,
+            spp: sampling.samples(),
+            part: None,
+            noise: None,
+            seed: sampling.seed(),
+            sampler: sampling.sampler(),
+            integrator: *integrator,
+            aovs: Vec::new(),
+            backend: sampling.backend(),
+            denoiser: sampling.denoise().denoiser(),
+            threads: all_threads(),
+            compact: false,
+            tone: tone.tone_settings(),
         }
     }
 
-    /// `wrong` as an error of the scene file that the settings are of.
-    fn blame(&self, file: &SceneFile, wrong: InvalidSetting) -> FileError {
-        let (image, render) = (&file.image, &file.render);
-        let is_wrong = |side: &&Spanned<u32>| !is_side(*side.get_ref());
-        let sides = [("width", &image.width), ("height", &image.height)];
-        let side = sides
-            .iter()
-            .find(|(_, side)| side.as_ref().is_some_and(|side| is_wrong(&side)));
-        let span = match wrong.setting {
-            "size" => side.and_then(|(_, side)| side.as_ref()).map(Spanned::span),
-            "filter-radius" => image.filter_radius.as_ref().map(Spanned::span),
-            "exposure" => image.exposure.as_ref().map(Spanned::span),
-            "spp" => render.samples.as_ref().map(Spanned::span),
-            "light-samples" => render.light_samples.as_ref().map(Spanned::span),
-            "branching" => render.branching.as_ref().map(Spanned::span),
-            "ao-distance" => render.ao_distance.as_ref().map(Spanned::span),
-            "chains" => render.chains.as_ref().map(Spanned::span),
-            "bootstrap" => render.bootstrap.as_ref().map(Spanned::span),
-            "large-step-probability" => render.large_step_probability.as_ref().map(Spanned::span),
-            "mutation-size" => render.mutation_size.as_ref().map(Spanned::span),
-            "photons" => render.photons.as_ref().map(Spanned::span),
-            "photon-count" => render.photon_count.as_ref().map(Spanned::span),
-            "gather-rays" => render.gather_rays.as_ref().map(Spanned::span),
-            "photon-radius" => render.photon_radius.as_ref().map(Spanned::span),
-            "photon-alpha" => render.photon_alpha.as_ref().map(Spanned::span),
-            "cache-error" => render.cache_error.as_ref().map(Spanned::span),
-            "cache-rays" => render.cache_rays.as_ref().map(Spanned::span),
-            _ => None,
-        };
-        let message = match (wrong.setting, side) {
-            ("size", Some((key, Some(pixels)))) => match pixels.get_ref() {
-                0 => format!("{key} = 0: the image has no pixels"),
-                pixels => format!("{key} = {pixels}"),
-            },
-            ("spp", _) => format!("samples = {}", wrong.value),
-            (key, _) => format!("{} = {}", key.replace('-', "_"), wrong.value),
-        };
-        let error = file.error(span.unwrap_or(0..0), message);
-        error.help(wrong.help)
+    /// The integrator with its parameters.
+    pub fn method(&self) -> Method {
+        Method::new(&self.integrator)
     }
 
-    /// The first value that cannot be, whatever the others are.
-    fn wrong_value(&self) -> Option<InvalidSetting> {
+    /// The first value out of its range: those of files and flags are checked when they are read, but code may set any.
+    fn invalid(&self) -> Option<InvalidSetting> {
         let UVec2 { x: width, y: height } = self.resolution;
-        let wrong = |setting, value: &dyn std::fmt::Display, help: &str| InvalidSetting::new(setting, value, help);
-        // NaN is none of all.
-        let is_length = |r: f32| r > 0.0 && r.is_finite();
-        if width == 0 || height == 0 {
-            let value = format!("{width}x{height}: the image has no pixels");
-            return Some(wrong("size", &value, "use 1x1 or more"));
+        let size = SizeOptions {
+            width: Some(width),
+            height: Some(height),
+        };
+        let filter = FilterOptions {
+            filter_radius: self.filter_radius,
+            ..FilterOptions::default()
+        };
+        let tone = ToneOptions {
+            exposure: Some(self.tone.exposure),
+            ..ToneOptions::default()
+        };
+        let sampling = SamplingOptions {
+            samples: Some(self.spp),
+            ..SamplingOptions::default()
+        };
+        if let Some(invalid) = size.invalid() {
+            return Some(InvalidSetting::new("size", format!("{width}x{height}"), invalid.help));
         }
-        if !is_side(width) || !is_side(height) {
-            let help = format!("at most {MOST_PIXELS} pixels a side");
-            return Some(wrong("size", &format!("{width}x{height}"), &help));
+        let groups = [filter.invalid(), tone.invalid(), sampling.invalid()];
+        if let Some(invalid) = groups.into_iter().flatten().chain(self.integrator.invalid()).next() {
+            return Some(invalid.into());
         }
-        if let Some(radius) = self.filter_radius.filter(|&r| !is_length(r)) {
-            return Some(wrong("filter-radius", &radius, ABOVE_0));
-        }
-        if self.tone.exposure.is_nan() || self.tone.exposure.abs() > MAX_EXPOSURE {
-            let help = format!("use stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
-            return Some(wrong("exposure", &self.tone.exposure, &help));
-        }
-        if self.spp == 0 {
-            return Some(wrong("spp", &0, "take at least one sample a pixel"));
-        }
+        let invalid =
+            |setting, value: &dyn std::fmt::Display, help: &str| Some(InvalidSetting::new(setting, value, help));
         if let Some(level) = self.noise.filter(|&level| !(level > 0.0 && level.is_finite())) {
-            return Some(wrong("noise", &level, ABOVE_0));
+            return invalid("noise", &level, "use a number above 0");
         }
         if self.threads == 0 {
-            return Some(wrong("threads", &0, "use at least one thread"));
+            return invalid("threads", &0, "use at least one thread");
         }
         let processors = all_threads();
         let most = processors.saturating_mul(THREADS_OF_A_PROCESSOR);
         if self.threads > most {
             let plural = if processors == 1 { "" } else { "s" };
             let help = format!("use {most} at most: this machine has {processors} processor{plural}");
-            return Some(wrong("threads", &self.threads, &help));
+            return invalid("threads", &self.threads, &help);
         }
-        self.estimator.wrong_value()
+        None
     }
 
     /// An error where a value cannot be, or values do not go together.
     pub fn check(&self) -> Result<(), Error> {
-        if let Some(wrong) = self.wrong_value() {
-            return Err(wrong.into());
+        if let Some(invalid) = self.invalid() {
+            return Err(invalid.into());
         }
         if !Backend::ALL.contains(&self.backend) {
             return Err(self.backend.absence().into());
         }
         self.denoiser.map(Denoiser::version).transpose()?;
+        let method = self.method();
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
-        if self.aovs.contains(&Aov::Lights) && !self.estimator.gathers_light() {
-            let does = match self.estimator.kind {
+        if self.aovs.contains(&Aov::Lights) && !method.gathers_light() {
+            let does = match method.kind() {
                 IntegratorKind::IrradianceCache => "tells no lights apart",
                 _ => "gathers no light",
             };
-            let value = format!("lights: --integrator {} {does}", self.estimator.name());
+            let value = format!("lights: --integrator {} {does}", method.name());
             let gathers = IntegratorKind::NAMES.iter().filter(|(_, kind)| {
-                Estimator {
-                    kind: *kind,
-                    ..self.estimator
-                }
-                .gathers_light()
+                let options = IntegratorOptions {
+                    integrator: Some(*kind),
+                    ..self.integrator
+                };
+                Method::new(&options).gathers_light()
             });
             let names: Vec<&str> = gathers.map(|(name, _)| *name).collect();
             return refused("aov", value, format!("use one of {}", names.join(", ")));
         }
         if self.aovs.contains(&Aov::Strategies) {
-            self.estimator.check_strategies()?;
+            method.check_strategies()?;
         }
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);
@@ -281,7 +220,7 @@ impl Settings {
                 return refused("samples", value, help);
             }
         }
-        self.estimator.check_branches()
+        method.check()
     }
 
     /// The pixels to render.
@@ -323,10 +262,10 @@ impl Settings {
 
     /// What decides the pixels besides the scene, as `key=value` pairs.
     pub fn describe(&self) -> String {
-        let filter = self.filter();
+        let (filter, method) = (self.filter(), self.method());
         let mut settings = format!(
             "{} sampler={} filter={} filter_radius={}",
-            self.estimator.settings(),
+            method.describe(),
             self.sampler_name(),
             name_of(FilterKind::NAMES, filter.kind()),
             filter.radius()
@@ -338,7 +277,7 @@ impl Settings {
         match self.noise {
             Some(level) => settings + &format!(" noise={level} most_samples={total}"),
             // Whether samples are added later, or in parts, is no business of others.
-            None if self.sampler.knows_count() || self.estimator.knows_count() => settings + &format!(" count={total}"),
+            None if self.sampler.knows_count() || method.knows_count() => settings + &format!(" count={total}"),
             None => settings,
         }
     }
@@ -350,7 +289,7 @@ impl Settings {
             false => 0,
         };
         let strategies = match self.aovs.contains(&Aov::Strategies) {
-            true => self.estimator.strategies().len(),
+            true => self.method().strategies().len(),
             false => 0,
         };
         groups + 2 * strategies
@@ -369,16 +308,11 @@ impl Settings {
             Some(_) => BLOCK,
             None => self.total_samples(),
         };
-        self.estimator.sampler(self.sampler, self.seed, count)
+        self.method().sampler(self.sampler, self.seed, count)
     }
 
     /// The sampler's name, as users type it.
     pub fn sampler_name(&self) -> &'static str {
         name_of(SamplerKind::NAMES, self.sampler)
     }
-}
-
-/// Whether an image can have so many pixels a side.
-fn is_side(pixels: u32) -> bool {
-    (1..=MOST_PIXELS).contains(&pixels)
 }

@@ -73,7 +73,7 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
     write(&path, bytes);
     for smooth in [None, Some(40.0)] {
         let mut file = SceneFile::of_obj(&path);
-        file.options.smooth = smooth;
+        file.load.parameters.smooth = smooth;
         let Some(loaded) = check_load(&file, folder) else {
             return;
         };
@@ -95,7 +95,7 @@ fn check_mtl(folder: &Path, bytes: &[u8]) {
     };
     for &(_, dialect) in dialects {
         let mut file = SceneFile::of_obj(&folder.join("t.obj"));
-        file.options.mtl_dialect = dialect;
+        file.load.parameters.mtl_dialect = Some(dialect);
         let Some(loaded) = check_load(&file, folder) else {
             return;
         };

@@ -43,7 +43,7 @@ impl CommonErrors {
             Some("pssmlt" | "mlt" | "sppm") => Self::Sample,
             Some("photon-map" | "irradiance-cache") => Self::Picture,
             // Paths of lights fall on few pixels each; but photons within a length that somebody chose may reach many.
-            Some("vcm") if value("photon_radius").is_some_and(|radius| !radius.ends_with("px")) => Self::Sample,
+            Some("vcm") if value("photon_radius").is_some_and(|radius| radius != "auto") => Self::Sample,
             Some("light" | "bdpt" | "vcm") => Self::Tile,
             _ if value("reuse") == Some("pixels") => Self::Tile,
             _ => Self::None,

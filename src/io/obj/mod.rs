@@ -85,7 +85,7 @@ pub(super) fn load_obj(
     let is_wrong = outline.wrong_count > 0;
 
     let mut groups = into_groups(outline);
-    if let Some(degrees) = options.smooth {
+    if let Some(degrees) = options.parameters.smooth() {
         groups
             .par_iter_mut()
             .for_each(|g| smooth_by_angle(&mut g.mesh, degrees));
@@ -166,7 +166,7 @@ fn load_libraries(
                 let error = remark(format!("material library `{name}` is found as `{}`", path.display()));
                 findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
             }
-            materials.extend(load_mtl(&path, options.mtl_dialect, findings));
+            materials.extend(load_mtl(&path, options.parameters.mtl_dialect(), findings));
             files.push(path);
         }
     }

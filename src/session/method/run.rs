@@ -1,18 +1,56 @@
-use super::{DEFAULT_DEPTH_BRANCHING, Estimator, IntegratorKind};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
-    AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic,
-    Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator,
+    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic, Integrator,
+    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, Metropolis, MetropolisTarget, NaiveIntegrator,
     PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, RecordMaker, Roulette, SearchRadius, Sink, TestPicture, TestPictureMaker,
+    ProgressivePhotonIntegrator, RecordMaker, Roulette, SearchRadius, Sink, Strategy, TestPicture, TestPictureMaker,
     VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
+use crate::options::{IrradianceCacheSettings, MaxDepth, Method, PathReuse};
 use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
 use crate::sampler::{SampleKey, Sampler};
 use std::sync::OnceLock;
+
+/// Widths of a pixel within which photons count in the first iteration of sppm (docs/benchmarks.md).
+const RADIUS_PIXELS: f32 = 3.0;
+/// The same of vcm, where connections find most of the light: merging loses light at edges at every vertex, that of lamps too.
+const MERGING_PIXELS: f32 = 1.0;
+
+/// How directions are sampled and direct light is found, of methods with these parameters.
+macro_rules! strategy {
+    ($settings:expr) => {
+        Strategy {
+            directions: $settings.directions,
+            direct: $settings.direct,
+            heuristic: $settings.mis,
+        }
+    };
+}
+
+/// When paths end at random, of methods with this parameter.
+macro_rules! roulette {
+    ($settings:expr) => {
+        Roulette {
+            depth: $settings.roulette_depth,
+        }
+    };
+}
+
+/// How Markov chains go, of methods with these parameters.
+macro_rules! metropolis {
+    ($settings:expr) => {
+        Metropolis {
+            direct: $settings.metropolis_direct,
+            target: $settings.metropolis_target,
+            chains: $settings.chains,
+            bootstrap: $settings.bootstrap,
+            ..Metropolis::default()
+        }
+    };
+}
 
 /// What all samples of a picture look at, and which is made once, before the first of them.
 #[derive(Debug)]
@@ -33,7 +71,7 @@ impl Prepared {
     }
 }
 
-impl Estimator {
+impl Method {
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
     /// enough.
     pub(crate) fn render<A: Accel>(
@@ -100,38 +138,39 @@ impl Estimator {
         // Compiled once, as below
         let accel: &dyn Accel = world.accel;
         let (world, observer) = (world.with_accel(&accel), &observer);
-        match self.kind {
-            IntegratorKind::IrradianceCache => {
+        match self {
+            Self::IrradianceCache(settings) => {
                 let maker = RecordMaker {
-                    path: self.plain_path(world),
-                    rays: self.cache_rays,
+                    path: plain_path(world, settings),
+                    rays: settings.cache_rays,
                 };
-                prepared.irradiance.fill(&maker, self.cache_error, observer)
+                prepared.irradiance.fill(&maker, settings.cache_error, observer)
             }
-            IntegratorKind::PhotonMap if prepared.photons.get().is_none() => {
+            Self::PhotonMap(settings) if prepared.photons.get().is_none() => {
                 let tracer = PhotonTracer {
                     world,
-                    max_depth: self.most_scatterings(),
-                    roulette: self.roulette,
+                    max_depth: settings.max_depth.limit(),
+                    roulette: roulette!(settings),
                     least_scatterings: 0,
                 };
                 let mut statistics = Statistics::default();
-                let Some((maps, rays)) = render::photon_maps(&tracer, self.mapped_photons(), sampler, observer) else {
+                let Some((maps, rays)) = render::photon_maps(&tracer, settings.photons, sampler, observer) else {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                // Whoever comes first has what all have.
+                // The first of several threads sets it for all.
                 drop(prepared.photons.set(maps));
                 (Outcome::Complete, statistics)
             }
-            IntegratorKind::PrimarySpace | IntegratorKind::PathSpace
-                if self.metropolis.target == MetropolisTarget::Relative && prepared.test.get().is_none() =>
+            Self::PrimarySpace(_) | Self::PathSpace(_)
+                if self.value("metropolis_target") == Some(MetropolisTarget::Relative)
+                    && prepared.test.get().is_none() =>
             {
-                // Its own switches are no business of the chains.
+                // Parameters of the chains do not change it.
                 let maker = TestPictureMaker {
                     world,
                     heuristic: Heuristic::default(),
-                    max_depth: self.most_scatterings(),
+                    max_depth: self.max_depth().and_then(MaxDepth::limit),
                     roulette: Roulette::default(),
                 };
                 let mut statistics = Statistics::default();
@@ -146,25 +185,7 @@ impl Estimator {
         }
     }
 
-    /// The paths beside an irradiance cache, each by itself.
-    fn plain_path<'a, A: Accel>(&self, world: World<'a, A>) -> PathIntegrator<'a, A> {
-        PathIntegrator {
-            world,
-            strategy: self.strategy,
-            max_depth: self.most_scatterings(),
-            roulette: self.roulette,
-            light_samples: self.light_samples(),
-            reuse: false,
-        }
-    }
-
-    /// How far away photons count in the first frame.
-    fn search_radius(&self) -> SearchRadius {
-        let usual = SearchRadius::Pixels(self.radius_pixels());
-        self.photon_radius.map_or(usual, SearchRadius::Fixed)
-    }
-
-    /// Traces the sample `key`, and those that a render traces together with it, after [`Estimator::prepare`]; `sink` makes the sinks, told whether it is for
+    /// Traces the sample `key`, and those that a render traces together with it, after [`Method::prepare`]; `sink` makes the sinks, told whether it is for
     /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
     ///
     /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
@@ -204,109 +225,134 @@ impl Estimator {
 
     /// The one place that chooses the integrator.
     fn with_integrator<A: Accel, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
-        let Self { strategy, roulette, .. } = *self;
-        let (max_depth, light_samples) = (self.most_scatterings(), self.light_samples());
-        let path = |max_depth, reuse| PathIntegrator {
-            world,
-            strategy,
-            max_depth,
-            roulette,
-            light_samples,
-            reuse,
-        };
         // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);
         let even = TestPicture::even();
         let test = prepared.test.get().unwrap_or(&even);
-        match self.kind {
-            IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
+        match self {
+            Self::Path(s) => task.run(&PathIntegrator {
+                world,
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                light_samples: s.light_samples,
+                reuse: s.reuse == PathReuse::Pixels,
+            }),
             // One scattering is a path of depth 1, which has nothing to share, and for roulette nothing to end.
-            IntegratorKind::Direct => task.run(&PathIntegrator {
+            Self::Direct(s) => task.run(&PathIntegrator {
+                world,
+                strategy: strategy!(s),
+                max_depth: Some(1),
                 roulette: Roulette::default(),
-                ..path(Some(1), false)
+                light_samples: s.light_samples,
+                reuse: false,
             }),
-            IntegratorKind::Naive => task.run(&NaiveIntegrator {
+            Self::Naive(s) => task.run(&NaiveIntegrator {
                 world,
-                max_depth,
-                roulette,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
             }),
-            IntegratorKind::Whitted => task.run(&WhittedIntegrator { world, max_depth }),
-            IntegratorKind::Distributed => task.run(&DistributedIntegrator {
+            Self::Whitted(s) => task.run(&WhittedIntegrator {
                 world,
-                strategy,
-                max_depth: max_depth.unwrap_or(DEFAULT_DEPTH_BRANCHING),
-                branching: self.branching,
+                max_depth: s.max_depth.limit(),
             }),
-            IntegratorKind::AmbientOcclusion => task.run(&AmbientOcclusion {
+            Self::Distributed(s) => task.run(&DistributedIntegrator {
                 world,
-                distance: self.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit().unwrap_or(u32::MAX),
+                branching: s.branching,
             }),
-            IntegratorKind::Debug => task.run(&DebugIntegrator { world, view: self.view }),
-            IntegratorKind::Light => task.run_frames(&LightIntegrator {
-                world: any,
-                max_depth,
-                roulette,
+            Self::AmbientOcclusion(s) => task.run(&integrator::AmbientOcclusion {
+                world,
+                distance: s.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
             }),
-            IntegratorKind::Bidirectional => task.run_frames(&BidirectionalIntegrator {
+            Self::Debug(s) => task.run(&DebugIntegrator { world, view: s.view }),
+            Self::Light(s) => task.run_frames(&LightIntegrator {
                 world: any,
-                heuristic: strategy.heuristic,
-                max_depth,
-                roulette,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
             }),
-            IntegratorKind::PrimarySpace => task.run_frames(&PrimarySpaceIntegrator {
+            Self::Bidirectional(s) => task.run_frames(&BidirectionalIntegrator {
                 world: any,
-                heuristic: strategy.heuristic,
-                max_depth,
-                light_samples,
-                metropolis: self.metropolis,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+            }),
+            Self::PrimarySpace(s) => task.run_frames(&PrimarySpaceIntegrator {
+                world: any,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                light_samples: s.light_samples,
+                metropolis: Metropolis {
+                    large_step_probability: s.large_step_probability,
+                    mutation_size: s.mutation_size,
+                    ..metropolis!(s)
+                },
                 test,
             }),
-            IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
+            Self::ProgressivePhotons(s) => task.run_frames(&ProgressivePhotonIntegrator {
                 world: any,
-                strategy,
-                max_depth,
-                roulette,
-                photons: self.photons,
-                radius: self.search_radius(),
-                alpha: self.photon_alpha,
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photons: s.photons,
+                radius: search_radius(s.photon_radius, RADIUS_PIXELS),
+                alpha: s.photon_alpha,
             }),
-            IntegratorKind::VertexMerging => task.run_frames(&VertexMergingIntegrator {
+            Self::VertexMerging(s) => task.run_frames(&VertexMergingIntegrator {
                 world: any,
-                heuristic: strategy.heuristic,
-                max_depth,
-                roulette,
-                photons: self.photons,
-                radius: self.search_radius(),
-                alpha: self.photon_alpha,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photons: s.photons,
+                radius: search_radius(s.photon_radius, MERGING_PIXELS),
+                alpha: s.photon_alpha,
             }),
-            IntegratorKind::PhotonMap => task.run(&PhotonMapIntegrator {
+            Self::PhotonMap(s) => task.run(&PhotonMapIntegrator {
                 world: any,
                 maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1)),
-                strategy,
-                max_depth,
-                roulette,
-                photon_count: self.photon_count,
-                radius: self.photon_radius,
-                gather_rays: self.gather_rays,
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photon_count: s.photon_count,
+                radius: s.photon_radius,
+                gather_rays: s.gather_rays,
             }),
-            IntegratorKind::IrradianceCache => {
-                let empty = IrradianceCache::new(self.cache_error, any.scene.bounds());
+            Self::IrradianceCache(s) => {
+                let empty = IrradianceCache::new(s.cache_error, any.scene.bounds());
                 task.run(&IrradianceCacheIntegrator {
-                    path: self.plain_path(any),
+                    path: plain_path(any, s),
                     cache: prepared.irradiance.cache().unwrap_or(&empty),
                 })
             }
-            IntegratorKind::PathSpace => task.run_frames(&PathSpaceIntegrator {
+            Self::PathSpace(s) => task.run_frames(&PathSpaceIntegrator {
                 world: any,
-                max_depth,
-                roulette,
-                light_samples,
-                metropolis: self.metropolis,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                light_samples: s.light_samples,
+                metropolis: metropolis!(s),
                 test,
             }),
         }
     }
+}
+
+/// The paths beside an irradiance cache, each by itself.
+fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: settings.max_depth.limit(),
+        roulette: roulette!(settings),
+        light_samples: settings.light_samples,
+        reuse: false,
+    }
+}
+
+/// The radius within which photons count in the first iteration: `fixed`, or so many widths of a pixel.
+fn search_radius(fixed: Option<f32>, pixels: f32) -> SearchRadius {
+    fixed.map_or(SearchRadius::Pixels(pixels), SearchRadius::Fixed)
 }
 
 /// What is done with an integrator, whichever it is.

@@ -1,6 +1,6 @@
-use super::{Estimator, IntegratorKind};
 use crate::film::Aov;
 use crate::integrator::MOST_MERGED_PATHS;
+use crate::options::Method;
 use crate::render::{FrameLight, Irradiance, frame_bytes};
 use crate::scene::Scene;
 use crate::session::Settings;
@@ -32,64 +32,59 @@ pub(in crate::session) struct MethodMemory {
     pub frame: u64,
 }
 
-impl Estimator {
+impl Method {
     /// About how many bytes it takes for a picture as `settings` have it.
     pub(in crate::session) fn memory(&self, settings: &Settings, scene: &Scene) -> MethodMemory {
         let pixels = settings.resolution.x as u64 * settings.resolution.y as u64;
-        let vertices = VERTICES_OF_A_PATH.min(self.max_depth().map_or(VERTICES_OF_A_PATH, u64::from));
+        let vertices = VERTICES_OF_A_PATH.min(
+            self.max_depth()
+                .and_then(|depth| depth.0)
+                .map_or(VERTICES_OF_A_PATH, u64::from),
+        );
         let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
         // What is prepared for a frame is first made, and then there while the frame is.
         let frame = |made: u64, kept: u64, light| MethodMemory {
             prepared: 0,
             frame: made.max(kept.saturating_add(self.frame_bytes(settings, scene, light))),
         };
-        match self.kind {
-            IntegratorKind::Light | IntegratorKind::Bidirectional => frame(0, 0, FrameLight::OfPixels),
-            IntegratorKind::ProgressivePhotons => {
+        match self {
+            Self::Light(_) | Self::Bidirectional(_) => frame(0, 0, FrameLight::OfPixels),
+            Self::ProgressivePhotons(settings) => {
                 // Those that come straight from a light are left out.
-                let photons = number(self.photons, pixels) * vertices.saturating_sub(1);
+                let photons = number(settings.photons, pixels) * vertices.saturating_sub(1);
                 frame(
                     photons * BYTES_OF_A_NEW_PHOTON,
                     photons * BYTES_OF_A_PHOTON,
                     FrameLight::OfOnePixel,
                 )
             }
-            IntegratorKind::VertexMerging => {
-                let paths = number(self.photons, pixels.min(u64::from(MOST_MERGED_PATHS)));
+            Self::VertexMerging(settings) => {
+                let paths = number(settings.photons, pixels.min(u64::from(MOST_MERGED_PATHS)));
                 frame(0, paths * vertices * BYTES_OF_A_MERGED_VERTEX, FrameLight::OfPixels)
             }
-            IntegratorKind::PrimarySpace => {
-                let bootstrap = number(self.metropolis.bootstrap, pixels / 4) * BYTES_OF_A_BOOTSTRAP_PATH;
-                frame(0, bootstrap, self.light_of_chains(pixels))
+            Self::PrimarySpace(settings) => {
+                let bootstrap = number(settings.bootstrap, pixels / 4) * BYTES_OF_A_BOOTSTRAP_PATH;
+                frame(0, bootstrap, light_of_chains(settings.chains, pixels))
             }
-            IntegratorKind::PathSpace => {
-                let seeds = number(self.metropolis.bootstrap, pixels / 8) * BYTES_OF_A_SEED;
-                frame(0, seeds, self.light_of_chains(pixels))
+            Self::PathSpace(settings) => {
+                let seeds = number(settings.bootstrap, pixels / 8) * BYTES_OF_A_SEED;
+                frame(0, seeds, light_of_chains(settings.chains, pixels))
             }
-            IntegratorKind::PhotonMap => MethodMemory {
-                prepared: u64::from(self.mapped_photons()) * vertices * BYTES_OF_A_MAPPED_PHOTON,
+            Self::PhotonMap(settings) => MethodMemory {
+                prepared: u64::from(settings.photons) * vertices * BYTES_OF_A_MAPPED_PHOTON,
                 frame: 0,
             },
-            IntegratorKind::IrradianceCache => MethodMemory {
+            Self::IrradianceCache(_) => MethodMemory {
                 prepared: Irradiance::most_records(settings.resolution) * BYTES_OF_A_RECORD,
                 frame: 0,
             },
-            IntegratorKind::Path
-            | IntegratorKind::Naive
-            | IntegratorKind::Whitted
-            | IntegratorKind::Distributed
-            | IntegratorKind::Direct
-            | IntegratorKind::AmbientOcclusion
-            | IntegratorKind::Debug => MethodMemory::default(),
-        }
-    }
-
-    /// How light falls where Markov chains share a mutation for each of `pixels` pixels.
-    fn light_of_chains(&self, pixels: u64) -> FrameLight {
-        let chains = self.metropolis.chains.map_or(pixels / 256, u64::from).clamp(1, pixels);
-        FrameLight::OfChains {
-            chains,
-            mutations: pixels.div_ceil(chains),
+            Self::Path(_)
+            | Self::Naive(_)
+            | Self::Whitted(_)
+            | Self::Distributed(_)
+            | Self::Direct(_)
+            | Self::AmbientOcclusion(_)
+            | Self::Debug(_) => MethodMemory::default(),
         }
     }
 
@@ -102,5 +97,14 @@ impl Estimator {
             (&settings.filter(), light),
             settings.threads,
         )
+    }
+}
+
+/// How light falls where Markov chains share a mutation for each of `pixels` pixels.
+fn light_of_chains(chains: Option<u32>, pixels: u64) -> FrameLight {
+    let chains = chains.map_or(pixels / 256, u64::from).clamp(1, pixels);
+    FrameLight::OfChains {
+        chains,
+        mutations: pixels.div_ceil(chains),
     }
 }

@@ -1,0 +1,114 @@
+//! The tables of docs/conventions.md that follow from parameters and methods. With `EMBRASURE_WRITE_DOCS=1` the test writes them.
+
+use crate::io::LoadParameters;
+use crate::options::{
+    FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, SamplingOptions, SizeOptions,
+    ToneOptions,
+};
+use std::fs;
+use std::path::Path;
+
+/// Rows of the table of keys.
+fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
+    let row = |parameter: &Parameter| {
+        let mut meaning = parameter.help().to_string();
+        let names = parameter.names().into_iter().map(|name| format!("`{name}`"));
+        for more in [names.collect::<Vec<_>>().join(", "), parameter.range()] {
+            if !more.is_empty() {
+                meaning += &format!("; {more}");
+            }
+        }
+        let detail = parameter.detail();
+        if !detail.is_empty() {
+            meaning += &format!(". {detail}");
+        }
+        let mut default = parameter.default();
+        for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
+            default += &format!("; {integrator}: {value}");
+        }
+        format!("| `{section}.{}` | {meaning} | {default} |", parameter.key)
+    };
+    parameters.iter().map(row).collect()
+}
+
+/// The page with its tables as they should be.
+fn documented(page: &str) -> String {
+    let mut keys = Some(
+        [
+            rows("image", SizeOptions::PARAMETERS),
+            rows("image", FilterOptions::PARAMETERS),
+            rows("image", ToneOptions::PARAMETERS),
+            rows("render", SamplingOptions::PARAMETERS),
+            rows("render", IntegratorOptions::PARAMETERS),
+            rows("render", LoadParameters::PARAMETERS),
+        ]
+        .concat(),
+    );
+    let mut lines: Vec<String> = Vec::new();
+    for line in page.lines() {
+        if ["| `image.", "| `render."].iter().any(|start| line.starts_with(start)) {
+            lines.extend(keys.take().unwrap_or_default());
+            continue;
+        }
+        let method = IntegratorKind::NAMES
+            .iter()
+            .find(|(name, _)| line.starts_with(&format!("| `{name}` | ")));
+        let cells: Vec<&str> = line.splitn(4, " | ").collect();
+        match (method, cells.as_slice()) {
+            (Some((_, kind)), [name, _, rest @ ..]) => {
+                let parameters = kind.parameters().iter().map(|key| format!("`{key}`"));
+                let parameters: Vec<String> = parameters.collect();
+                lines.push([&[*name, &parameters.join(", ")], rest].concat().join(" | "));
+            }
+            _ => lines.push(line.into()),
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn tables_of_parameters_are_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/conventions.md");
+    let page = fs::read_to_string(&path).unwrap();
+    let expected = documented(&page);
+    if std::env::var_os("EMBRASURE_WRITE_DOCS").is_some() {
+        fs::write(&path, expected).unwrap();
+        return;
+    }
+    for (line, expected) in page.lines().zip(expected.lines()) {
+        assert_eq!(
+            line, expected,
+            "EMBRASURE_WRITE_DOCS=1 cargo test --lib tables_of_parameters writes it"
+        );
+    }
+    assert_eq!(page, expected);
+}
+
+/// A parameter that no method reads, or a name in a method's list that is no parameter, would be a mistake.
+#[test]
+fn every_parameter_has_a_reader() {
+    for parameter in IntegratorOptions::PARAMETERS {
+        let is_read = IntegratorKind::NAMES
+            .iter()
+            .any(|(_, kind)| kind.parameters().contains(&parameter.key));
+        assert!(is_read || parameter.key == "integrator", "{}", parameter.key);
+    }
+}
+
+/// Help is a line of 80 columns, besides values and default.
+#[test]
+fn help_is_short() {
+    let groups = [
+        SizeOptions::PARAMETERS,
+        FilterOptions::PARAMETERS,
+        ToneOptions::PARAMETERS,
+        SamplingOptions::PARAMETERS,
+        IntegratorOptions::PARAMETERS,
+        LoadParameters::PARAMETERS,
+    ];
+    for parameter in groups.concat() {
+        let help = parameter.help();
+        assert!(!help.is_empty() && help.len() <= 80, "{}: {help}", parameter.key);
+        assert!(!help.ends_with('.'), "{}: {help}", parameter.key);
+    }
+}

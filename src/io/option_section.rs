@@ -1,0 +1,134 @@
+use super::{FileError, SceneFile};
+use crate::options::{Input, InvalidOption, OptionGroup, Parameter, nearest};
+use serde::Deserialize;
+use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
+use std::collections::BTreeMap;
+use std::fmt;
+use toml::Spanned;
+
+/// A section of a scene file that sets parameters: keys and values as they were written.
+#[derive(Debug, Default, Deserialize)]
+#[serde(transparent)]
+pub(super) struct OptionSection(BTreeMap<Spanned<String>, Spanned<Scalar>>);
+
+/// A value as it was written.
+#[derive(Debug)]
+enum Scalar {
+    String(String),
+    Number(String),
+    Other(&'static str),
+}
+
+impl Scalar {
+    fn input(&self) -> Input<'_> {
+        match self {
+            Self::String(text) => Input::String(text),
+            Self::Number(text) => Input::Number(text),
+            Self::Other(text) => Input::Other(text),
+        }
+    }
+}
+
+/// A group of options, whichever it is.
+pub(super) trait AnyGroup {
+    fn parameters(&self) -> &'static [Parameter];
+    fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
+}
+
+impl<G: OptionGroup> AnyGroup for G {
+    fn parameters(&self) -> &'static [Parameter] {
+        G::PARAMETERS
+    }
+
+    fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>> {
+        OptionGroup::set(self, key, input)
+    }
+}
+
+impl OptionSection {
+    /// Sets in `groups` what the section `name` of `file` says. An error comes with the byte of the file that it is about.
+    pub fn read(
+        &self,
+        name: &str,
+        file: &SceneFile,
+        groups: &mut [&mut dyn AnyGroup],
+    ) -> Result<(), (FileError, usize)> {
+        for (key, value) in &self.0 {
+            let input = value.get_ref().input();
+            let result = groups.iter_mut().find_map(|group| group.set(key.get_ref(), input));
+            match result {
+                Some(Ok(())) => {}
+                Some(Err(InvalidOption {
+                    value: written, help, ..
+                })) => {
+                    let span = value.span();
+                    let error = file.error(span.clone(), format!("{} = {written}", key.get_ref()));
+                    return Err((error.help(help), span.start));
+                }
+                None => {
+                    let span = key.span();
+                    let error = file.error(span.clone(), format!("unknown key `{}` in [{name}]", key.get_ref()));
+                    let known = groups.iter().flat_map(|group| group.parameters()).map(|p| p.key);
+                    let help = match nearest(key.get_ref(), known) {
+                        Some(known) => format!("did you mean `{known}`? docs/conventions.md lists every key"),
+                        None => "docs/conventions.md lists every key of a scene file".into(),
+                    };
+                    return Err((error.help(help), span.start));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'de> Deserialize<'de> for Scalar {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Written;
+        impl<'de> Visitor<'de> for Written {
+            type Value = Scalar;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "a string or a number")
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Scalar, E> {
+                Ok(Scalar::Number(value.to_string()))
+            }
+
+            fn visit_u64<E>(self, value: u64) -> Result<Scalar, E> {
+                Ok(Scalar::Number(value.to_string()))
+            }
+
+            fn visit_i128<E>(self, value: i128) -> Result<Scalar, E> {
+                Ok(Scalar::Number(value.to_string()))
+            }
+
+            fn visit_u128<E>(self, value: u128) -> Result<Scalar, E> {
+                Ok(Scalar::Number(value.to_string()))
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Scalar, E> {
+                Ok(Scalar::Number(value.to_string()))
+            }
+
+            fn visit_str<E>(self, value: &str) -> Result<Scalar, E> {
+                Ok(Scalar::String(value.into()))
+            }
+
+            fn visit_bool<E>(self, value: bool) -> Result<Scalar, E> {
+                Ok(Scalar::Other(if value { "true" } else { "false" }))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Scalar, A::Error> {
+                while list.next_element::<IgnoredAny>()?.is_some() {}
+                Ok(Scalar::Other("a list"))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Scalar, A::Error> {
+                while table.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
+                Ok(Scalar::Other("a table"))
+            }
+        }
+        deserializer.deserialize_any(Written)
+    }
+}

@@ -1,0 +1,217 @@
+//! Integrators, and the parameters that each of them reads.
+
+use super::integrator::{IntegratorOptions, MaxDepth, PathReuse, values};
+use super::{Named, OptionGroup, Value};
+use std::any::Any;
+
+/// The value of a parameter as text, which is kept in files: `auto` where the method finds it.
+trait Described {
+    fn described(&self) -> String;
+}
+
+impl<T: Value> Described for T {
+    fn described(&self) -> String {
+        self.text()
+    }
+}
+
+impl<T: Value> Described for Option<T> {
+    fn described(&self) -> String {
+        self.map_or("auto".into(), |value| value.text())
+    }
+}
+
+/// Defines the integrators: for each its name, and a struct of the parameters that it reads; with a default of its own where one stands
+/// after `=`, which may be made of those before it.
+macro_rules! methods {
+    ($($(#[doc = $doc:literal])+ $kind:ident($settings:ident) = $name:literal {
+        $($key:ident $(= $value:expr)?),* $(,)?
+    })+) => {
+        /// Integrators by name.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum IntegratorKind {
+            $($(#[doc = $doc])+ $kind),+
+        }
+
+        impl Named for IntegratorKind {
+            const NAMES: &'static [(&'static str, Self)] = &[$(($name, Self::$kind)),+];
+        }
+
+        impl IntegratorKind {
+            /// Keys of the parameters that the integrator reads: all others change nothing.
+            pub fn parameters(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$kind => &[$(stringify!($key)),*]),+
+                }
+            }
+
+            /// What it does, in a line.
+            pub fn help(self) -> &'static str {
+                match self {
+                    $(Self::$kind => concat!($($doc, "\n"),+).trim()),+
+                }
+            }
+        }
+
+        $(#[doc = concat!("Parameters of `", $name, "`.")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $settings {
+            $(#[doc = concat!("[`IntegratorOptions::", stringify!($key), "`]")]
+            pub $key: methods!(@type $key $(, $value)?),)*
+        }
+
+        impl $settings {
+            /// What `options` say, and the defaults.
+            pub fn new(options: &IntegratorOptions) -> Self {
+                $(let $key = methods!(@value options, $key $(, $value)?);)*
+                Self { $($key),* }
+            }
+        })+
+
+        /// An integrator with its parameters.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Method {
+            $($(#[doc = $doc])+ $kind($settings)),+
+        }
+
+        impl Method {
+            /// What `options` say, and the defaults.
+            pub fn new(options: &IntegratorOptions) -> Self {
+                match options.integrator() {
+                    $(IntegratorKind::$kind => Self::$kind($settings::new(options))),+
+                }
+            }
+
+            /// Which integrator.
+            pub fn kind(&self) -> IntegratorKind {
+                match self {
+                    $(Self::$kind(_) => IntegratorKind::$kind),+
+                }
+            }
+
+            /// The value of the parameter `key`, if the method reads it and it is of this type.
+            pub(crate) fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
+                match self {
+                    $(Self::$kind(settings) => {
+                        $(if key == stringify!($key) {
+                            return (&settings.$key as &dyn Any).downcast_ref().copied();
+                        })*
+                        let _ = settings;
+                        None
+                    }),+
+                }
+            }
+
+            /// The parameters that the method reads, and their values.
+            pub fn values(&self) -> Vec<(&'static str, String)> {
+                match self {
+                    $(Self::$kind(settings) => {
+                        let $settings { $($key),* } = settings;
+                        vec![$((stringify!($key), $key.described())),*]
+                    }),+
+                }
+            }
+        }
+    };
+    (@type $key:ident, $value:expr) => { values::$key };
+    (@type $key:ident) => { values::resolved::$key };
+    (@value $options:ident, $key:ident, $value:expr) => { $options.$key.unwrap_or($value) };
+    (@value $options:ident, $key:ident) => { $options.$key() };
+}
+
+methods! {
+    /// Path tracing with next-event estimation; pixels may share their paths
+    Path(PathSettings) = "path" {
+        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
+    }
+    /// Path tracing that meets lights by chance alone
+    Naive(NaiveSettings) = "naive" { max_depth, roulette_depth }
+    /// Whitted's ray tracing: mirrors, glass and direct light
+    Whitted(WhittedSettings) = "whitted" { light_selection, triangle_sampling, max_depth }
+    /// Distributed ray tracing, which branches at every vertex
+    Distributed(DistributedSettings) = "distributed" {
+        directions, direct, mis, light_selection, triangle_sampling, max_depth = MaxDepth(Some(4)), branching,
+    }
+    /// Light that is scattered once at most
+    Direct(DirectSettings) = "direct" { directions, direct, mis, light_selection, triangle_sampling, light_samples }
+    /// Ambient occlusion
+    AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
+    /// Normals, texture coordinates or ids as colours
+    Debug(DebugSettings) = "debug" { view }
+    /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
+    Light(LightSettings) = "light" { light_selection, triangle_sampling, max_depth, roulette_depth }
+    /// Bidirectional path tracing
+    Bidirectional(BidirectionalSettings) = "bdpt" {
+        mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+    }
+    /// Multiplexed Metropolis light transport in primary sample space
+    PrimarySpace(PrimarySpaceSettings) = "pssmlt" {
+        mis, light_selection, triangle_sampling, max_depth, light_samples,
+        metropolis_direct, metropolis_target, chains, bootstrap, large_step_probability, mutation_size,
+    }
+    /// Stochastic progressive photon mapping; biased, and the bias shrinks with samples
+    ProgressivePhotons(ProgressivePhotonSettings) = "sppm" {
+        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        photons, photon_radius, photon_alpha,
+    }
+    /// Photon mapping with final gathering; biased, 10 to 20 times as long a sample
+    PhotonMap(PhotonMapSettings) = "photon-map" {
+        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        photons = 1 << 18, photon_radius, photon_count, gather_rays,
+    }
+    /// Vertex connection and merging: bdpt with sppm; biased, and the bias shrinks
+    VertexMerging(VertexMergingSettings) = "vcm" {
+        mis, light_selection, triangle_sampling, max_depth, roulette_depth, photons, photon_radius, photon_alpha,
+    }
+    /// Metropolis light transport in path space
+    PathSpace(PathSpaceSettings) = "mlt" {
+        light_selection, triangle_sampling, max_depth, roulette_depth, light_samples,
+        metropolis_direct, metropolis_target, chains, bootstrap,
+    }
+    /// Irradiance caching of diffuse indirect light; biased
+    IrradianceCache(IrradianceCacheSettings) = "irradiance-cache" {
+        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        light_samples = 2, cache_error, cache_rays,
+    }
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::new(&IntegratorOptions::default())
+    }
+}
+
+impl Method {
+    /// Name of the integrator, as users type it.
+    pub fn name(&self) -> &'static str {
+        super::name_of(IntegratorKind::NAMES, self.kind())
+    }
+
+    /// Integrator and parameters as `key=value` pairs: all that decides pixels besides scene, image and random numbers. Files keep it.
+    pub fn describe(&self) -> String {
+        let mut text = format!("integrator={}", self.name());
+        for (key, value) in self.values() {
+            text += &format!(" {key}={value}");
+        }
+        text
+    }
+}
+
+impl IntegratorOptions {
+    /// Integrators whose default of the parameter `key` is not that of all others, with their defaults.
+    pub fn other_defaults(key: &str) -> Vec<(&'static str, String)> {
+        let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.key == key);
+        let usual = parameter.map(|parameter| parameter.default()).unwrap_or_default();
+        let of_kind = |&(name, kind): &(&'static str, IntegratorKind)| {
+            let options = Self {
+                integrator: Some(kind),
+                ..Self::default()
+            };
+            let values = Method::new(&options).values();
+            let (_, value) = values.into_iter().find(|(k, _)| *k == key)?;
+            (value != usual && value != "auto").then_some((name, value))
+        };
+        IntegratorKind::NAMES.iter().filter_map(of_kind).collect()
+    }
+}

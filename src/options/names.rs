@@ -1,0 +1,65 @@
+//! Values that users choose by name.
+
+use crate::color::tone::Curve;
+use crate::film::FilterKind;
+use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
+use crate::light::{SelectionMode, TriangleSampling};
+use crate::sampler::SamplerKind;
+use crate::texture::TextureFilter;
+
+/// Values each of which has a name, as users type it.
+pub trait Named: Copy + PartialEq + 'static {
+    /// All of them; the first is the default.
+    const NAMES: &'static [(&'static str, Self)];
+}
+
+/// Names the values of a type.
+macro_rules! named {
+    ($($ty:ty: $($name:literal => $value:expr),+;)*) => {
+        $(impl $crate::options::Named for $ty {
+            const NAMES: &'static [(&'static str, Self)] = &[$(($name, $value)),+];
+        })*
+    };
+}
+pub(crate) use named;
+
+named! {
+    Directions: "bsdf" => Self::Bsdf, "cosine" => Self::Cosine, "uniform" => Self::Uniform, "perturbed-qmc" => Self::PerturbedQmc;
+    DirectLight: "mis" => Self::Mis, "light" => Self::Light, "none" => Self::None;
+    Heuristic: "power" => Self::Power, "balance" => Self::Balance;
+    SelectionMode: "auto" => Self::Auto, "power" => Self::Power, "place" => Self::Place, "uniform" => Self::Uniform, "all" => Self::All;
+    TriangleSampling: "area" => Self::Area, "solid-angle" => Self::SolidAngle;
+    DebugView: "normals" => Self::Normals, "uv" => Self::Uv, "ids" => Self::Ids;
+    MetropolisDirect: "ordinary" => Self::Ordinary, "metropolis" => Self::Metropolis;
+    MetropolisTarget: "relative" => Self::Relative, "luminance" => Self::Luminance;
+}
+
+macro_rules! named_elsewhere {
+    ($($ty:ty),*) => {
+        $(impl Named for $ty {
+            const NAMES: &'static [(&'static str, Self)] = <$ty>::NAMES;
+        })*
+    };
+}
+named_elsewhere!(FilterKind, SamplerKind, Curve, TextureFilter);
+
+/// The name of `value` among those `known`.
+pub(crate) fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: T) -> &'static str {
+    known.iter().find(|(_, v)| *v == value).map_or("", |(name, _)| name)
+}
+
+/// All names, with commas between them.
+pub(crate) fn join_names<T>(known: &[(&str, T)]) -> String {
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
+}
+
+/// How much two names have in common, at least, if one may be meant by the other (Jaro and Winkler, 0 to 1).
+const SIMILAR: f64 = 0.8;
+
+/// The one of `known` that `name` is most like, if there is one that may be meant.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let scored = known.into_iter().map(|k| (strsim::jaro_winkler(name, k), k));
+    let best = scored.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    best.filter(|(score, _)| *score >= SIMILAR).map(|(_, k)| k)
+}

@@ -1,0 +1,125 @@
+//! Parameters of the picture and of its samples.
+
+use super::{Named, Range, names::named, parameters};
+use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
+use crate::denoise::Denoiser;
+use crate::film::FilterKind;
+use crate::sampler::SamplerKind;
+
+/// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
+const MAX_SIDE: u32 = 1 << 16;
+
+parameters! {
+    /// Size of the picture.
+    pub struct SizeOptions, heading "", values size {
+        /// Width of the image in pixels
+        width: u32 = 512, in Range::FromTo(1, MAX_SIDE);
+        /// Height of the image in pixels
+        height: u32 = 512, in Range::FromTo(1, MAX_SIDE);
+    }
+}
+
+parameters! {
+    /// Reconstruction filter.
+    pub struct FilterOptions, heading "", values filter {
+        /// Pixel filter
+        ///
+        /// Samples are placed by it.
+        filter: FilterKind = FilterKind::Box;
+        /// Radius of the pixel filter in pixels
+        filter_radius: f32, default "0.5 of box, 1 of tent, 2 of mitchell, else 1.5", in Range::Above(0.0);
+    }
+}
+
+parameters! {
+    /// How PNG files show the picture.
+    pub struct ToneOptions, heading "", values tone_values {
+        /// Exposure of PNG files in stops, each of which doubles the light
+        exposure: f32 = 0.0, in Range::FromTo(-MAX_EXPOSURE, MAX_EXPOSURE);
+        /// Tone curve of PNG files; srgb clips
+        tone: Curve = Curve::Srgb;
+    }
+}
+
+parameters! {
+    /// Samples, and what computes them.
+    pub struct SamplingOptions, heading "", values sampling {
+        /// Samples per pixel; with --noise at most
+        samples: u32 = 64, default "64; with --noise: 16384", in Range::AtLeast(1), flag "spp";
+        /// Seed of the random numbers, 64 bits
+        seed: u64 = 0;
+        /// Source of random numbers
+        ///
+        /// `sobol`: each decision of a pixel's paths has Owen-scrambled Sobol points of its own; `cmj` is correlated multi-jittered, `orthogonal`
+        /// are orthogonal arrays.
+        sampler: SamplerKind = SamplerKind::Sobol;
+        /// Ray-tracing backend, of those built in (see --version)
+        backend: Backend = Backend::ALL[0], default "the first of those built in";
+        /// Denoiser; EXR files keep the raw picture beside the result
+        ///
+        /// See docs/denoise.md.
+        denoise: Denoising = Denoising::Off, default "off; without a name: oidn", bare "oidn";
+    }
+}
+
+impl ToneOptions {
+    /// How PNG files show the picture, as these say.
+    pub fn tone_settings(&self) -> Tone {
+        Tone {
+            exposure: self.exposure(),
+            curve: self.tone(),
+        }
+    }
+}
+
+/// What takes noise out of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Denoising {
+    /// Nothing.
+    Off,
+    /// A filter.
+    By(Denoiser),
+}
+
+impl Denoising {
+    /// The filter, if there is one.
+    pub fn denoiser(self) -> Option<Denoiser> {
+        match self {
+            Self::Off => None,
+            Self::By(denoiser) => Some(denoiser),
+        }
+    }
+}
+
+/// A ray-tracing backend. Which of them are built in, features decide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// Intel Embree; feature `embree`.
+    Embree,
+    /// A hierarchy by obvhs, in pure Rust; feature `obvhs`.
+    Obvhs,
+    /// Every triangle against every ray.
+    Brute,
+}
+
+impl Backend {
+    /// All backends built in, the default first.
+    pub const ALL: &[Self] = &[
+        #[cfg(feature = "embree")]
+        Self::Embree,
+        #[cfg(feature = "obvhs")]
+        Self::Obvhs,
+        Self::Brute,
+    ];
+
+    /// The name users type.
+    pub fn name(self) -> &'static str {
+        super::name_of(Self::NAMES, self)
+    }
+}
+
+named! {
+    Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn), "atrous" => Self::By(Denoiser::Atrous),
+        "gaussian" => Self::By(Denoiser::Gaussian);
+    Backend: "embree" => Self::Embree, "obvhs" => Self::Obvhs, "brute" => Self::Brute;
+}

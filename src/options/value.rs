@@ -1,0 +1,87 @@
+use super::names::{Named, join_names, name_of};
+
+/// A type of parameters: how a value is read and written.
+pub trait Value: Copy + PartialEq + 'static {
+    /// Stands for a value in a list of flags.
+    const PLACEHOLDER: &'static str;
+    /// What a value is, for messages.
+    const KIND: &'static str;
+    /// Whether scene files write the value as a string.
+    const IS_STRING: bool = false;
+    /// Whether scene files write the value as a number.
+    const IS_NUMBER: bool = true;
+
+    /// Reads a value.
+    fn of_text(text: &str) -> Option<Self>;
+
+    /// The value as users write it.
+    fn text(&self) -> String;
+
+    /// All values, where they are named.
+    fn names() -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// False for NaN and infinities.
+    fn is_finite(&self) -> bool {
+        true
+    }
+}
+
+macro_rules! numbers {
+    ($($ty:ty: $kind:literal, $is_finite:expr;)*) => {
+        $(impl Value for $ty {
+            const PLACEHOLDER: &'static str = "N";
+            const KIND: &'static str = $kind;
+
+            fn of_text(text: &str) -> Option<Self> {
+                text.parse().ok()
+            }
+
+            fn text(&self) -> String {
+                self.to_string()
+            }
+
+            fn is_finite(&self) -> bool {
+                $is_finite(*self)
+            }
+        })*
+    };
+}
+
+numbers! {
+    u32: "a whole number", |_| true;
+    u64: "a whole number", |_| true;
+    f32: "a number", f32::is_finite;
+}
+
+impl<T: Named> Value for T {
+    const PLACEHOLDER: &'static str = "NAME";
+    const KIND: &'static str = "a name";
+    const IS_STRING: bool = true;
+    const IS_NUMBER: bool = false;
+
+    fn of_text(text: &str) -> Option<Self> {
+        T::NAMES.iter().find(|(name, _)| *name == text).map(|(_, value)| *value)
+    }
+
+    fn text(&self) -> String {
+        name_of(T::NAMES, *self).into()
+    }
+
+    fn names() -> Vec<&'static str> {
+        T::NAMES.iter().map(|(name, _)| *name).collect()
+    }
+}
+
+/// What to write instead of what is no value of the type.
+pub(super) fn expected<T: Value>(range: &str) -> String {
+    match T::names().as_slice() {
+        [] if range.is_empty() => format!("use {}", T::KIND),
+        [] => format!("use {} {range}", T::KIND),
+        names => {
+            let known: Vec<(&str, ())> = names.iter().map(|name| (*name, ())).collect();
+            format!("there is {}", join_names(&known))
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! What a session does with integrators: which settings and scenes go together with them, what they take, and how they run.
+
+mod checks;
+mod memory;
+mod run;
+
+pub(crate) use run::Prepared;
+
+use crate::integrator::{DirectLight, Directions, strategies};
+use crate::light::{SelectionMode, TriangleSampling};
+use crate::options::{IntegratorKind, MaxDepth, Method};
+use crate::sampler::{PerturbedQmc, RenderSampler, SamplerKind};
+use crate::scene::SceneBuilder;
+
+impl Method {
+    /// Maximum number of scattering events, if the method has one.
+    fn max_depth(&self) -> Option<MaxDepth> {
+        self.value("max_depth")
+    }
+
+    /// How directions are sampled, if the method can do it in several ways.
+    fn directions(&self) -> Option<Directions> {
+        self.value("directions")
+    }
+
+    /// How direct light is found, if the method can do it in several ways.
+    fn direct(&self) -> Option<DirectLight> {
+        self.value("direct")
+    }
+
+    /// A builder for scenes whose lights are sampled as the method wants it.
+    pub(crate) fn scene_builder(&self) -> SceneBuilder {
+        let mut builder = SceneBuilder::new();
+        builder.light_selection(self.value::<SelectionMode>("light_selection").unwrap_or_default());
+        builder.triangle_sampling(self.value::<TriangleSampling>("triangle_sampling").unwrap_or_default());
+        builder
+    }
+
+    /// Whether the method gathers the light of lights, which can then be told apart. Records of irradiance are of all lights together.
+    pub(crate) fn gathers_light(&self) -> bool {
+        use IntegratorKind::{AmbientOcclusion, Debug, IrradianceCache};
+        !matches!(self.kind(), AmbientOcclusion | Debug | IrradianceCache)
+    }
+
+    /// Names of the method's strategies by vertices from the light and from the camera, in the order in which it tells them apart.
+    pub(crate) fn strategies(&self) -> Vec<String> {
+        match self {
+            Self::Bidirectional(settings) => match settings.max_depth {
+                MaxDepth(Some(depth)) => strategies(depth).map(|(s, t)| format!("s{s}_t{t}")).collect(),
+                MaxDepth(None) => Vec::new(),
+            },
+            _ => Vec::new(),
+        }
+    }
+
+    /// A sampler of `kind`, for `count` samples of a pixel, as the method's directions want it.
+    pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
+        let sampler = kind.with_seed(seed, count);
+        match self.knows_count() {
+            true => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
+            false => RenderSampler::Plain(sampler),
+        }
+    }
+
+    /// Whether the method's random numbers depend on how many samples a pixel gets in all.
+    pub(crate) fn knows_count(&self) -> bool {
+        self.directions() == Some(Directions::PerturbedQmc)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::CommonErrors;
+    use crate::options::{IntegratorOptions, Named, PathReuse};
+
+    fn method(kind: IntegratorKind) -> Method {
+        Method::new(&IntegratorOptions {
+            integrator: Some(kind),
+            ..IntegratorOptions::default()
+        })
+    }
+
+    /// Parameters that several methods share are found by their names.
+    #[test]
+    fn shared_parameters_have_their_types() {
+        for (_, kind) in IntegratorKind::NAMES {
+            let method = method(*kind);
+            let reads = |key: &str| kind.parameters().contains(&key);
+            assert_eq!(method.max_depth().is_some(), reads("max_depth"));
+            assert_eq!(method.directions().is_some(), reads("directions"));
+            assert_eq!(method.direct().is_some(), reads("direct"));
+            assert_eq!(
+                method.value::<SelectionMode>("light_selection").is_some(),
+                reads("light_selection")
+            );
+            assert_eq!(
+                method.value::<TriangleSampling>("triangle_sampling").is_some(),
+                reads("triangle_sampling")
+            );
+        }
+    }
+
+    /// Readers of a file know an integrator by its name alone.
+    #[test]
+    fn descriptions_tell_which_errors_pixels_have_in_common() {
+        use IntegratorKind as Kind;
+        let common = |method: Method| CommonErrors::of_settings(&method.describe());
+        for &(name, kind) in IntegratorKind::NAMES {
+            let expected = match kind {
+                Kind::Naive
+                | Kind::Whitted
+                | Kind::Distributed
+                | Kind::Direct
+                | Kind::AmbientOcclusion
+                | Kind::Debug => CommonErrors::None,
+                Kind::Path | Kind::Light | Kind::Bidirectional | Kind::VertexMerging => CommonErrors::Tile,
+                Kind::PrimarySpace | Kind::PathSpace | Kind::ProgressivePhotons => CommonErrors::Sample,
+                Kind::PhotonMap | Kind::IrradianceCache => CommonErrors::Picture,
+            };
+            assert_eq!(common(method(kind)), expected, "{name}");
+        }
+        let alone = Method::new(&IntegratorOptions {
+            reuse: Some(PathReuse::None),
+            ..IntegratorOptions::default()
+        });
+        let wide = Method::new(&IntegratorOptions {
+            integrator: Some(Kind::VertexMerging),
+            photon_radius: Some(0.1),
+            ..IntegratorOptions::default()
+        });
+        assert_eq!(
+            (common(alone), common(wide)),
+            (CommonErrors::None, CommonErrors::Sample)
+        );
+    }
+}

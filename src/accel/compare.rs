@@ -166,7 +166,7 @@ pub(super) fn judge(
 /// of the direction and two corners whose distance from the ray is at most E: some tens of roundings of R E |d| at most. The
 /// distance is a quotient by N·d in which an error of a corner or of the normal counts by at most E, since the crossing is no
 /// further than that from any corner: some tens of roundings of R E² / |N·d|. Both are taken as 32 here;
-/// `tests/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
+/// `tests/it/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,

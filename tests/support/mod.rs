@@ -271,9 +271,15 @@ pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
 /// z-scores of all pixels and channels against a known value.
 pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
     let pixels = film.pixels().map(|(_, a)| *a);
-    let z = pixels.flat_map(|a| [0, 1, 2].map(|c| (a.mean(c) - expected) / a.variance_of_mean(c).sqrt()));
-    // A pixel without variance must be right as it is: 0/0 is a pass, anything else infinite.
-    z.map(|z| if z.is_nan() { 0.0 } else { z }).collect()
+    let z = pixels.flat_map(|a| {
+        [0, 1, 2].map(|c| {
+            let (error, variance) = (a.mean(c) - expected, a.variance_of_mean(c));
+            assert!(error.is_finite() && variance >= 0.0, "{error} ± √{variance}");
+            // A pixel without variance must be right as it is.
+            if error == 0.0 { 0.0 } else { error / variance.sqrt() }
+        })
+    });
+    z.collect()
 }
 
 /// Fails unless the z-scores look like those of a right estimator, hardly any beyond 3.5, and the mean is right to 0.1 %, or to three

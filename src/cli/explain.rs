@@ -187,7 +187,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         "triangles": triangles,
         "diffuse": colour(material.diffuse),
         "specular": colour(material.specular),
-        "gloss": format!("{:?}", material.gloss),
+        "gloss": material.gloss.to_string(),
         "roughness": number(material.roughness),
         "transmission": colour(material.transmission),
         "ior": number(material.ior),
@@ -201,22 +201,12 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
 }
 
 fn lobe(lobe: &LobeAlbedo) -> Value {
-    // The name and the parameters of the lobe's own type, colours as they are written elsewhere
-    let text = format!("{:?}", lobe.lobe);
-    let (name, parameters) = text.split_once('(').unwrap_or((&text, ""));
-    let braced = parameters
-        .split_once("{ ")
-        .and_then(|(_, rest)| rest.strip_suffix(" })"));
-    let parameters = braced
-        .unwrap_or(parameters)
-        .replace("Spectrum(Vec3A(", "[")
-        .replace("))", "]");
     let rounded = |v: f32| (v as f64 * 1e4).round() / 1e4;
     let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(rounded)));
     let probability = VIEWS.iter().zip(lobe.probability.map(rounded));
     json!({
-        "name": name,
-        "parameters": parameters,
+        "name": lobe.lobe.name(),
+        "parameters": lobe.lobe.parameters(),
         "delta": lobe.lobe.is_delta(),
         "albedo": albedo.map(|(view, a)| (view.to_string(), json!(a))).collect::<serde_json::Map<_, _>>(),
         "probability": probability.map(|(view, p)| (view.to_string(), json!(p))).collect::<serde_json::Map<_, _>>(),
@@ -260,7 +250,7 @@ fn print_text(facts: &Value) {
         );
     }
     for lobe in facts["lobes"].as_array().into_iter().flatten() {
-        outln!("  lobe {} {}", text(&lobe["name"]), text(&lobe["parameters"]));
+        outln!("  lobe {}: {}", text(&lobe["name"]), text(&lobe["parameters"]));
         for view in VIEWS {
             let probability = lobe["probability"][view].as_f64();
             let chosen = probability.map_or_else(String::new, |p| format!(", chosen with probability {p}"));

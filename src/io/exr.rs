@@ -1,7 +1,7 @@
 use super::ascii::ascii;
 use super::{State, cryptomatte};
 use crate::film::{Aov, Image, Rect};
-use crate::math::UVec2;
+use crate::math::{UVec2, encode_fields};
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use ::exr::math::RoundingMode;
@@ -9,7 +9,6 @@ use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode};
 use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::io::{self, Seek, Write};
 
 // Names of attributes
@@ -60,8 +59,25 @@ pub struct Metadata {
     pub denoiser: Option<String>,
 }
 
+encode_fields!(Metadata {
+    version,
+    build,
+    scene_hash,
+    settings,
+    first_sample,
+    end_sample,
+    total_samples,
+    seed,
+    backend,
+    backend_version,
+    render_seconds,
+    complete,
+    features,
+    denoiser,
+});
+
 /// Channels that were asked for, and the names of what they number.
-#[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
     /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
     pub aovs: Vec<String>,
@@ -77,22 +93,13 @@ pub struct FeatureNames {
     pub strategies: Vec<String>,
 }
 
-/// Without groups where there are none: checkpoints are signed by this text, and some are older than groups.
-impl fmt::Debug for FeatureNames {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = f.debug_struct("FeatureNames");
-        text.field("aovs", &self.aovs)
-            .field("objects", &self.objects)
-            .field("materials", &self.materials);
-        if !self.lights.is_empty() {
-            text.field("lights", &self.lights);
-        }
-        if !self.strategies.is_empty() {
-            text.field("strategies", &self.strategies);
-        }
-        text.finish()
-    }
-}
+encode_fields!(FeatureNames {
+    aovs,
+    objects,
+    materials,
+    lights,
+    strategies,
+});
 
 impl FeatureNames {
     /// Layers of the parts of the light that a film sums by themselves, in their order.

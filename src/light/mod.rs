@@ -31,7 +31,7 @@ pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
-use crate::math::{Ray, Vec2, Vec3};
+use crate::math::{Encode, Ray, Vec2, Vec3};
 use crate::texture::Texture;
 use std::f64::consts::PI;
 use tree::{Place, Source};
@@ -101,6 +101,37 @@ pub enum Light {
     Spot(SpotLight),
     /// Radiance by direction.
     Environment(Box<EnvironmentLight>),
+}
+
+/// A light that is part of a mesh follows from the mesh, its material and its place: its kind alone is encoded.
+impl Encode for Light {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        match self {
+            Self::Triangle(_) => sink(&[0]),
+            Self::MovingTriangle(_) => sink(&[1]),
+            Self::Textured(_) => sink(&[2]),
+            Self::Point(light) => {
+                sink(&[3]);
+                light.encode(sink);
+            }
+            Self::Constant(light) => {
+                sink(&[4]);
+                light.encode(sink);
+            }
+            Self::Directional(light) => {
+                sink(&[5]);
+                light.encode(sink);
+            }
+            Self::Spot(light) => {
+                sink(&[6]);
+                light.encode(sink);
+            }
+            Self::Environment(light) => {
+                sink(&[7]);
+                light.encode(sink);
+            }
+        }
+    }
 }
 
 impl Light {

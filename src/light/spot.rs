@@ -1,7 +1,7 @@
 use super::tree::{Place, Source};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3, encode_fields};
 use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
 use std::f64::consts::PI;
 
@@ -19,6 +19,14 @@ pub struct SpotLight {
     /// Cosine of the outer cone's half-angle, where it ends.
     pub cos_outer: f32,
 }
+
+encode_fields!(SpotLight {
+    position,
+    direction,
+    intensity,
+    cos_inner,
+    cos_outer,
+});
 
 impl SpotLight {
     /// The only direction there is.

@@ -29,7 +29,7 @@ pub(crate) use estimator::{
 };
 pub(crate) use settings::{DENOISERS, all_threads};
 
-use crate::camera::{Camera, CameraParameters};
+use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, MemoryLimit, SceneFile, in_words, load_scene_watched};
@@ -72,11 +72,11 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
-        let (parameters, camera) = settings.camera_of(file, &scene)?;
+        let (description, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(settings.estimator.check_lights(&scene)?);
         warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {
-            scene_hash: hash::scene_hash(&scene, &parameters),
+            scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             settings,
             scene,
@@ -99,8 +99,11 @@ impl Session {
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = forecast_of(&scene, 0, &settings);
-        let description = format!("{camera:?}");
-        let camera = Camera::new(camera, settings.resolution)?;
+        let description = CameraDescription {
+            parameters: camera,
+            motion: None,
+        };
+        let camera = description.camera(settings.resolution)?;
         let mut warnings: Vec<String> = settings.estimator.check_lights(&scene)?.into_iter().collect();
         warnings.extend(settings.estimator.check_motion(&scene, &camera));
         Ok(Self {

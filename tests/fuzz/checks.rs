@@ -376,7 +376,7 @@ fn triangles(loaded: &Loaded) -> u64 {
     let empty = loaded
         .warnings
         .iter()
-        .find_map(|w| w.strip_suffix(" triangles have no area and are left out"));
+        .find_map(|w| w.split("triangles that have no area and are left out: ").nth(1));
     let count = empty.and_then(|words| words.rsplit(' ').next());
     loaded.scene.triangle_count() + count.map_or(0, |n| n.parse().expect("a number"))
 }

@@ -377,7 +377,7 @@ fn mistakes_are_named_and_leave_no_files() {
                 )
             },
             1,
-            &["s.toml:14:13", "direction is [0.0, 0.0, 0.0]"],
+            &["s.toml:14:13", "direction is [0, 0, 0]"],
         ),
         (
             &["render", "s.toml"],

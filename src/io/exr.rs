@@ -1,5 +1,7 @@
 use super::ascii::ascii;
+use super::names::{find, name_of};
 use super::{State, cryptomatte};
+use crate::compare::CommonErrors;
 use crate::film::{Aov, Image, Rect};
 use crate::math::{UVec2, encode_fields};
 use ::exr::block::{BlockIndex, UncompressedBlock};
@@ -15,7 +17,8 @@ use std::io::{self, Seek, Write};
 const VERSION: &str = "embrasure.version";
 const BUILD: &str = "embrasure.build";
 const SCENE_HASH: &str = "embrasure.sceneHash";
-const SETTINGS: &str = "embrasure.settings";
+pub(super) const SETTINGS: &str = "embrasure.settings";
+pub(super) const COMMON_ERRORS: &str = "embrasure.commonErrors";
 const SAMPLES: &str = "embrasure.samples";
 const TOTAL: &str = "embrasure.totalSamples";
 const SEED: &str = "embrasure.seed";
@@ -37,6 +40,8 @@ pub struct Metadata {
     pub scene_hash: String,
     /// What was rendered: integrator, sampler, depth and the like, as `key=value` pairs.
     pub settings: String,
+    /// Which errors pixels have in common; `None` in files of earlier builds.
+    pub common_errors: Option<CommonErrors>,
     /// First sample index.
     pub first_sample: u32,
     /// One past the last sample index that was asked for.
@@ -64,6 +69,7 @@ encode_fields!(Metadata {
     build,
     scene_hash,
     settings,
+    common_errors,
     first_sample,
     end_sample,
     total_samples,
@@ -141,6 +147,7 @@ impl Metadata {
             build: text(BUILD).unwrap_or_default(),
             scene_hash: text(SCENE_HASH)?,
             settings: text(SETTINGS)?,
+            common_errors: text(COMMON_ERRORS).and_then(|name| find(CommonErrors::NAMES, &name)),
             first_sample: first,
             end_sample: end,
             total_samples: text(TOTAL)?.parse().ok()?,
@@ -197,6 +204,8 @@ impl Metadata {
             (COMPLETE, text(if self.complete { "yes" } else { "no" })),
             (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
         ];
+        let common = self.common_errors.map(|common| name_of(CommonErrors::NAMES, common));
+        attributes.extend(common.map(|name| (COMMON_ERRORS, text(name))));
         attributes.extend(features.map(|names| (FEATURES, text(&names))));
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes

@@ -3,7 +3,8 @@
 
 use crate::support::*;
 use embrasure::camera::CameraParameters;
-use embrasure::film::{Accumulator, Errors, Film, RgbImage};
+use embrasure::compare::Errors;
+use embrasure::film::{Accumulator, Film, RgbImage};
 use embrasure::integrator::*;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::sampler::{Orthogonal, PerturbedQmc, SamplerKind};

@@ -3,7 +3,8 @@
 
 use crate::support::*;
 use embrasure::camera::CameraParameters;
-use embrasure::film::{Errors, Film, RgbImage};
+use embrasure::compare::Errors;
+use embrasure::film::{Film, RgbImage};
 use embrasure::integrator::*;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::sampler::Sobol;

@@ -6,7 +6,8 @@ pub mod program;
 
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
-use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
+use embrasure::compare::Errors;
+use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
     FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,

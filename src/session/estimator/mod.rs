@@ -1,4 +1,5 @@
 mod checks;
+mod common_errors;
 mod memory;
 mod run;
 mod switches;

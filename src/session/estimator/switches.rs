@@ -243,7 +243,6 @@ impl Estimator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::CommonErrors;
     use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
     use crate::light::{SelectionMode, TriangleSampling};
     use std::collections::BTreeSet;
@@ -320,47 +319,5 @@ mod tests {
             let read: BTreeSet<String> = estimator.switches().map(|switch| switch.name.into()).collect();
             assert_eq!(documented, read, "{method}");
         }
-    }
-
-    /// Who reads a file knows an integrator by its name alone.
-    #[test]
-    fn settings_tell_which_errors_pixels_have_in_common() {
-        let common = |estimator: Estimator| CommonErrors::of_settings(&estimator.settings());
-        for &(name, kind) in IntegratorKind::NAMES {
-            let expected = match kind {
-                IntegratorKind::Naive
-                | IntegratorKind::Whitted
-                | IntegratorKind::Distributed
-                | IntegratorKind::Direct
-                | IntegratorKind::AmbientOcclusion
-                | IntegratorKind::Debug => CommonErrors::None,
-                IntegratorKind::Path
-                | IntegratorKind::Light
-                | IntegratorKind::Bidirectional
-                | IntegratorKind::VertexMerging => CommonErrors::Tile,
-                IntegratorKind::PrimarySpace | IntegratorKind::PathSpace | IntegratorKind::ProgressivePhotons => {
-                    CommonErrors::Sample
-                }
-                IntegratorKind::PhotonMap | IntegratorKind::IrradianceCache => CommonErrors::Picture,
-            };
-            let estimator = Estimator {
-                kind,
-                ..Estimator::default()
-            };
-            assert_eq!(common(estimator), expected, "{name}");
-        }
-        let alone = Estimator {
-            reuse: false,
-            ..Estimator::default()
-        };
-        let wide = Estimator {
-            kind: IntegratorKind::VertexMerging,
-            photon_radius: Some(0.1),
-            ..Estimator::default()
-        };
-        assert_eq!(
-            (common(alone), common(wide)),
-            (CommonErrors::None, CommonErrors::Sample)
-        );
     }
 }

@@ -5,9 +5,9 @@
 //! Rendered High Dynamic Range Images". Parameters are those of the papers; the viewer sits 0.7 m before a screen of 3840 pixels on
 //! 0.7 m.
 
-use super::RgbImage;
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;
+use crate::film::RgbImage;
 use rayon::prelude::*;
 
 /// Pixels a degree of the viewer's field: distance times pixels a metre times the radians of a degree.

@@ -2,7 +2,7 @@
 
 mod noise;
 
-use super::{Rect, RgbImage, TILE_SIZE};
+use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::UVec2;
 pub use noise::{CommonErrors, Noise};
 use noise::{Pixel, Pixels, Tile, ratio};
@@ -49,7 +49,7 @@ pub struct Extreme {
 
 /// What a family of tests says of two pictures.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct Significance {
     /// The chance of a false alarm that was allowed.
     pub level: f64,
     /// The chance that noise alone takes the most extreme of all tests so far off.
@@ -66,7 +66,7 @@ pub struct Verdict {
 /// Rare samples, at least, of which a sum is told from another one: the chance that half of 50 expected ones are missing is below 10^-4.
 pub const LEAST_RARE: f64 = 50.0;
 
-impl Verdict {
+impl Significance {
     /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances tell nothing, as after one sample.
     ///
     /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
@@ -133,7 +133,7 @@ impl Verdict {
     }
 }
 
-/// Score of each pixel's channel that is furthest off, as [`Scale::Pixel`] has it, 0 where nothing is known; `None` as for [`Verdict::new`].
+/// Score of each pixel's channel that is furthest off, as [`Scale::Pixel`] has it, 0 where nothing is known; `None` as for [`Significance::new`].
 pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
     let pixels = Pixels::new(window, reference, image)?.pixels;
     let furthest = |pixel: &Pixel| {

@@ -73,8 +73,8 @@ fn spotted(numbers: &mut Numbers, n: u32) -> Picture {
     })
 }
 
-fn judge((a, b): (&Picture, &Picture), level: f64) -> Verdict {
-    Verdict::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), level).unwrap()
+fn judge((a, b): (&Picture, &Picture), level: f64) -> Significance {
+    Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), level).unwrap()
 }
 
 fn alarms(pairs: u32, level: f64, mut pair: impl FnMut() -> (Picture, Picture)) -> u32 {
@@ -255,9 +255,9 @@ fn what_is_not_known_is_not_judged() {
     let (a, mut b) = (grainy(&mut numbers, 4), grainy(&mut numbers, 4));
     b.0.pixels.iter_mut().for_each(|p| *p = [7.0; 3]);
     b.1.variance.fill([f32::INFINITY; 3]);
-    assert_eq!(Verdict::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
+    assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
     b.1.variance.truncate(5);
-    assert_eq!(Verdict::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
+    assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
     // Without noise, rounding is no difference, and anything else is.
     let same = (
         a.0.clone(),

@@ -1,7 +1,7 @@
 //! Pixels and tiles of two pictures: their values, and how noisy they are, also by those around them.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
-use crate::math::UVec2;
+use crate::math::{UVec2, encode_variants};
 
 /// What is known of the noise of a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,23 +32,21 @@ pub enum CommonErrors {
     Picture,
 }
 
+encode_variants!(CommonErrors {
+    0 => None,
+    1 => Tile,
+    2 => Sample,
+    3 => Picture,
+});
+
 impl CommonErrors {
-    /// Of a picture that this program made with these settings, `key=value` pairs as EXR files have them.
-    pub fn of_settings(settings: &str) -> Self {
-        let value = |key: &str| {
-            let mut pairs = settings.split_whitespace().filter_map(|pair| pair.split_once('='));
-            pairs.find(|(name, _)| *name == key).map(|(_, value)| value)
-        };
-        match value("integrator") {
-            Some("pssmlt" | "mlt" | "sppm") => Self::Sample,
-            Some("photon-map" | "irradiance-cache") => Self::Picture,
-            // Paths of lights fall on few pixels each; but photons within a length that somebody chose may reach many.
-            Some("vcm") if value("photon_radius").is_some_and(|radius| !radius.ends_with("px")) => Self::Sample,
-            Some("light" | "bdpt" | "vcm") => Self::Tile,
-            _ if value("reuse") == Some("pixels") => Self::Tile,
-            _ => Self::None,
-        }
-    }
+    /// Each by the name that files have.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("none", Self::None),
+        ("tile", Self::Tile),
+        ("sample", Self::Sample),
+        ("picture", Self::Picture),
+    ];
 
     /// Pixels of a tile that may have errors in common.
     fn sharing(self) -> f64 {

@@ -1,18 +1,8 @@
 //! How far an image is from a reference.
 
 use crate::color::srgb;
+use crate::film::{DARK, RgbImage};
 use thiserror::Error;
-
-/// Linear red, green and blue of each pixel, row by row from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RgbImage {
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// `width · height` pixels.
-    pub pixels: Vec<[f32; 3]>,
-}
 
 /// Errors of an image against a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +22,6 @@ pub struct Errors {
 
 /// Share of the pixels that the relative error keeps.
 const KEPT: f64 = 0.999;
-/// Keeps dark pixels from deciding the relative error, squared radiance.
-pub(super) const DARK: f64 = 0.01;
 
 /// Images of different sizes cannot be compared.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

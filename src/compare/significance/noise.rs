@@ -81,7 +81,7 @@ pub(super) struct Pixel {
 impl Pixels {
     /// `None` unless all have as many pixels as the window.
     pub(super) fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Self> {
-        let sources = [Source::new(window, reference)?, Source::new(window, image)?];
+        let sources = [NoisyPicture::new(window, reference)?, NoisyPicture::new(window, image)?];
         let common = reference.1.common.max(image.1.common);
         let grid = Grid { window };
         let mut tiles: Vec<Tile> = (0..grid.tiles())
@@ -137,7 +137,7 @@ pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
 }
 
 /// One picture, and how noisy it is around each pixel and tile.
-struct Source {
+struct NoisyPicture {
     values: Vec<[f64; 3]>,
     variance: Vec<[f64; 3]>,
     variance_around: Vec<[f64; 3]>,
@@ -147,7 +147,7 @@ struct Source {
     tiles_around: Vec<[f64; 3]>,
 }
 
-impl Source {
+impl NoisyPicture {
     fn new(window: Rect, (image, noise): (&RgbImage, &Noise)) -> Option<Self> {
         let lengths = [image.pixels.len(), noise.variance.len(), noise.samples.len()];
         let area = window.area();
@@ -194,7 +194,7 @@ const RARE_OF_A_TILE: f64 = 4.0;
 /// A sample that alone makes its pixel, of mean m, gives it a variance of m², and k alike samples give m² / k. Where pixels of a few such samples have most of all variance, the
 /// number of terms of that size, `(Σ v)² / Σ v²`, says how many there are. Whether pictures were made alike is asked of each pixel's variances: which of them is larger is a
 /// matter of chance then, whatever the tails are.
-fn rare_samples(sources: &[Source; 2], tiles: usize) -> Option<f64> {
+fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
     let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
     for source in sources {
@@ -310,7 +310,7 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    fn new([a, b]: &[Source; 2], grid: Grid, tile: usize, common: CommonErrors) -> Self {
+    fn new([a, b]: &[NoisyPicture; 2], grid: Grid, tile: usize, common: CommonErrors) -> Self {
         Self {
             window: grid.window_of(tile),
             pixels: 0.0,

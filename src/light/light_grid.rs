@@ -1,4 +1,4 @@
-use super::tree::{LightTree, Place};
+use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, Receiver};
 use crate::math::{Bounds3, Vec3};
 use std::sync::OnceLock;
@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 const RESOLUTION: u32 = 24;
 /// Grids at most.
 const MOST_LEVELS: u32 = 16;
-/// Clusters of lights at most that are told apart at a place.
+/// Clusters of lights at most that a cell tells apart.
 const MOST_CLUSTERS: usize = 64;
 /// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
 const NORMALS: usize = 27;
@@ -22,10 +22,10 @@ const LEAST_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 ///
 /// Space around the lights is a grid; grids of twice the size each lie about it, as many as the scene needs. What arrives in a cell, at points
 /// whose normals are alike, is estimated when the first such point is met, for clusters of lights that a cut of a [`LightTree`] makes
-/// (Walter et al. 2005). Of a cluster's lights one is chosen by power. A place is no more than a table, so that a choice costs little, and
+/// (Walter et al. 2005). Of a cluster's lights one is chosen by power. A cell is no more than a table, so that a choice costs little, and
 /// depends on nothing but the scene.
 #[derive(Clone, Debug)]
-pub(super) struct Places {
+pub(super) struct LightGrid {
     tree: LightTree,
     /// The lights that emit: those of the tree in its order, then those at infinity.
     order: Vec<LightId>,
@@ -53,7 +53,7 @@ struct Entry {
     count: u32,
 }
 
-impl Places {
+impl LightGrid {
     /// Among `lights` of these powers, in a scene of such bounds and radius; `None` where nothing emits.
     pub fn new(lights: &[Light], powers: &[f64], bounds: Bounds3, scene_radius: f32) -> Option<Self> {
         let total: f64 = powers.iter().sum();
@@ -61,10 +61,10 @@ impl Places {
             return None;
         }
         let emitting = || lights.iter().zip(powers).enumerate().filter(|(_, (_, p))| **p > 0.0);
-        let sources: Vec<_> = emitting().filter_map(|(i, (l, _))| Some((i, l.source()?))).collect();
+        let sources: Vec<_> = emitting().filter_map(|(i, (l, _))| Some((i, l.bounds()?))).collect();
         let grids = Grids::new(sources.iter().map(|(_, s)| s.center).collect(), bounds, scene_radius);
         let tree = LightTree::new(sources);
-        let infinite = emitting().filter(|(_, (l, _))| l.source().is_none()).map(|(i, _)| i);
+        let infinite = emitting().filter(|(_, (l, _))| l.bounds().is_none()).map(|(i, _)| i);
         let indices: Vec<usize> = tree.order().iter().copied().chain(infinite).collect();
 
         let mut positions = vec![None; lights.len()];
@@ -133,22 +133,22 @@ impl Places {
     /// The choice at `receiver`.
     #[inline(always)]
     fn entries(&self, lights: &[Light], receiver: &Receiver) -> Option<&[Entry]> {
-        let place = self.grids.cell(receiver.p);
+        let index = self.grids.cell(receiver.p);
         let normal = normal_index(receiver.n);
-        let cell = self.cells.get(place)?;
+        let cell = self.cells.get(index)?;
         let entries = cell.get().and_then(|cell| cell[normal].get()).map(Box::as_ref);
-        Some(entries.unwrap_or_else(|| self.make(lights, cell, place, normal)))
+        Some(entries.unwrap_or_else(|| self.make(lights, cell, index, normal)))
     }
 
     #[cold]
     #[inline(never)]
-    fn make<'a>(&'a self, lights: &[Light], cell: &'a OnceLock<Box<Cell>>, place: usize, normal: usize) -> &'a [Entry] {
+    fn make<'a>(&'a self, lights: &[Light], cell: &'a OnceLock<Box<Cell>>, index: usize, normal: usize) -> &'a [Entry] {
         let cell = cell.get_or_init(|| Box::new([const { OnceLock::new() }; NORMALS]));
         cell[normal].get_or_init(|| {
-            let (center, radius) = self.grids.ball(place);
+            let (center, radius) = self.grids.ball(index);
             self.distribution(
                 lights,
-                &Place {
+                &ReceiverRegion {
                     center,
                     radius,
                     normal: normal_direction(normal),
@@ -157,17 +157,17 @@ impl Places {
         })
     }
 
-    fn distribution(&self, lights: &[Light], place: &Place) -> Box<[Entry]> {
+    fn distribution(&self, lights: &[Light], region: &ReceiverRegion) -> Box<[Entry]> {
         // Clusters, and each light at infinity by itself
         let mut parts: Vec<(u32, u32, f64)> = self
             .tree
-            .cut(lights, place, MOST_CLUSTERS)
+            .cut(lights, region, MOST_CLUSTERS)
             .into_iter()
             .map(|c| (c.first, c.count, c.irradiance as f64))
             .collect();
         for (position, id) in (0..).zip(&self.order).skip(self.tree.order().len()) {
             let light = lights.get(id.0 as usize);
-            let irradiance = light.map_or(0.0, |l| l.irradiance_from_infinity(place, self.scene_radius));
+            let irradiance = light.map_or(0.0, |l| l.irradiance_from_infinity(region, self.scene_radius));
             parts.push((position, 1, irradiance));
         }
 
@@ -354,9 +354,9 @@ mod tests {
         })
     }
 
-    fn places(lights: &[Light]) -> Places {
+    fn grid(lights: &[Light]) -> LightGrid {
         let powers: Vec<f64> = lights.iter().map(|l| l.power(2.0)).collect();
-        Places::new(lights, &powers, BOX, 2.0).unwrap()
+        LightGrid::new(lights, &powers, BOX, 2.0).unwrap()
     }
 
     /// Triangles of all sizes and directions, points, spots, a sun and a sky; one light without power.
@@ -432,16 +432,16 @@ mod tests {
     fn draws_have_their_probabilities() {
         let mut numbers = Numbers(1);
         for (name, lights) in scenes() {
-            let places = places(&lights);
+            let grid = grid(&lights);
             for _ in 0..6 {
                 let receiver = receiver(&mut numbers);
-                let pmf = |i: usize| places.pmf(&lights, &receiver, LightId(i as u32));
+                let pmf = |i: usize| grid.pmf(&lights, &receiver, LightId(i as u32));
                 let sum: f64 = (0..lights.len()).map(|i| pmf(i) as f64).sum();
                 assert!((sum - 1.0).abs() < 1e-4, "{name}: {sum}");
                 const N: u32 = 1 << 16;
                 let mut counts = vec![0u32; lights.len()];
                 for k in 0..N {
-                    let (id, p) = places.sample(&lights, &receiver, (k as f32 + 0.5) / N as f32).unwrap();
+                    let (id, p) = grid.sample(&lights, &receiver, (k as f32 + 0.5) / N as f32).unwrap();
                     counts[id.0 as usize] += 1;
                     assert_eq!(p, pmf(id.0 as usize), "{name}");
                 }
@@ -459,11 +459,11 @@ mod tests {
         let mut numbers = Numbers(2);
         let mut sent = 0;
         for (name, lights) in scenes() {
-            let places = places(&lights);
+            let grid = grid(&lights);
             for _ in 0..300 {
                 let receiver = receiver(&mut numbers);
                 for (i, light) in lights.iter().enumerate() {
-                    let pmf = places.pmf(&lights, &receiver, LightId(i as u32));
+                    let pmf = grid.pmf(&lights, &receiver, LightId(i as u32));
                     assert!((0.0..=1.0).contains(&pmf));
                     let u = Vec2::new(numbers.next(), numbers.next());
                     let Some(sample) = light.sample(receiver.p, 0.5, u, &[]) else {
@@ -486,7 +486,7 @@ mod tests {
         let lights: Vec<Light> = (0..1000)
             .map(|_| point(numbers.vector(), 0.5 + numbers.next()))
             .collect();
-        let places = places(&lights);
+        let grid = grid(&lights);
         let powers: Vec<f64> = lights.iter().map(|l| l.power(2.0)).collect();
         let total: f64 = powers.iter().sum();
         let (mut by_place, mut by_power) = (0.0, 0.0);
@@ -505,7 +505,7 @@ mod tests {
                 let squares = irradiance.iter().enumerate().map(|(i, e)| e * e / pmf(i));
                 squares.filter(|x| !x.is_nan()).sum::<f64>() / (sum * sum) - 1.0
             };
-            by_place += variance(&|i| places.pmf(&lights, &receiver, LightId(i as u32)) as f64);
+            by_place += variance(&|i| grid.pmf(&lights, &receiver, LightId(i as u32)) as f64);
             by_power += variance(&|i| powers[i] / total);
         }
         println!(

@@ -9,24 +9,36 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # The feature sets that `make test` runs. For one more: a name here, and its flags below.
 #
 # Every test runs with the default set. The others run again what traces rays by their own backend or names it: lobes, textures, files and
-# sampling are the same code in every set, and `make lint` compiles all tests without Embree too. Brute force is too slow for most scenes.
+# sampling are the same code in every set, and `make lint` compiles all tests without Embree too. LIB_* and IT_* name the modules of unit tests
+# and of tests/it that a set runs, MORE_* other test programs. Brute force is too slow for most scenes.
 FEATURE_SETS  := default none
 FLAGS_default := --workspace --exclude embrasure-oidn
-FLAGS_none    := -p embrasure --no-default-features --lib --test closed_forms --test command_line
+FLAGS_none    := -p embrasure --no-default-features
+LIB_none      := accel:: integrator::layers:: session:: cli::
+IT_none       := closed_forms:: command_line::
 
 # Those with the obvhs backend, which needs Rust 1.88; with an older one they are skipped with a word, which is a failure
 # where EMBRASURE_REQUIRE_OBVHS is set, as in CI.
 OBVHS_SETS  := both obvhs
-FLAGS_both  := -p embrasure --features obvhs --lib --test backends --test command_line --test memory
-FLAGS_obvhs := -p embrasure --no-default-features --features obvhs --lib \
-  $(addprefix --test ,backends check closed_forms command_line frames lights memory motion surfaces)
+FLAGS_both  := -p embrasure --features obvhs
+LIB_both    := $(LIB_none)
+IT_both     := backends:: command_line::
+MORE_both   := --test memory
+FLAGS_obvhs := -p embrasure --no-default-features --features obvhs
+LIB_obvhs   := $(LIB_none)
+IT_obvhs    := backends:: check::memory_is_forecast closed_forms:: command_line:: frames:: lights:: motion:: surfaces::
+MORE_obvhs  := --test memory
 HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
 with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
 
 # The tests of denoising with Open Image Denoise; where it cannot be had they are skipped with a word, which is a failure where
 # EMBRASURE_REQUIRE_OIDN is set, as in CI.
-FLAGS_oidn := -p embrasure --features oidn --lib --test denoise denois
+FLAGS_oidn := -p embrasure --features oidn --lib --test it denois
+
+# What a set runs.
+run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(IT_$(1)),--lib -- $(LIB_$(1)) && \
+  $(CARGO) test --locked $(FLAGS_$(1)) --test it -- $(IT_$(1)) $(if $(MORE_$(1)),&& $(CARGO) test --locked $(FLAGS_$(1)) $(MORE_$(1))))
 
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
@@ -57,10 +69,10 @@ lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 test: setup lint $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn ## lint, then run the tests with each feature set
 
 $(FEATURE_SETS:%=test-%): test-%: setup
-	$(CARGO) test --locked $(FLAGS_$*)
+	$(call run_set,$*)
 
 $(OBVHS_SETS:%=test-%): test-%: setup
-	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_$*))
+	$(call with_obvhs,$(call run_set,$*))
 
 test-oidn: setup
 	@if scripts/setup oidn; then echo '$(CARGO) test --locked $(FLAGS_oidn)' && $(CARGO) test --locked $(FLAGS_oidn); else \

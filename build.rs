@@ -19,6 +19,7 @@ const SOURCES: [&str; 8] = [
 
 fn main() {
     println!("cargo::rustc-env=EMBRASURE_BUILD={}", build_name());
+    configure_shared();
     // Embree, which `embree4-sys` has found. Empty where it lies in a system folder, unset where the feature is off.
     match env::var("DEP_EMBREE4_RPATH") {
         Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}"),
@@ -35,6 +36,22 @@ fn main() {
                 println!("cargo::rustc-link-arg=-Wl,-rpath,{}", folder.display());
             }
         }
+    }
+}
+
+/// Sets the configuration `shared`, without which tests that need the scenes of `../shared` are ignored. `EMBRASURE_REQUIRE_SHARED` sets it where
+/// the folder is missing, too, so that these tests fail. A folder that appears later is seen when this script next runs.
+fn configure_shared() {
+    println!("cargo::rustc-check-cfg=cfg(shared)");
+    println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_SHARED");
+    let folders = ["scenes", "suite"].map(|name| Path::new("../shared").join(name));
+    let exists = folders.iter().all(|folder| folder.is_dir());
+    if exists {
+        // Cargo looks at all files below a folder, and runs this script in every build if the path is missing: one file stands for all.
+        println!("cargo::rerun-if-changed=../shared/suite/cornell/cornell.toml");
+    }
+    if exists || env::var_os("EMBRASURE_REQUIRE_SHARED").is_some() {
+        println!("cargo::rustc-cfg=shared");
     }
 }
 

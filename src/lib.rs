@@ -54,6 +54,7 @@ pub mod bsdf;
 pub mod camera;
 pub mod cli;
 pub mod color;
+pub mod compare;
 pub mod denoise;
 pub mod film;
 pub mod geometry;

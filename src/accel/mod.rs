@@ -4,15 +4,15 @@ mod audit;
 pub mod brute;
 #[cfg(feature = "obvhs")]
 pub mod bvh;
-mod compare;
+mod disagreement;
 #[cfg(feature = "embree")]
 pub mod embree;
 mod query;
 mod record;
 
 pub use audit::{Auditor, Findings};
-use compare::judge;
-pub use compare::{Cause, Crossing, Disagreement, compare};
+use disagreement::judge;
+pub use disagreement::{Cause, Crossing, Disagreement, compare};
 pub use query::{Answer, Query, QueryKind};
 pub use record::Recorder;
 

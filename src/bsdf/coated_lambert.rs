@@ -24,6 +24,11 @@ pub struct CoatedLambert {
 }
 
 impl CoatedLambert {
+    /// Albedo, reflectance of the coat along the normal, roughness.
+    pub(super) fn parameters(&self) -> (Spectrum, f32, f32) {
+        (self.albedo, self.f0, self.roughness)
+    }
+
     /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();

@@ -1,5 +1,5 @@
 use crate::color::Spectrum;
-use crate::math::Vec3;
+use crate::math::{Vec3, encode_variants};
 
 /// Share of unpolarised light that a smooth boundary reflects.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,6 +25,13 @@ pub enum Fresnel {
         f0: [f32; 3],
     },
 }
+
+encode_variants!(Fresnel {
+    0 => Full,
+    1 => Dielectric { eta },
+    2 => Conductor { eta, k },
+    3 => Schlick { f0 },
+});
 
 impl Fresnel {
     /// Reflected share at an angle of incidence whose cosine is `cos_i` ≥ 0.

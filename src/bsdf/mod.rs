@@ -20,6 +20,7 @@ mod rough_dielectric;
 mod rough_mirror;
 mod sheen;
 mod thin_sheet;
+mod words;
 
 pub use blinn::Blinn;
 pub use coated_lambert::CoatedLambert;

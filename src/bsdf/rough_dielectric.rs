@@ -34,6 +34,11 @@ struct Side {
 }
 
 impl RoughDielectric {
+    /// Reflectance, transmittance, index of refraction.
+    pub(super) fn parameters(&self) -> ([f32; 3], [f32; 3], f32) {
+        (self.reflectance, self.transmittance, self.ior)
+    }
+
     /// `√α` of its facets, the roughness of those that are alike along all tangents.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()

@@ -21,6 +21,11 @@ pub struct RoughMirror {
 }
 
 impl RoughMirror {
+    /// Reflectance and Fresnel term.
+    pub(super) fn parameters(&self) -> ([f32; 3], Fresnel) {
+        (self.reflectance, self.fresnel)
+    }
+
     /// `√α` of its facets, the roughness of those that are alike along all tangents.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()

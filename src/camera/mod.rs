@@ -4,7 +4,7 @@ mod importance;
 
 pub use importance::Importance;
 
-use crate::math::{Ray, UVec2, Vec2, Vec3};
+use crate::math::{Ray, UVec2, Vec2, Vec3, encode_fields};
 use crate::sampling::warp::uniform_disk;
 use thiserror::Error;
 
@@ -81,6 +81,37 @@ pub struct CameraParameters {
     /// Distance from the lens, along the view axis, to the plane in focus.
     pub focus_distance: f32,
 }
+
+/// All that a camera is made of but the size of its image.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraDescription {
+    /// Where it is at first, and what it sees.
+    pub parameters: CameraParameters,
+    /// How it moves, and when it looks; `None` where it stands still, with its shutter open all the time.
+    pub motion: Option<CameraMotion>,
+}
+
+impl CameraDescription {
+    /// The camera for an image of `resolution` pixels.
+    pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
+        match self.motion {
+            None => Camera::new(self.parameters, resolution),
+            Some(motion) => Camera::moving(self.parameters, motion, resolution),
+        }
+    }
+}
+
+encode_fields!(Pose { position, look_at, up });
+encode_fields!(CameraMotion { close, shutter });
+encode_fields!(CameraParameters {
+    position,
+    look_at,
+    up,
+    vertical_fov,
+    lens_radius,
+    focus_distance,
+});
+encode_fields!(CameraDescription { parameters, motion });
 
 /// A camera parameter that no camera can have.
 #[derive(Clone, Debug, Error, PartialEq)]

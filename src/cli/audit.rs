@@ -12,7 +12,7 @@ use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Fin
 use crate::film::Film;
 use crate::geometry::InstanceId;
 use crate::io::{FileError, Output};
-use crate::math::Ray;
+use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics};
 use crate::scene::Scene;
@@ -325,8 +325,11 @@ impl Report {
         for ray in self.rays.iter().take(MOST_TOLD) {
             let packet = if ray.packet { ", in a packet" } else { "" };
             text += &format!(
-                "  {} {}{packet} from {:?} along {:?}",
-                ray.cause, ray.kind, ray.origin, ray.direction
+                "  {} {}{packet} from {} along {}",
+                ray.cause,
+                ray.kind,
+                list(&ray.origin),
+                list(&ray.direction)
             );
             text += &match ray.wrong.as_slice() {
                 [] => "\n".to_string(),

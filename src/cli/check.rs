@@ -3,6 +3,7 @@
 use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, load_options};
+use super::words;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::io::{
@@ -226,19 +227,26 @@ impl Report {
         self.findings.iter().for_each(|finding| outln!("{finding}"));
         let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
             let count = self.count(severity);
-            format!("{count} {}{}", severity.name(), if count == 1 { "" } else { "s" })
+            words::count(count as u64, severity.name())
         });
         outln!("{}: {}", args.scene.display(), counts.join(", "));
         let Some(memory) = &self.memory else { return };
         let placed = match self.instances {
             0 => String::new(),
-            n => format!(" ({} with {n} instances)", self.placed_triangles),
+            n => format!(
+                " ({} with {})",
+                self.placed_triangles,
+                words::count(n as u64, "instance")
+            ),
         };
         outln!(
-            "  {} triangles{placed} in {} meshes, {} materials",
-            self.triangles,
-            self.meshes,
-            self.materials
+            "  {}{placed} in {}, {}",
+            words::count(self.triangles, "triangle"),
+            match self.meshes {
+                1 => "1 mesh".into(),
+                n => format!("{n} meshes"),
+            },
+            words::count(self.materials as u64, "material")
         );
         let kinds: Vec<String> = self
             .power

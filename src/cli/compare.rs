@@ -4,10 +4,12 @@ use super::args::CompareArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
 use crate::color::{Spectrum, false_color};
-use crate::film::{
-    CommonErrors, Errors, Extreme, Flip, LEAST_RARE, Noise, Rect, RgbImage, Scale, SizeMismatch, Verdict, pixel_scores,
+use crate::compare::{
+    CommonErrors, Errors, Extreme, Flip, LEAST_RARE, Noise, Scale, Significance, SizeMismatch, pixel_scores,
 };
+use crate::film::{Rect, RgbImage};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
+use crate::options::name_of;
 use crate::options::names::named;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -161,7 +163,7 @@ struct Comparison<'a> {
     pair: &'a Pair,
     errors: Errors,
     flip: Flip,
-    verdict: Option<Verdict>,
+    verdict: Option<Significance>,
     outcome: Outcome,
 }
 
@@ -170,7 +172,7 @@ impl<'a> Comparison<'a> {
         let (reference, image) = (&pair.reference.image, &pair.image.image);
         let verdict = pair
             .noisy()
-            .and_then(|[reference, image]| Verdict::new(pair.window, reference, image, args.significance));
+            .and_then(|[reference, image]| Significance::new(pair.window, reference, image, args.significance));
         let outcome = match &verdict {
             _ if pair.not_finite != [0; 2] => Outcome::Differs,
             _ if pair.is_identical => Outcome::Identical,
@@ -352,7 +354,7 @@ impl<'a> Comparison<'a> {
                 "differs": verdict.differs(),
                 "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
                 "worst": verdict.worst().map(extreme_json),
-                "common_errors": common_name(verdict.common),
+                "common_errors": name_of(CommonErrors::NAMES, verdict.common),
                 "rare_samples": verdict.rare,
                 "left_out": left_out(verdict),
             })
@@ -400,15 +402,6 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-fn common_name(common: CommonErrors) -> &'static str {
-    match common {
-        CommonErrors::None => "none",
-        CommonErrors::Tile => "tile",
-        CommonErrors::Sample => "sample",
-        CommonErrors::Picture => "picture",
-    }
-}
-
 /// Why there is no verdict on pictures whose noise consists of so few samples.
 fn heavy_tails(rare: f64) -> String {
     format!(
@@ -417,7 +410,7 @@ fn heavy_tails(rare: f64) -> String {
 }
 
 /// What is not tested, and why.
-fn left_out(verdict: &Verdict) -> Option<String> {
+fn left_out(verdict: &Significance) -> Option<String> {
     match verdict.common {
         _ if verdict.extremes.is_empty() => verdict.rare.map(heavy_tails),
         CommonErrors::None | CommonErrors::Tile => verdict.rare.map(|rare| {

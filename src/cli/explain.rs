@@ -20,6 +20,7 @@ use crate::texture::Texture;
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use strsim::levenshtein;
 
 /// Names that an error suggests.
 const MOST_SUGGESTED: usize = 5;
@@ -89,7 +90,8 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
 /// That there is no such material, with names that are nearly what was asked for.
 fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) -> FileError {
     let mut names: Vec<&str> = materials.iter().map(|m| m.name.as_str()).collect();
-    names.sort_by_cached_key(|name| (distance(name, &args.material), name.to_string()));
+    let wanted = args.material.to_lowercase();
+    names.sort_by_cached_key(|name| (levenshtein(&name.to_lowercase(), &wanted), name.to_string()));
     names.dedup();
     names.truncate(MOST_SUGGESTED);
     let error = FileError {
@@ -97,26 +99,6 @@ fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) 
         ..whole.clone()
     };
     error.help(format!("the nearest names are {}", names.join(", ")))
-}
-
-/// How many letters must be put in, left out or changed to make one name of the other (Levenshtein 1966); case counts nothing.
-fn distance(a: &str, b: &str) -> usize {
-    let [a, b] = [a, b].map(|s| s.to_lowercase().chars().collect::<Vec<char>>());
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = i;
-        let mut left = i + 1;
-        for (slot, y) in row.iter_mut().skip(1).zip(&b) {
-            let changed = diagonal + usize::from(x != y);
-            diagonal = *slot;
-            *slot = changed.min(left + 1).min(*slot + 1);
-            left = *slot;
-        }
-        if let Some(first) = row.first_mut() {
-            *first = i + 1;
-        }
-    }
-    row.last().copied().unwrap_or(0)
 }
 
 /// Everything that is said of a material.
@@ -187,7 +169,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         "triangles": triangles,
         "diffuse": colour(material.diffuse),
         "specular": colour(material.specular),
-        "gloss": format!("{:?}", material.gloss),
+        "gloss": material.gloss.to_string(),
         "roughness": number(material.roughness),
         "transmission": colour(material.transmission),
         "ior": number(material.ior),
@@ -201,22 +183,12 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
 }
 
 fn lobe(lobe: &LobeAlbedo) -> Value {
-    // The name and the parameters of the lobe's own type, colours as they are written elsewhere
-    let text = format!("{:?}", lobe.lobe);
-    let (name, parameters) = text.split_once('(').unwrap_or((&text, ""));
-    let braced = parameters
-        .split_once("{ ")
-        .and_then(|(_, rest)| rest.strip_suffix(" })"));
-    let parameters = braced
-        .unwrap_or(parameters)
-        .replace("Spectrum(Vec3A(", "[")
-        .replace("))", "]");
     let rounded = |v: f32| (v as f64 * 1e4).round() / 1e4;
     let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(rounded)));
     let probability = VIEWS.iter().zip(lobe.probability.map(rounded));
     json!({
-        "name": name,
-        "parameters": parameters,
+        "name": lobe.lobe.name(),
+        "parameters": lobe.lobe.parameters(),
         "delta": lobe.lobe.is_delta(),
         "albedo": albedo.map(|(view, a)| (view.to_string(), json!(a))).collect::<serde_json::Map<_, _>>(),
         "probability": probability.map(|(view, p)| (view.to_string(), json!(p))).collect::<serde_json::Map<_, _>>(),
@@ -260,7 +232,7 @@ fn print_text(facts: &Value) {
         );
     }
     for lobe in facts["lobes"].as_array().into_iter().flatten() {
-        outln!("  lobe {} {}", text(&lobe["name"]), text(&lobe["parameters"]));
+        outln!("  lobe {}: {}", text(&lobe["name"]), text(&lobe["parameters"]));
         for view in VIEWS {
             let probability = lobe["probability"][view].as_f64();
             let chosen = probability.map_or_else(String::new, |p| format!(", chosen with probability {p}"));
@@ -297,23 +269,4 @@ fn portray(
         Outcome::Complete => ExitCode::SUCCESS,
         Outcome::Stopped => ExitCode::from(INTERRUPTED),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn distances_count_letters() {
-        for (a, b, expected) in [
-            ("", "", 0),
-            ("", "abc", 3),
-            ("kitten", "sitting", 3),
-            ("Red", "red", 0),
-            ("glas", "glass", 1),
-            ("wood", "stone", 4),
-        ] {
-            assert_eq!((distance(a, b), distance(b, a)), (expected, expected), "{a}, {b}");
-        }
-    }
 }

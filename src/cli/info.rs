@@ -1,6 +1,7 @@
 use super::args::SceneArgs;
 use super::error::CliError;
 use super::job::read_scene;
+use super::words;
 use crate::io::{Loaded, load_scene};
 use crate::light::LightId;
 use crate::options::Backend;
@@ -31,7 +32,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "name": m.name,
             "diffuse": decimal(m.diffuse.to_array()),
             "specular": decimal(m.specular.to_array()),
-            "gloss": format!("{:?}", m.gloss),
+            "gloss": m.gloss.to_string(),
             "transmission": decimal(m.transmission.to_array()),
             "ior": m.ior,
             "thin": m.thin,
@@ -80,7 +81,7 @@ fn print_text(info: &serde_json::Value) {
     outln!("  vertices   {}", info["vertices"]);
     if info["instances"].as_u64() != Some(0) {
         outln!(
-            "  instances  {}, {} triangles in all",
+            "  instances  {}, triangles of all of them: {}",
             info["instances"],
             info["placed_triangles"]
         );
@@ -95,7 +96,12 @@ fn print_text(info: &serde_json::Value) {
     let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
     outln!("  lights     {}", kinds.join(", "));
     for group in info["light_groups"].as_array().into_iter().flatten() {
-        outln!("  group      {}: {} lights", text(&group["name"]), group["lights"]);
+        let lights = group["lights"].as_u64().unwrap_or(0);
+        outln!(
+            "  group      {}: {}",
+            text(&group["name"]),
+            words::count(lights, "light")
+        );
     }
     let memory = &info["memory_forecast_bytes"];
     outln!(

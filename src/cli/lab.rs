@@ -8,7 +8,8 @@ use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::words;
 use crate::accel::Accel;
-use crate::film::{Errors, Film, RgbImage};
+use crate::compare::Errors;
+use crate::film::{Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic};
 use crate::io::{Output, Panel, read_exr, write_contact_sheet};
 use crate::options::{

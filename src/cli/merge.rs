@@ -3,6 +3,7 @@ use super::error::CliError;
 use super::job::exr_format;
 use super::outputs::Outputs;
 use super::run::{failed, prepare_images};
+use super::words;
 use crate::io::{FileError, Output};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
@@ -39,8 +40,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     if !args.quiet {
         let (samples, size) = (parts.samples(), parts.crop().size());
         errln!(
-            "{} parts, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}",
-            parts.count(),
+            "{}, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}",
+            words::count(parts.count() as u64, "part"),
             samples.start,
             samples.end,
             size.x,

@@ -3,7 +3,7 @@ use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
 use crate::integrator::{RayKind, RaySink, Sink};
-use crate::math::UVec2;
+use crate::math::{UVec2, list};
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
 use crate::session::{Prepared, Renderer, Session};
@@ -59,7 +59,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     if story.weight != 1.0 {
         outln!("times the filter's weight, {}", story.weight);
     }
-    outln!("radiance {:?}", (story.radiance * story.weight).to_array());
+    outln!("radiance {}", list(&(story.radiance * story.weight).to_array()));
     true
 }
 
@@ -138,7 +138,7 @@ impl Sink for Listener<'_, '_> {
         let mut story = self.story.borrow_mut();
         story.take_rays();
         if self.told {
-            story.lines.push(format!("  adds {:?}", radiance.to_array()));
+            story.lines.push(format!("  adds {}", list(&radiance.to_array())));
             story.radiance += radiance;
         }
     }
@@ -147,8 +147,8 @@ impl Sink for Listener<'_, '_> {
         let mut story = self.story.borrow_mut();
         story.take_rays();
         if self.told {
-            let (albedo, normal, depth) = (s.albedo.to_array(), s.normal, s.depth);
-            let line = format!("  first surface: albedo {albedo:?}, normal {normal}, depth {depth}");
+            let (albedo, normal, depth) = (list(&s.albedo.to_array()), s.normal, s.depth);
+            let line = format!("  first surface: albedo {albedo}, normal {normal}, depth {depth}");
             story.lines.push(line);
         }
     }

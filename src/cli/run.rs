@@ -407,19 +407,19 @@ impl Run<'_> {
         );
         if job.verbose {
             errln!(
-                "  {} triangles, {} lights; load {:.3} s, build {:.3} s, in all {:.3} s",
-                stats.triangles,
-                stats.lights,
+                "  {}, {}; load {:.3} s, build {:.3} s, in all {:.3} s",
+                words::count(stats.triangles, "triangle"),
+                words::count(stats.lights as u64, "light"),
                 stats.load_s,
                 stats.build_s,
                 stats.total_s
             );
             errln!(
-                "  rays: {} camera, {} bounce, {} shadow; {} thread(s), {}",
+                "  rays: {} camera, {} bounce, {} shadow; {}, {}",
                 stats.rays.camera,
                 stats.rays.bounce,
                 stats.rays.shadow,
-                stats.threads,
+                words::count(stats.threads as u64, "thread"),
                 stats.isa
             );
             errln!(
@@ -447,19 +447,16 @@ fn dropped_warning(statistics: &Statistics) -> String {
             d.key.sample, d.key.x, d.key.y
         )
     });
-    format!(
-        "{} samples were NaN, infinite or negative and count as black{first}",
-        statistics.dropped
-    )
+    match statistics.dropped {
+        1 => format!("1 sample was NaN, infinite or negative and counts as black{first}"),
+        n => format!("{n} samples were NaN, infinite or negative and count as black{first}"),
+    }
 }
 
 fn cut_warning(walks: u64) -> String {
     format!(
         "{} passed 10,000 surfaces of an opacity below 1; what lies behind counts as opaque",
-        match walks {
-            1 => "1 ray".into(),
-            _ => format!("{walks} rays"),
-        }
+        words::count(walks, "ray")
     )
 }
 

@@ -1,5 +1,6 @@
 use super::audit::Report;
 use crate::film::{Film, Tile};
+use crate::math::list;
 use crate::render::{DroppedSample, MutationCounts};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -135,7 +136,7 @@ impl From<&DroppedSample> for Dropped {
         Self {
             pixel: d.key.pixel().to_array(),
             sample: d.key.sample,
-            radiance: format!("{:?}", d.radiance),
+            radiance: list(&d.radiance),
         }
     }
 }

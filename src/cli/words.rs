@@ -40,6 +40,11 @@ macro_rules! errln {
     };
 }
 
+/// A number of things with their noun, whose plural has an `s` more: `1 triangle`, `2 triangles`.
+pub(super) fn count(number: u64, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
 /// Prints words that may hold names to the standard output.
 pub(super) fn print(words: Arguments) {
     print_bytes(escaped(&words.to_string()).as_bytes());

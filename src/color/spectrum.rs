@@ -1,3 +1,4 @@
+use crate::math::Encode;
 use glam::Vec3A;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
@@ -54,6 +55,12 @@ impl Spectrum {
     /// Whether no channel is NaN, infinite or negative.
     pub fn is_valid(self) -> bool {
         self.0.is_finite() && self.0.min_element() >= 0.0
+    }
+}
+
+impl Encode for Spectrum {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.to_array().encode(sink);
     }
 }
 

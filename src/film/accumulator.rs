@@ -1,5 +1,5 @@
+use super::DARK;
 use super::fixed::Narrow;
-use super::metrics::DARK;
 use super::{Features, Fixed};
 use crate::color::Spectrum;
 use crate::math::Vec3;

@@ -1,36 +1,35 @@
-//! Sums of samples per pixel, and how far pictures are from each other. No files.
+//! Sums of samples per pixel, and the picture that is made of them. No files.
 
 mod accumulator;
 mod features;
 mod filter;
 mod fixed;
-mod flip;
 mod frame;
 mod image;
-mod metrics;
 mod part_sums;
+mod rgb_image;
 mod state;
 mod tile;
-mod verdict;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
-pub use flip::{Exposures, Flip};
 pub use frame::Frame;
 pub use image::{Aov, Channel, Image, Z_BACKGROUND};
-pub use metrics::{Errors, RgbImage, SizeMismatch};
 pub use part_sums::{PartBlock, PartSum};
+pub use rgb_image::RgbImage;
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
-pub use verdict::{CommonErrors, Extreme, LEAST_RARE, Noise, Scale, Verdict, pixel_scores};
 
 use crate::math::UVec2;
 use rayon::prelude::*;
 
 /// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
-const TILE_SIZE: u32 = 16;
+pub(crate) const TILE_SIZE: u32 = 16;
+
+/// Keeps dark pixels from deciding relative errors, squared radiance.
+pub(crate) const DARK: f64 = 0.01;
 
 /// Parts of the light that can be told apart at most: groups of lights, and strategies of a bidirectional method.
 pub const MOST_PARTS: usize = 128;

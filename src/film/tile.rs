@@ -1,5 +1,5 @@
 use super::{Accumulator, FeatureSums, PartSum};
-use crate::math::UVec2;
+use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
 
 /// A half-open rectangle of pixels, origin at the top left of the image.
@@ -10,6 +10,8 @@ pub struct Rect {
     /// One past the last column and row.
     pub max: UVec2,
 }
+
+encode_fields!(Rect { min, max });
 
 impl Rect {
     /// The whole image of `resolution` pixels.

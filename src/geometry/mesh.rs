@@ -1,5 +1,5 @@
 use super::{PrimId, corners_at};
-use crate::math::{Vec2, Vec3, Vec4, float::gamma};
+use crate::math::{Vec2, Vec3, Vec4, encode_fields, float::gamma};
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +17,15 @@ pub struct Mesh {
     /// Shading normals at time 1; empty where there are none, or where the mesh keeps its shape.
     pub normals_close: Vec<Vec3>,
 }
+
+encode_fields!(Mesh {
+    positions,
+    triangles,
+    normals,
+    uvs,
+    positions_close,
+    normals_close,
+});
 
 /// A point on a surface, with all that shading needs of the geometry.
 #[derive(Clone, Copy, Debug)]

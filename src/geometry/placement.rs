@@ -1,6 +1,6 @@
 use super::SurfacePoint;
 use super::mesh::Facet;
-use crate::math::{Affine3A, Bounds3, Mat3A, Vec3, float::gamma};
+use crate::math::{Affine3A, Bounds3, Encode, Mat3A, Vec3, float::gamma};
 use std::sync::Arc;
 
 /// Where an instance stands in the world, which may change between the times 0 and 1.
@@ -10,6 +10,21 @@ pub enum Placement {
     Still(Affine3A),
     /// It passes these, two at least, at equal intervals from time 0 to time 1. In between, each element of the matrix changes linearly.
     Moving(Arc<[Affine3A]>),
+}
+
+impl Encode for Placement {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        match self {
+            Self::Still(placement) => {
+                sink(&[0]);
+                placement.encode(sink);
+            }
+            Self::Moving(steps) => {
+                sink(&[1]);
+                steps.as_ref().encode(sink);
+            }
+        }
+    }
 }
 
 impl Placement {

@@ -4,7 +4,7 @@ use super::memory::Allowance;
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
 use crate::film::{Accumulator, Film, MOST_PARTS, Rect, StateLayout};
-use crate::math::UVec2;
+use crate::math::{Encode, UVec2};
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
 use ::exr::meta::attribute::ChannelDescription;
@@ -108,11 +108,11 @@ impl State<'_> {
             render_seconds: 0.0,
             ..metadata.clone()
         };
-        hash.update(format!(
-            "{exact:?}\n{:?}\n{crop:?}\n{}\n",
-            self.film.resolution(),
-            self.statistics
-        ));
+        let sink = &mut |bytes: &[u8]| hash.update(bytes);
+        exact.encode(sink);
+        self.film.resolution().encode(sink);
+        crop.encode(sink);
+        self.statistics.encode(sink);
         rows.iter().for_each(|row| hash.update(row));
         format!("{:x}", hash.finalize())
     }

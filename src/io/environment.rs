@@ -4,6 +4,7 @@ use super::memory::Allowance;
 use super::read_image::{check_size, read_exr_within};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
+use crate::math::list;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder};
 use std::path::Path;
@@ -42,8 +43,8 @@ pub(super) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatL
         return Err(FileError::new(path, "the image has no pixels"));
     }
     if let Some(i) = image.texels.iter().position(|t| !t.is_valid()) {
-        let (x, y, value) = (i % image.width, i / image.width, image.texels[i].to_array());
-        let message = format!("column {x}, row {y} is {value:?}; radiance must be finite and 0 or more");
+        let (x, y, value) = (i % image.width, i / image.width, list(&image.texels[i].to_array()));
+        let message = format!("column {x}, row {y} is {value}; radiance must be finite and 0 or more");
         return Err(FileError::new(path, message));
     }
     Ok(image)

@@ -1,8 +1,10 @@
 use super::ascii::ascii;
 use super::{State, cryptomatte};
+use crate::compare::CommonErrors;
 use crate::film::{Aov, Image, Rect};
-use crate::math::UVec2;
+use crate::math::{UVec2, encode_fields};
 use crate::options::names::named;
+use crate::options::{Value, name_of};
 use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::image::write::channels::{ChannelsWriter, WritableChannels};
 use ::exr::math::RoundingMode;
@@ -10,14 +12,14 @@ use ::exr::meta::attribute::{ChannelDescription, ChannelList, LevelMode};
 use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::io::{self, Seek, Write};
 
 // Names of attributes
 const VERSION: &str = "embrasure.version";
 const BUILD: &str = "embrasure.build";
 const SCENE_HASH: &str = "embrasure.sceneHash";
-const SETTINGS: &str = "embrasure.settings";
+pub(super) const SETTINGS: &str = "embrasure.settings";
+pub(super) const COMMON_ERRORS: &str = "embrasure.commonErrors";
 const SAMPLES: &str = "embrasure.samples";
 const TOTAL: &str = "embrasure.totalSamples";
 const SEED: &str = "embrasure.seed";
@@ -39,6 +41,8 @@ pub struct Metadata {
     pub scene_hash: String,
     /// What was rendered: integrator, sampler, depth and the like, as `key=value` pairs.
     pub settings: String,
+    /// Which errors pixels have in common; `None` in files of earlier builds.
+    pub common_errors: Option<CommonErrors>,
     /// First sample index.
     pub first_sample: u32,
     /// One past the last sample index that was asked for.
@@ -61,8 +65,26 @@ pub struct Metadata {
     pub denoiser: Option<String>,
 }
 
+encode_fields!(Metadata {
+    version,
+    build,
+    scene_hash,
+    settings,
+    common_errors,
+    first_sample,
+    end_sample,
+    total_samples,
+    seed,
+    backend,
+    backend_version,
+    render_seconds,
+    complete,
+    features,
+    denoiser,
+});
+
 /// Channels that were asked for, and the names of what they number.
-#[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
     /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
     pub aovs: Vec<String>,
@@ -78,22 +100,13 @@ pub struct FeatureNames {
     pub strategies: Vec<String>,
 }
 
-/// Without groups where there are none: checkpoints are signed by this text, and some are older than groups.
-impl fmt::Debug for FeatureNames {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = f.debug_struct("FeatureNames");
-        text.field("aovs", &self.aovs)
-            .field("objects", &self.objects)
-            .field("materials", &self.materials);
-        if !self.lights.is_empty() {
-            text.field("lights", &self.lights);
-        }
-        if !self.strategies.is_empty() {
-            text.field("strategies", &self.strategies);
-        }
-        text.finish()
-    }
-}
+encode_fields!(FeatureNames {
+    aovs,
+    objects,
+    materials,
+    lights,
+    strategies,
+});
 
 impl FeatureNames {
     /// Layers of the parts of the light that a film sums by themselves, in their order.
@@ -135,6 +148,7 @@ impl Metadata {
             build: text(BUILD).unwrap_or_default(),
             scene_hash: text(SCENE_HASH)?,
             settings: text(SETTINGS)?,
+            common_errors: text(COMMON_ERRORS).and_then(|name| CommonErrors::of_text(&name)),
             first_sample: first,
             end_sample: end,
             total_samples: text(TOTAL)?.parse().ok()?,
@@ -191,6 +205,8 @@ impl Metadata {
             (COMPLETE, text(if self.complete { "yes" } else { "no" })),
             (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
         ];
+        let common = self.common_errors.map(|common| name_of(CommonErrors::NAMES, common));
+        attributes.extend(common.map(|name| (COMMON_ERRORS, text(name))));
         attributes.extend(features.map(|names| (FEATURES, text(&names))));
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
         attributes

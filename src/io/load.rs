@@ -3,7 +3,7 @@ use super::light_group_section::idle_members;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
 use super::obj::{Group, ObjFile, load_obj};
-use super::placement::{Place, place};
+use super::placement::{ObjectPlacement, place};
 use super::scene_file::{Instances, ObjectSection, SceneFile};
 use super::texture::{TextureKind, TextureRequest, load_textures_within};
 use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity};
@@ -327,9 +327,9 @@ impl Loader<'_> {
         // What has one place stands in the world there; all else is kept once.
         let transform = match &place {
             _ if is_shared => None,
-            Place::AsItIs => Some(None),
-            Place::Once(transform) => Some(Some(*transform)),
-            Place::Instances(_) => None,
+            ObjectPlacement::AsItIs => Some(None),
+            ObjectPlacement::Once(transform) => Some(Some(*transform)),
+            ObjectPlacement::Instances(_) => None,
         };
         if let Some(transform) = transform {
             for (mesh, material) in self.meshes_of(index, object, objs)? {
@@ -642,7 +642,7 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
     if report.degenerate_triangles > 0 {
         let count = report.degenerate_triangles;
-        let error = file.whole(format!("{count} triangles have no area and are left out"));
+        let error = file.whole(format!("triangles that have no area and are left out: {count}"));
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();

@@ -1,6 +1,7 @@
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
 use super::{FileError, SceneFile};
+use crate::math::list;
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
@@ -101,7 +102,7 @@ impl MapSection {
         let pairs = [&map.scale, &map.offset].into_iter().flatten();
         let pairs = pairs.map(|pair| (pair.span(), pair.get_ref().to_vec()));
         if let Some((span, values)) = numbers.chain(pairs).find(|(_, v)| !v.iter().all(|n| n.is_finite())) {
-            let message = format!("material `{name}`: a number of a texture is {values:?}");
+            let message = format!("material `{name}`: a number of a texture is {}", list(&values));
             return Err(file.error(span, message).help("write finite numbers"));
         }
         let default = Mapping::default();

@@ -4,6 +4,7 @@ use super::{FileError, MapSection, SceneFile};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::material::{Gloss, Material};
+use crate::math::list;
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -249,18 +250,23 @@ impl Named<'_> {
         self.file.error(span, message).help(help)
     }
 
-    fn check<T: std::fmt::Debug>(
+    /// An error unless three numbers are good.
+    fn check(
         &self,
         key: &str,
-        value: &Spanned<T>,
-        is_good: impl Fn(&T) -> bool,
+        value: &Spanned<[f32; 3]>,
+        is_good: impl Fn(&[f32; 3]) -> bool,
         rule: &str,
     ) -> Result<(), FileError> {
-        if is_good(value.get_ref()) {
-            return Ok(());
+        match is_good(value.get_ref()) {
+            true => Ok(()),
+            false => Err(self.wrong(key, value.span(), &list(value.get_ref()), rule)),
         }
-        let message = format!("{key} is {:?}", value.get_ref());
-        Err(self.error(value.span(), &message, &format!("write {rule}")))
+    }
+
+    /// The error of a key that has the wrong `value`.
+    fn wrong(&self, key: &str, span: Range<usize>, value: &str, rule: &str) -> FileError {
+        self.error(span, &format!("{key} is {value}"), &format!("write {rule}"))
     }
 
     fn number(
@@ -271,8 +277,11 @@ impl Named<'_> {
         rule: &str,
     ) -> Result<Option<f32>, FileError> {
         let Some(value) = value else { return Ok(None) };
-        self.check(key, value, |n| n.is_finite() && is_good(*n), rule)?;
-        Ok(Some(*value.get_ref()))
+        let n = *value.get_ref();
+        match n.is_finite() && is_good(n) {
+            true => Ok(Some(n)),
+            false => Err(self.wrong(key, value.span(), &n.to_string(), rule)),
+        }
     }
 
     fn color(&self, key: &str, value: &Option<Spanned<[f32; 3]>>) -> Result<Option<Spectrum>, FileError> {

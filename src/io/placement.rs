@@ -14,7 +14,7 @@ const DEGREES_A_STEP: f32 = 3.0;
 
 /// Where an object is.
 #[derive(Clone, Debug)]
-pub(super) enum Place {
+pub(super) enum ObjectPlacement {
     /// It stands where its file has it.
     AsItIs,
     /// It stands there.
@@ -23,7 +23,7 @@ pub(super) enum Place {
     Instances(Vec<Placement>),
 }
 
-impl Place {
+impl ObjectPlacement {
     /// All places, as instances have them.
     pub fn into_placements(self) -> Vec<Placement> {
         match self {
@@ -35,7 +35,7 @@ impl Place {
 }
 
 /// Where `object` is, as its keys say.
-pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<Place, FileError> {
+pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPlacement, FileError> {
     let open = given(file, &object.transform, &object.matrix, "transform", "matrix")?;
     let close = given(
         file,
@@ -51,9 +51,9 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<Place, F
     };
     let Some(instances) = &object.instances else {
         return Ok(match own {
-            None => Place::AsItIs,
-            Some(Placement::Still(placement)) => Place::Once(placement),
-            Some(moving) => Place::Instances(vec![moving]),
+            None => ObjectPlacement::AsItIs,
+            Some(Placement::Still(placement)) => ObjectPlacement::Once(placement),
+            Some(moving) => ObjectPlacement::Instances(vec![moving]),
         });
     };
 
@@ -64,7 +64,9 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<Place, F
         Placement::Moving(steps) => Placement::Moving(steps.iter().map(|step| *step * instance).collect()),
     };
     let placements = read_instances(file, instances)?;
-    Ok(Place::Instances(placements.into_iter().map(of_instance).collect()))
+    Ok(ObjectPlacement::Instances(
+        placements.into_iter().map(of_instance).collect(),
+    ))
 }
 
 /// A placement as it was written.

@@ -238,13 +238,13 @@ fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
 struct Channels {
     width: usize,
     height: usize,
-    sources: Vec<Source>,
+    sources: Vec<ExrChannel>,
     samples: Vec<f32>,
 }
 
 /// Channels of EXR files that mean something here, in the order in which they are asked for.
 #[derive(Clone, Copy)]
-enum Source {
+enum ExrChannel {
     Red,
     Green,
     Blue,
@@ -339,15 +339,17 @@ type Found = (
 );
 
 /// The channels that a picture is made of; none where they are not there.
-fn sources((r, g, b, y, a, z): &Found, wanted: Wanted) -> Vec<Source> {
+fn sources((r, g, b, y, a, z): &Found, wanted: Wanted) -> Vec<ExrChannel> {
     let mut sources = match wanted {
-        Wanted::Depth if z.is_some() => return vec![Source::Depth],
-        Wanted::Colors if r.is_some() && g.is_some() && b.is_some() => vec![Source::Red, Source::Green, Source::Blue],
-        Wanted::Colors if y.is_some() => vec![Source::Grey],
+        Wanted::Depth if z.is_some() => return vec![ExrChannel::Depth],
+        Wanted::Colors if r.is_some() && g.is_some() && b.is_some() => {
+            vec![ExrChannel::Red, ExrChannel::Green, ExrChannel::Blue]
+        }
+        Wanted::Colors if y.is_some() => vec![ExrChannel::Grey],
         _ => return Vec::new(),
     };
     if a.is_some() {
-        sources.push(Source::Alpha);
+        sources.push(ExrChannel::Alpha);
     }
     sources
 }

@@ -1,10 +1,13 @@
 use super::FileError;
+use super::exr::{COMMON_ERRORS, SETTINGS};
 use super::memory::Allowance;
 use super::read_image::ExrFile;
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
-use crate::film::{CommonErrors, Noise, Rect, RgbImage};
+use crate::compare::{CommonErrors, Noise};
+use crate::film::{Rect, RgbImage};
 use crate::math::UVec2;
+use crate::options::Value;
 use ::exr::meta::header::Header;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
@@ -193,16 +196,22 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Which errors pixels may have in common: those of tiles where the file does not say how it was made.
+/// Which errors pixels may have in common. A file of this program that does not say so, as earlier builds wrote, may have any; one of another
+/// program those of tiles.
 fn common_errors(layer: &Layer) -> CommonErrors {
-    let settings = layer
-        .attributes
-        .other
-        .iter()
-        .find(|(name, _)| *name == "embrasure.settings");
-    match settings {
-        Some((_, exr::AttributeValue::Text(text))) => CommonErrors::of_settings(&text.to_string()),
-        _ => CommonErrors::Tile,
+    let attributes = &layer.attributes.other;
+    let attribute = |name: &str| {
+        attributes
+            .iter()
+            .find(|(other, _)| *other == name)
+            .map(|(_, value)| value)
+    };
+    match (attribute(COMMON_ERRORS), attribute(SETTINGS)) {
+        (Some(exr::AttributeValue::Text(text)), _) => {
+            CommonErrors::of_text(&text.to_string()).unwrap_or(CommonErrors::Picture)
+        }
+        (None, None) => CommonErrors::Tile,
+        _ => CommonErrors::Picture,
     }
 }
 

@@ -93,7 +93,10 @@ pub(super) fn load_textures_within(
         ids.push(result.map(|texture| {
             if texture.replaced_texels() > 0 {
                 let count = texture.replaced_texels();
-                let message = format!("{count} texels are NaN, infinite or negative and count as 0");
+                let message = match count {
+                    1 => "1 texel is NaN, infinite or negative and counts as 0".into(),
+                    _ => format!("{count} texels are NaN, infinite or negative and count as 0"),
+                };
                 warnings.push(FileError::new(&request.path, message));
             }
             textures.push(texture);

@@ -1,6 +1,6 @@
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Ball, Vec2};
+use crate::math::{Ball, Vec2, encode_fields};
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use std::f64::consts::PI;
 
@@ -10,6 +10,8 @@ pub struct ConstantLight {
     /// Radiance, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
 }
+
+encode_fields!(ConstantLight { radiance });
 
 impl ConstantLight {
     /// Draws a uniform direction of the sphere.

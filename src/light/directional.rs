@@ -1,6 +1,6 @@
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Ball, Vec2, Vec3};
+use crate::math::{Ball, Vec2, Vec3, encode_fields};
 use std::f64::consts::PI;
 
 /// Parallel light from infinitely far away.
@@ -11,6 +11,8 @@ pub struct DirectionalLight {
     /// Irradiance of a surface that faces the light, W·m⁻².
     pub irradiance: Spectrum,
 }
+
+encode_fields!(DirectionalLight { direction, irradiance });
 
 impl DirectionalLight {
     /// The only direction there is.

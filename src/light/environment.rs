@@ -1,6 +1,6 @@
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Ball, Quat, Vec2, Vec3, float::ALMOST_ONE};
+use crate::math::{Ball, Encode, Quat, Vec2, Vec3, encode_fields, float::ALMOST_ONE};
 use crate::sampling::distribution::Distribution2D;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
@@ -27,6 +27,24 @@ pub struct EnvironmentLight {
     rotation: Quat,
     distribution: Distribution2D,
     mean: Spectrum,
+}
+
+encode_fields!(LatLongImage { width, height, texels });
+
+impl Encode for EnvironmentLight {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        // The others follow from these.
+        let Self {
+            image,
+            scale,
+            rotation,
+            distribution: _,
+            mean: _,
+        } = self;
+        image.encode(sink);
+        scale.encode(sink);
+        rotation.encode(sink);
+    }
 }
 
 impl EnvironmentLight {

@@ -1,4 +1,5 @@
 use super::LightId;
+use crate::math::encode_fields;
 
 /// A group of lights, whose light is told apart from that of others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub struct LightGroups {
     /// By [`LightId`].
     of_lights: Vec<u8>,
 }
+
+encode_fields!(LightGroups { names, of_lights });
 
 impl LightGroups {
     /// Groups at most, with that of all other lights.

@@ -9,7 +9,7 @@ mod emission;
 mod emission_selection;
 mod environment;
 mod groups;
-mod places;
+mod light_grid;
 mod point;
 mod selection;
 mod spot;
@@ -31,10 +31,10 @@ pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
-use crate::math::{Ray, Vec2, Vec3};
+use crate::math::{Encode, Ray, Vec2, Vec3};
 use crate::texture::Texture;
 use std::f64::consts::PI;
-use tree::{Place, Source};
+use tree::{LightBounds, ReceiverRegion};
 
 /// A point that light falls on, as far as the choice of a light depends on it.
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +101,37 @@ pub enum Light {
     Spot(SpotLight),
     /// Radiance by direction.
     Environment(Box<EnvironmentLight>),
+}
+
+/// A light that is part of a mesh follows from the mesh, its material and its place: its kind alone is encoded.
+impl Encode for Light {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        match self {
+            Self::Triangle(_) => sink(&[0]),
+            Self::MovingTriangle(_) => sink(&[1]),
+            Self::Textured(_) => sink(&[2]),
+            Self::Point(light) => {
+                sink(&[3]);
+                light.encode(sink);
+            }
+            Self::Constant(light) => {
+                sink(&[4]);
+                light.encode(sink);
+            }
+            Self::Directional(light) => {
+                sink(&[5]);
+                light.encode(sink);
+            }
+            Self::Spot(light) => {
+                sink(&[6]);
+                light.encode(sink);
+            }
+            Self::Environment(light) => {
+                sink(&[7]);
+                light.encode(sink);
+            }
+        }
+    }
 }
 
 impl Light {
@@ -174,36 +205,36 @@ impl Light {
         }
     }
 
-    /// The light as a source somewhere; `None` at infinity.
-    fn source(&self) -> Option<Source> {
+    /// Where the light is and how it emits; `None` at infinity.
+    fn bounds(&self) -> Option<LightBounds> {
         match self {
-            Self::Triangle(light) => Some(light.source()),
-            Self::MovingTriangle(light) => Some(light.at(0.5).source()),
-            Self::Textured(light) => Some(light.source()),
-            Self::Point(light) => Some(Source::isotropic(light.position, light.intensity.luminance())),
-            Self::Spot(light) => Some(light.source()),
+            Self::Triangle(light) => Some(light.bounds()),
+            Self::MovingTriangle(light) => Some(light.at(0.5).bounds()),
+            Self::Textured(light) => Some(light.bounds()),
+            Self::Point(light) => Some(LightBounds::isotropic(light.position, light.intensity.luminance())),
+            Self::Spot(light) => Some(light.bounds()),
             Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => None,
         }
     }
 
-    /// Estimate of the mean irradiance at `place`, shadows left out, of a light that is somewhere.
-    fn irradiance(&self, place: &Place) -> f32 {
+    /// Estimate of the mean irradiance in `region`, shadows left out, of a light that is somewhere.
+    fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match self {
-            Self::Triangle(light) => light.irradiance(place),
-            Self::MovingTriangle(light) => light.irradiance(place),
-            Self::Textured(light) => light.irradiance(place),
-            Self::Spot(light) => light.irradiance(place),
-            _ => self.source().map_or(0.0, |source| place.irradiance(&source)),
+            Self::Triangle(light) => light.irradiance(region),
+            Self::MovingTriangle(light) => light.irradiance(region),
+            Self::Textured(light) => light.irradiance(region),
+            Self::Spot(light) => light.irradiance(region),
+            _ => self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds)),
         }
     }
 
     /// The same of a light at infinity, in a scene of that radius.
-    fn irradiance_from_infinity(&self, place: &Place, scene_radius: f32) -> f64 {
+    fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
         // What crosses a disk of the scene's size; light from all directions is counted for all disks.
         let disk = PI * (scene_radius as f64).powi(2);
         let irradiance = self.power(scene_radius) / disk;
         match self {
-            Self::Directional(light) => irradiance * place.cosine(-light.direction, 0.0) as f64,
+            Self::Directional(light) => irradiance * region.cosine(-light.direction, 0.0) as f64,
             _ => 0.25 * irradiance,
         }
     }

@@ -1,6 +1,6 @@
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, encode_fields};
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use std::f64::consts::PI;
 
@@ -12,6 +12,8 @@ pub struct PointLight {
     /// Radiant intensity, W/sr.
     pub intensity: Spectrum,
 }
+
+encode_fields!(PointLight { position, intensity });
 
 impl PointLight {
     /// The only direction there is: intensity over distance squared.

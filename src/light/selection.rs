@@ -1,4 +1,4 @@
-use super::places::Places;
+use super::light_grid::LightGrid;
 use super::{Light, LightId, Receiver};
 use crate::math::Bounds3;
 use crate::sampling::AliasTable;
@@ -30,7 +30,7 @@ pub struct LightSelection {
     /// Lights that are all sampled, if they are.
     all: Option<Vec<LightId>>,
     /// The choice by place, if there is one.
-    places: Option<Places>,
+    grid: Option<LightGrid>,
 }
 
 impl LightSelection {
@@ -50,8 +50,8 @@ impl LightSelection {
         Self {
             all: (mode == SelectionMode::All).then(|| emitting().collect()),
             table: AliasTable::new(&weights),
-            places: by_place
-                .then(|| Places::new(lights, &weights, bounds, scene_radius))
+            grid: by_place
+                .then(|| LightGrid::new(lights, &weights, bounds, scene_radius))
                 .flatten(),
         }
     }
@@ -59,8 +59,8 @@ impl LightSelection {
     /// Draws one of the scene's `lights` for `receiver`, and its probability; `None` where nothing emits.
     #[inline(always)]
     pub fn sample(&self, lights: &[Light], receiver: &Receiver, u: f32) -> Option<(LightId, f32)> {
-        if let Some(places) = &self.places {
-            return places.sample(lights, receiver, u);
+        if let Some(grid) = &self.grid {
+            return grid.sample(lights, receiver, u);
         }
         let (index, pmf) = self.table.as_ref()?.sample(u);
         Some((LightId(index as u32), pmf))
@@ -74,8 +74,8 @@ impl LightSelection {
     /// Probability that `light`, one of the scene's `lights`, is sampled at `receiver`.
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], receiver: &Receiver, light: LightId) -> f32 {
-        if let Some(places) = &self.places {
-            return places.pmf(lights, receiver, light);
+        if let Some(grid) = &self.grid {
+            return grid.pmf(lights, receiver, light);
         }
         let pmf = self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize));
         if self.all.is_some() && pmf > 0.0 { 1.0 } else { pmf }

@@ -1,7 +1,7 @@
-use super::tree::{Place, Source};
+use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
-use crate::math::{Frame, Vec2, Vec3};
+use crate::math::{Frame, Vec2, Vec3, encode_fields};
 use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
 use std::f64::consts::PI;
 
@@ -19,6 +19,14 @@ pub struct SpotLight {
     /// Cosine of the outer cone's half-angle, where it ends.
     pub cos_outer: f32,
 }
+
+encode_fields!(SpotLight {
+    position,
+    direction,
+    intensity,
+    cos_inner,
+    cos_outer,
+});
 
 impl SpotLight {
     /// The only direction there is.
@@ -59,13 +67,13 @@ impl SpotLight {
     }
 
     /// As a source of light seen from afar: its power in all directions.
-    pub(super) fn source(&self) -> Source {
-        Source::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
+    pub(super) fn bounds(&self) -> LightBounds {
+        LightBounds::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
     }
 
-    /// Estimate of the mean irradiance at `place`, of which some part may be in the cone where its middle is not.
-    pub(super) fn irradiance(&self, place: &Place) -> f32 {
-        place.irradiance_by(self.position, 0.0, |wi, spread| {
+    /// Estimate of the mean irradiance at `region`, of which some part may be in the cone where its middle is not.
+    pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
+        region.irradiance_by(self.position, 0.0, |wi, spread| {
             self.intensity.luminance() * self.falloff((spread - wi.dot(self.direction)).min(1.0))
         })
     }

@@ -1,4 +1,4 @@
-use super::tree::{Place, Source};
+use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -112,18 +112,18 @@ impl TexturedTriangle {
     }
 
     /// As that of an even light of the mean radiance.
-    pub(super) fn source(&self) -> Source {
+    pub(super) fn bounds(&self) -> LightBounds {
         match &self.even {
-            Even::Still(light) => light.emitting(light.radiance() * self.mean).source(),
-            Even::Moving(light) => light.emitting(light.radiance() * self.mean).at(0.5).source(),
+            Even::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),
+            Even::Moving(light) => light.emitting(light.radiance() * self.mean).at(0.5).bounds(),
         }
     }
 
-    /// The same of its irradiance at `place`.
-    pub(super) fn irradiance(&self, place: &Place) -> f32 {
+    /// The same of its irradiance at `region`.
+    pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match &self.even {
-            Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(place),
-            Even::Moving(light) => light.emitting(light.radiance() * self.mean).irradiance(place),
+            Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
+            Even::Moving(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
         }
     }
 

@@ -1,9 +1,9 @@
 use super::Light;
 use crate::math::{Bounds3, Vec3};
 
-/// Lights that are somewhere, as one source of light.
+/// Lights at finite places as one source of light: where they are and how they emit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source {
+pub(super) struct LightBounds {
     /// Middle of the sphere that holds them, world space.
     pub center: Vec3,
     /// Radius of that sphere.
@@ -16,7 +16,7 @@ pub(super) struct Source {
     pub spread: f32,
 }
 
-impl Source {
+impl LightBounds {
     /// One that emits to all directions alike: [`soft_cosine`] is 1 for it.
     pub fn isotropic(center: Vec3, intensity: f32) -> Self {
         Self {
@@ -54,7 +54,7 @@ impl Source {
 
 /// Points that light falls on: a ball of them, whose normals are near one direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct ReceiverRegion {
     /// Middle of the ball, world space.
     pub center: Vec3,
     /// Radius of the ball.
@@ -63,10 +63,10 @@ pub(super) struct Place {
     pub normal: Vec3,
 }
 
-/// How much the cosine with a normal differs from that with [`Place::normal`].
+/// How much the cosine with a normal differs from that with [`ReceiverRegion::normal`].
 const NORMAL_SPREAD: f32 = 0.25;
 
-impl Place {
+impl ReceiverRegion {
     /// Cosine with the normals of directions that differ from `wi` by up to `spread`.
     pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
         if self.normal == Vec3::ZERO {
@@ -76,7 +76,7 @@ impl Place {
     }
 
     /// Estimate of the mean irradiance from `source`, shadows left out.
-    pub fn irradiance(&self, source: &Source) -> f32 {
+    pub fn irradiance(&self, source: &LightBounds) -> f32 {
         self.irradiance_by(source.center, source.radius, |wi, spread| {
             source.intensity * soft_cosine(-wi.dot(source.axis), spread + source.spread)
         })
@@ -94,7 +94,7 @@ impl Place {
     }
 
     /// Radius of `source` over the distance to it.
-    fn angle(&self, source: &Source) -> f32 {
+    fn angle(&self, source: &LightBounds) -> f32 {
         let distance = self.center.distance(source.center).max(self.radius);
         if source.radius > 0.0 {
             source.radius / distance
@@ -123,7 +123,7 @@ pub(super) struct Cluster {
     pub first: u32,
     /// How many there are.
     pub count: u32,
-    /// What they send to the place that the cluster was made for.
+    /// What they send to the region that the cluster was made for.
     pub irradiance: f32,
 }
 
@@ -138,7 +138,7 @@ pub(super) struct LightTree {
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    source: Source,
+    source: LightBounds,
     first: u32,
     count: u32,
     /// Its second part.
@@ -147,7 +147,7 @@ struct Node {
 
 impl LightTree {
     /// Over these lights, each given by its index and as a source. Halves have equally many lights, so that it is log₂ n deep.
-    pub fn new(mut sources: Vec<(usize, Source)>) -> Self {
+    pub fn new(mut sources: Vec<(usize, LightBounds)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len());
         if !sources.is_empty() {
             build(&mut sources, 0, &mut nodes);
@@ -163,12 +163,12 @@ impl LightTree {
         &self.order
     }
 
-    /// Parts all lights into at most `most` clusters for `place`. Those go to pieces first of which most light would come from who knows where.
-    pub fn cut(&self, lights: &[Light], place: &Place, most: usize) -> Vec<Cluster> {
+    /// Parts all lights into at most `most` clusters for `region`. Splits the cluster with the largest error bound first.
+    pub fn cut(&self, lights: &[Light], region: &ReceiverRegion, most: usize) -> Vec<Cluster> {
         let Some(root) = self.nodes.first() else {
             return Vec::new();
         };
-        let part = |index: usize, node: &Node| self.part(lights, place, index, node);
+        let part = |index: usize, node: &Node| self.part(lights, region, index, node);
         let mut parts = Vec::with_capacity(most);
         parts.push(part(0, root));
         while parts.len() < most {
@@ -190,18 +190,18 @@ impl LightTree {
         parts.into_iter().map(|part| part.cluster).collect()
     }
 
-    fn part(&self, lights: &[Light], place: &Place, index: usize, node: &Node) -> Part {
+    fn part(&self, lights: &[Light], region: &ReceiverRegion, index: usize, node: &Node) -> Part {
         let light = match node.count {
             1 => self.order.get(node.first as usize).and_then(|&i| lights.get(i)),
             _ => None,
         };
         let (irradiance, error) = match light {
-            Some(light) => (light.irradiance(place), 0.0),
+            Some(light) => (light.irradiance(region), 0.0),
             None => {
-                let irradiance = place.irradiance(&node.source);
+                let irradiance = region.irradiance(&node.source);
                 (
                     irradiance,
-                    irradiance * (place.angle(&node.source) + node.source.spread),
+                    irradiance * (region.angle(&node.source) + node.source.spread),
                 )
             }
         };
@@ -226,7 +226,7 @@ struct Part {
 }
 
 /// Adds the node of `sources`, of which the first one is leaf `first`, and all below it.
-fn build(sources: &mut [(usize, Source)], first: u32, nodes: &mut Vec<Node>) -> Source {
+fn build(sources: &mut [(usize, LightBounds)], first: u32, nodes: &mut Vec<Node>) -> LightBounds {
     let index = nodes.len();
     let count = sources.len() as u32;
     let one = sources[0].1;
@@ -285,19 +285,19 @@ mod tests {
                 })
             })
             .collect();
-        let sources = lights.iter().enumerate().map(|(i, l)| (i, l.source().unwrap()));
+        let sources = lights.iter().enumerate().map(|(i, l)| (i, l.bounds().unwrap()));
         let tree = LightTree::new(sources.collect());
         let mut order = tree.order().to_vec();
         order.sort_unstable();
         assert!(order.into_iter().eq(0..1000));
-        let place = Place {
+        let region = ReceiverRegion {
             center: Vec3::new(2.5, -1.5, 3.5),
             radius: 0.5,
             normal: Vec3::Y,
         };
-        let exact: f32 = lights.iter().map(|l| l.irradiance(&place)).sum();
+        let exact: f32 = lights.iter().map(|l| l.irradiance(&region)).sum();
         for most in [1, 2, 64, 2000] {
-            let cut = tree.cut(&lights, &place, most);
+            let cut = tree.cut(&lights, &region, most);
             assert!(cut.len() <= most);
             let mut next = 0;
             for cluster in &cut {

@@ -1,4 +1,4 @@
-use super::tree::{Place, Source};
+use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};
@@ -52,7 +52,7 @@ impl TriangleLight {
         }
     }
 
-    /// The same of a triangle that has been put in its place.
+    /// The same of a triangle that has been put in its region.
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
         light.clearance += triangle.rounding();
@@ -219,10 +219,10 @@ impl TriangleLight {
     }
 
     /// As a source of light seen from afar.
-    pub(super) fn source(&self) -> Source {
+    pub(super) fn bounds(&self) -> LightBounds {
         let center = self.corners.iter().fold(Vec3::ZERO, |sum, &p| sum + p / 3.0);
         let radius = self.corners.iter().fold(0.0, |r: f32, p| r.max(p.distance(center)));
-        Source {
+        LightBounds {
             center,
             radius,
             intensity: self.area * self.radiance.luminance(),
@@ -231,10 +231,10 @@ impl TriangleLight {
         }
     }
 
-    /// Estimate of the mean irradiance at `place`: that from points of the triangle, the more of them the larger it looks.
-    pub(super) fn irradiance(&self, place: &Place) -> f32 {
-        let whole = self.source();
-        let distance = whole.center.distance(place.center);
+    /// Estimate of the mean irradiance at `region`: that from points of the triangle, the more of them the larger it looks.
+    pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
+        let whole = self.bounds();
+        let distance = whole.center.distance(region.center);
         let n = match whole.radius / distance {
             x if x < 0.1 => 1,
             x if x < 0.4 => 2,
@@ -246,7 +246,7 @@ impl TriangleLight {
             let (b1, b2) = uniform_triangle(u);
             let [p0, p1, p2] = self.corners;
             let center = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
-            sum += place.irradiance(&Source {
+            sum += region.irradiance(&LightBounds {
                 center,
                 radius: 0.0,
                 ..whole
@@ -307,8 +307,8 @@ impl MovingTriangle {
     }
 
     /// Mean of [`TriangleLight::irradiance`] over the same times.
-    pub(super) fn irradiance(&self, place: &Place) -> f32 {
-        TIMES.iter().map(|&time| self.at(time).irradiance(place)).sum::<f32>() / TIMES.len() as f32
+    pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
+        TIMES.iter().map(|&time| self.at(time).irradiance(region)).sum::<f32>() / TIMES.len() as f32
     }
 
     /// Mean of `π A L` over a few times, none of which is likely to be the only one at which it has any size.

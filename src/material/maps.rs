@@ -1,7 +1,7 @@
 use super::{Gloss, Material};
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, encode_fields};
 use crate::texture::{Mapping, Texture, TextureId};
 
 /// A texture, and how it lies on a surface.
@@ -35,6 +35,19 @@ pub struct Maps {
     /// Normals in the frame of the texture coordinates, each component c as (c + 1)/2; counts before `bump`.
     pub normal: Option<Map>,
 }
+
+encode_fields!(Map { texture, mapping });
+encode_fields!(Maps {
+    diffuse,
+    specular,
+    emission,
+    exponent,
+    roughness,
+    metallic,
+    opacity,
+    bump,
+    normal,
+});
 
 /// Where textures are looked up.
 #[derive(Clone, Copy, Debug)]

@@ -9,8 +9,9 @@ use crate::bsdf::{
     RoughDielectric, RoughMirror, Sheen, ThinSheet,
 };
 use crate::color::Spectrum;
-use crate::math::Vec2;
+use crate::math::{Vec2, encode_fields, encode_variants};
 use std::cell::OnceCell;
+use std::fmt;
 
 /// A material of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,6 +57,25 @@ pub struct Material {
     pub maps: Maps,
 }
 
+encode_fields!(Material {
+    name,
+    diffuse,
+    specular,
+    gloss,
+    roughness,
+    anisotropy,
+    anisotropy_rotation,
+    clearcoat,
+    clearcoat_roughness,
+    sheen,
+    transmission,
+    ior,
+    thin,
+    emission,
+    opacity,
+    maps,
+});
+
 /// What a clear coat, of index 1.5, reflects along the normal.
 const COAT_F0: f32 = 0.04;
 
@@ -78,6 +98,26 @@ pub enum Gloss {
     /// A perfect mirror that reflects by a Fresnel term.
     Mirror(Fresnel),
 }
+
+impl fmt::Display for Gloss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Phong(exponent) => write!(f, "Phong, exponent {exponent}"),
+            Self::Blinn(exponent, fresnel) => write!(f, "Blinn microfacets, exponent {exponent}, {fresnel}"),
+            Self::Ggx(fresnel) => write!(f, "GGX microfacets, {fresnel}"),
+            Self::Metallic(share) => write!(f, "metallic-roughness model, metallic {share}"),
+            Self::Mirror(fresnel) => write!(f, "mirror, {fresnel}"),
+        }
+    }
+}
+
+encode_variants!(Gloss {
+    0 => Phong(exponent),
+    1 => Blinn(exponent, fresnel),
+    2 => Ggx(fresnel),
+    3 => Metallic(share),
+    4 => Mirror(fresnel),
+});
 
 impl Default for Material {
     /// A black surface.

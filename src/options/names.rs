@@ -1,6 +1,7 @@
 //! Values that users choose by name.
 
 use crate::color::tone::Curve;
+use crate::compare::CommonErrors;
 use crate::film::FilterKind;
 use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
 use crate::light::{SelectionMode, TriangleSampling};
@@ -41,7 +42,7 @@ macro_rules! named_elsewhere {
         })*
     };
 }
-named_elsewhere!(FilterKind, SamplerKind, Curve, TextureFilter);
+named_elsewhere!(CommonErrors, FilterKind, SamplerKind, Curve, TextureFilter);
 
 /// The name of `value` among those `known`.
 pub(crate) fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: T) -> &'static str {

@@ -149,7 +149,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     };
     let cells = seen.into_iter().map(Work::Pixels);
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
-    let place = Place {
+    let target = FrameTarget {
         filter,
         groups: film.parts().saturating_sub(2 * integrator.strategies()),
         resolution: film.resolution(),
@@ -160,7 +160,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     let light = light_bytes::<R>(filter, film.crop());
     for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
         let pieces = batch.par_iter().map(|work| {
-            let piece = Piece::<R>::new(place, observer);
+            let piece = Piece::<R>::new(target, observer);
             piece.of(integrator, &prepared, (*work, index), sampler, observer)
         });
         let pieces: Vec<Piece<R>> = pieces.collect::<Option<_>>()?;
@@ -179,7 +179,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
 
 /// Where light falls.
 #[derive(Clone, Copy)]
-struct Place<'a> {
+struct FrameTarget<'a> {
     filter: &'a Filter,
     /// Groups of lights that are told apart: the first parts of the light, before strategies, weighed and alone.
     groups: usize,
@@ -189,7 +189,7 @@ struct Place<'a> {
 
 /// What a piece of work has found.
 struct Piece<'a, R> {
-    place: Place<'a>,
+    target: FrameTarget<'a>,
     light: Vec<(UVec2, R)>,
     /// What parts of the light that are strategies get.
     strategies: Vec<(UVec2, usize, Spectrum)>,
@@ -203,9 +203,9 @@ struct Piece<'a, R> {
 }
 
 impl<'a, R: Gathered> Piece<'a, R> {
-    fn new(place: Place<'a>, observer: &'a impl Observer) -> Self {
+    fn new(target: FrameTarget<'a>, observer: &'a impl Observer) -> Self {
         Self {
-            place,
+            target,
             light: Vec::new(),
             strategies: Vec::new(),
             surfaces: Vec::new(),
@@ -261,7 +261,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
         // A filter may be negative, but finite; integrators' light is judged where it comes.
         if !sum.to_array().iter().all(|v| v.is_finite()) {
             self.drop(sum);
-        } else if self.place.crop.contains(pixel) && !sum.is_black() {
+        } else if self.target.crop.contains(pixel) && !sum.is_black() {
             self.light.push((pixel, radiance));
         }
     }
@@ -277,7 +277,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
     fn add_to(self, frame: &mut Frame) -> Statistics {
         for (pixel, radiance) in self.light {
             let groups = radiance.by_group();
-            frame.add(pixel, radiance.sum(), &groups[..groups.len().min(self.place.groups)]);
+            frame.add(pixel, radiance.sum(), &groups[..groups.len().min(self.target.groups)]);
         }
         for (pixel, part, radiance) in self.strategies {
             frame.add_to_part(pixel, part, radiance);
@@ -318,7 +318,7 @@ impl<R: Gathered> Sink for Piece<'_, R> {
     }
 
     fn first_surface(&mut self, surface: FirstSurface) {
-        if self.place.crop.contains(self.key.pixel()) {
+        if self.target.crop.contains(self.key.pixel()) {
             self.surfaces.push((self.key.pixel(), surface));
         }
     }
@@ -330,23 +330,23 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
             self.drop(radiance.sum());
             return;
         }
-        for (pixel, weight) in self.place.seen_by(film) {
+        for (pixel, weight) in self.target.seen_by(film) {
             self.fall_on(pixel, radiance * weight);
         }
     }
 
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum) {
-        let first = self.place.groups + 2 * index;
+        let first = self.target.groups + 2 * index;
         let mut add = |pixel: UVec2, weight: f32| {
             for (part, radiance) in [(first, weighed), (first + 1, alone)] {
                 let radiance = radiance * weight;
-                if self.place.crop.contains(pixel) && radiance.to_array().iter().all(|v| v.is_finite()) {
+                if self.target.crop.contains(pixel) && radiance.to_array().iter().all(|v| v.is_finite()) {
                     self.strategies.push((pixel, part, radiance));
                 }
             }
         };
         match film {
-            Some(film) => self.place.seen_by(film).for_each(|(pixel, weight)| add(pixel, weight)),
+            Some(film) => self.target.seen_by(film).for_each(|(pixel, weight)| add(pixel, weight)),
             None => add(self.key.pixel(), self.weight),
         }
     }
@@ -355,7 +355,7 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
     }
 }
 
-impl<'a> Place<'a> {
+impl<'a> FrameTarget<'a> {
     /// All pixels that see the place `film`, each with its filter's value there.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         // Those whose middle is within the filter's radius

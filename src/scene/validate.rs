@@ -3,7 +3,7 @@ use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement, triangle_area};
 use crate::light::{LatLongImage, LightGroups};
 use crate::material::{Gloss, Material};
-use crate::math::{Affine3A, Bounds3, Quat, Vec3};
+use crate::math::{Affine3A, Bounds3, Quat, Vec3, list};
 use thiserror::Error;
 
 /// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
@@ -279,7 +279,7 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
         ("sheen", material.sheen),
     ] {
         if !color.is_valid() {
-            let value = format!("{:?}", color.to_array());
+            let value = list(&color.to_array());
             return Err(bad(key, value, "finite and 0 or more in every channel"));
         }
     }
@@ -318,7 +318,7 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     }
     if let Fresnel::Schlick { f0 } = fresnel {
         if !f0.iter().all(|f0| (0.0..=1.0).contains(f0)) {
-            return Err(bad("f0", format!("{f0:?}"), "numbers from 0 to 1"));
+            return Err(bad("f0", list(&f0), "numbers from 0 to 1"));
         }
     }
     let (eta, k) = match fresnel {
@@ -328,11 +328,11 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     };
     for (key, index) in [("ior", [material.ior; 3]), ("eta", eta)] {
         if !index.iter().all(|n| n.is_finite() && *n > 0.0) {
-            return Err(bad(key, format!("{index:?}"), "finite and above 0"));
+            return Err(bad(key, list(&index), "finite and above 0"));
         }
     }
     if !k.iter().all(|n| n.is_finite() && *n >= 0.0) {
-        return Err(bad("k", format!("{k:?}"), "finite and 0 or more"));
+        return Err(bad("k", list(&k), "finite and 0 or more"));
     }
     Ok(())
 }
@@ -352,7 +352,7 @@ pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), 
     if position.is_finite() && position.abs().max_element() <= MAX_REACH {
         return Ok(());
     }
-    let value = format!("{:?}", position.to_array());
+    let value = list(&position.to_array());
     Err(bad_light(
         light,
         "position",
@@ -363,7 +363,7 @@ pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), 
 
 /// The unit vector along a light's direction.
 pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
-    let value = || format!("{:?}", direction.to_array());
+    let value = || list(&direction.to_array());
     let bad = || bad_light(light, "direction", value(), "must be finite and not zero");
     direction.try_normalize().ok_or_else(bad)
 }
@@ -373,7 +373,7 @@ pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectru
     if value.is_valid() {
         return Ok(());
     }
-    let value = format!("{:?}", value.to_array());
+    let value = list(&value.to_array());
     let rule = "every channel must be a finite number, 0 or more";
     Err(bad_light(light, key, value, rule))
 }
@@ -405,7 +405,7 @@ pub(super) fn check_environment(image: &LatLongImage, scale: f32, rotation: Quat
         return bad("image", count.to_string(), rule);
     }
     if let Some(texel) = image.texels.iter().find(|t| !t.is_valid()) {
-        let value = format!("{:?}", texel.to_array());
+        let value = list(&texel.to_array());
         return bad("image", value, "every texel must be finite and 0 or more");
     }
     Ok(())

@@ -1,6 +1,6 @@
-use crate::camera::{Camera, CameraError, CameraMotion, CameraParameters, Pose};
+use crate::camera::{CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::io::{FileError, SceneFile};
-use crate::math::{Bounds3, UVec2, Vec3};
+use crate::math::{Bounds3, Encode, UVec2, Vec3, encode_fields};
 use toml::Spanned;
 
 /// Vertical field of view, in degrees, where none is given.
@@ -31,6 +31,19 @@ pub struct CameraSettings {
     pub shutter: Option<[f32; 2]>,
 }
 
+encode_fields!(CameraSettings {
+    position,
+    look_at,
+    up,
+    vertical_fov,
+    lens_radius,
+    focus_distance,
+    position_close,
+    look_at_close,
+    up_close,
+    shutter,
+});
+
 impl CameraSettings {
     /// Those of the scene file.
     pub fn of(file: &SceneFile) -> Self {
@@ -53,8 +66,8 @@ impl CameraSettings {
         }
     }
 
-    /// The camera, for a scene within `bounds`, and its description as the scene's hash covers it.
-    pub fn camera(&self, bounds: Bounds3, resolution: UVec2) -> Result<(String, Camera), CameraError> {
+    /// The camera for a scene within `bounds`.
+    pub fn describe(&self, bounds: Bounds3, resolution: UVec2) -> CameraDescription {
         let fov = self.vertical_fov.unwrap_or(DEFAULT_FOV);
         let (position, look_at) = framing(bounds, fov, resolution);
         let position = self.position.unwrap_or(position);
@@ -67,13 +80,15 @@ impl CameraSettings {
             lens_radius: self.lens_radius.unwrap_or(0.0),
             focus_distance: self.focus_distance.unwrap_or_else(|| distance(position, look_at)),
         };
-        match self.motion(&parameters) {
-            None => Ok((format!("{parameters:?}"), Camera::new(parameters, resolution)?)),
-            Some(motion) => {
-                let camera = Camera::moving(parameters, motion, resolution)?;
-                Ok((format!("{parameters:?} {motion:?}"), camera))
-            }
+        CameraDescription {
+            motion: self.motion(&parameters),
+            parameters,
         }
+    }
+
+    /// Whether both have the same bits: NaN is equal to NaN.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        self.encoded() == other.encoded()
     }
 
     /// How the camera of `parameters` moves and when it looks; `None` where nothing is said of it.

@@ -1,83 +1,307 @@
-use crate::light::{Light, LightId};
+use crate::camera::CameraDescription;
+use crate::math::Encode;
 use crate::scene::Scene;
-use crate::texture::TextureFilter;
 use sha2::{Digest, Sha256};
 
 /// Names what is rendered: SHA-256 over the frozen scene and the camera's description, in hexadecimal.
 ///
 /// Two renders with the same hash, settings and seed show the same picture, whatever files they were read from.
-pub(crate) fn scene_hash(scene: &Scene, camera: &str) -> String {
+pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
     let mut hash = Sha256::new();
-    // Small records go in as their debug text: it names types and fields, and gives every float exactly.
-    hash.update(format!("{camera}\n"));
-    for material in scene.materials() {
-        hash.update(format!("{material:?}\n"));
+    let sink = &mut |bytes: &[u8]| hash.update(bytes);
+    camera.encode(sink);
+    scene.materials().encode(sink);
+    scene.texture_filter().encode(sink);
+    scene.textures().encode(sink);
+    scene.lights().encode(sink);
+    scene.light_groups().encode(sink);
+    scene.meshes().encode(sink);
+    for geom in scene.geom_ids() {
+        scene.shape(geom).material.0.encode(sink);
     }
-    // Nothing is added for the usual way, so that scenes keep their names.
-    if scene.texture_filter() != TextureFilter::Mip {
-        hash.update(format!("{:?}\n", scene.texture_filter()));
-    }
-    for texture in scene.textures() {
-        texture.visit_bytes(|bytes| hash.update(bytes));
-    }
-    // Triangle lights follow from meshes, instances and materials.
-    for light in scene.lights() {
-        match light {
-            Light::Triangle(_) | Light::MovingTriangle(_) | Light::Textured(_) => {}
-            // A picture is too large for text.
-            Light::Environment(light) => {
-                let image = light.image();
-                hash.update(format!("environment {:?} {}\n", light.placement(), image.width));
-                hash.update((image.texels.len() as u64).to_le_bytes());
-                for texel in &image.texels {
-                    texel
-                        .to_array()
-                        .iter()
-                        .for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-                }
-            }
-            light => hash.update(format!("{light:?}\n")),
-        }
-    }
-    // Nothing is added where lights are not told apart, so that these scenes keep their names.
-    if !scene.light_groups().is_empty() {
-        let groups = scene.light_groups();
-        hash.update(format!("{:?}\n", groups.names()));
-        let of_lights = (0..scene.lights().len() as u32).map(|id| groups.of(LightId(id)) as u8);
-        hash.update(of_lights.collect::<Vec<u8>>());
-    }
-    for (geom, mesh) in scene.geom_ids().zip(scene.meshes()) {
-        hash.update(scene.shape(geom).material.0.to_le_bytes());
-        hash.update((mesh.positions.len() as u64).to_le_bytes());
-        for p in &mesh.positions {
-            p.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        }
-        hash.update((mesh.normals.len() as u64).to_le_bytes());
-        for n in &mesh.normals {
-            n.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        }
-        hash.update((mesh.uvs.len() as u64).to_le_bytes());
-        for uv in &mesh.uvs {
-            uv.to_array()
-                .iter()
-                .for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        }
-        hash.update((mesh.triangles.len() as u64).to_le_bytes());
-        for triangle in &mesh.triangles {
-            triangle.iter().for_each(|i| hash.update(i.to_le_bytes()));
-        }
-        // Nothing is added for what does not move, so that still scenes keep their names.
-        for p in mesh.positions_close.iter().chain(&mesh.normals_close) {
-            p.to_array().iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        }
-    }
+    scene.instances().len().encode(sink);
     for instance in scene.instances() {
-        let meshes = &scene.prototypes()[instance.prototype as usize];
-        hash.update(format!("instance of {meshes:?}\n"));
-        for step in instance.placement.steps() {
-            let elements = step.to_cols_array();
-            elements.iter().for_each(|v| hash.update(v.to_bits().to_le_bytes()));
-        }
+        scene.prototypes()[instance.prototype as usize].encode(sink);
+        instance.placement.encode(sink);
     }
     format!("{:x}", hash.finalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::Fresnel;
+    use crate::camera::{CameraMotion, CameraParameters, Pose};
+    use crate::color::Spectrum;
+    use crate::io::{SceneFile, load_scene};
+    use crate::light::{
+        ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
+        SpotLight,
+    };
+    use crate::material::{Gloss, Map, Material};
+    use crate::math::{Quat, UVec2, Vec2, Vec3};
+    use crate::scene::SceneBuilder;
+    use crate::session::Settings;
+    use crate::texture::{Channel, Curve, Mapping, Texels, Texture, TextureId, Wrap};
+    use std::path::Path;
+
+    /// A change of the encoding changes this hash, and every checkpoint there is belongs to another scene then.
+    #[test]
+    fn hash_of_the_cornell_box_changes_by_decision_only() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
+        let file = SceneFile::load(&path).unwrap();
+        let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;
+        let settings = Settings::of(&file);
+        let (camera, _) = settings.camera_of(&file, &scene).unwrap();
+        assert_eq!(scene_hash(&scene, &camera), "?");
+    }
+
+    /// Fails unless each change of `value` has an encoding of its own.
+    fn assert_each_counts<T: Encode + Clone>(value: &T, changes: &[fn(&mut T)]) {
+        let mut all = vec![value.encoded()];
+        for (i, change) in changes.iter().enumerate() {
+            let mut changed = value.clone();
+            change(&mut changed);
+            let bytes = changed.encoded();
+            let other = all.iter().position(|other| *other == bytes);
+            assert!(
+                other.is_none(),
+                "change {i} has the bytes of number {}",
+                other.unwrap_or(0)
+            );
+            all.push(bytes);
+        }
+    }
+
+    const MAP: Map = Map {
+        texture: TextureId(3),
+        mapping: Mapping {
+            scale: Vec2::ONE,
+            offset: Vec2::ZERO,
+            wrap: Wrap::Repeat,
+            channel: None,
+            base: 0.0,
+            gain: 1.0,
+            bump: 1.0,
+        },
+    };
+
+    #[test]
+    fn each_field_of_a_material_counts() {
+        assert_each_counts(
+            &Material::default(),
+            &[
+                |m| m.name = "x".into(),
+                |m| m.diffuse = Spectrum::ONE,
+                |m| m.specular = Spectrum::ONE,
+                |m| m.gloss = Gloss::Phong(2.0),
+                |m| m.gloss = Gloss::Metallic(1.0),
+                |m| m.gloss = Gloss::Blinn(1.0, Fresnel::Full),
+                |m| m.gloss = Gloss::Ggx(Fresnel::Full),
+                |m| m.gloss = Gloss::Mirror(Fresnel::Full),
+                |m| m.gloss = Gloss::Mirror(Fresnel::Dielectric { eta: 1.5 }),
+                |m| m.gloss = Gloss::Mirror(Fresnel::Schlick { f0: [0.5; 3] }),
+                |m| {
+                    let [eta, k] = [[0.5; 3], [0.0; 3]];
+                    m.gloss = Gloss::Mirror(Fresnel::Conductor { eta, k });
+                },
+                |m| {
+                    let [eta, k] = [[0.5; 3], [0.0, 0.0, 1.0]];
+                    m.gloss = Gloss::Mirror(Fresnel::Conductor { eta, k });
+                },
+                |m| m.roughness = 0.5,
+                |m| m.anisotropy = 0.5,
+                |m| m.anisotropy_rotation = 0.5,
+                |m| m.clearcoat = 0.5,
+                |m| m.clearcoat_roughness = 0.5,
+                |m| m.sheen = Spectrum::ONE,
+                |m| m.transmission = Spectrum::ONE,
+                |m| m.ior = 1.25,
+                |m| m.thin = true,
+                |m| m.emission = Spectrum::ONE,
+                |m| m.emission = Spectrum::rgb(1.0, 1.0, 2.0),
+                |m| m.opacity = 0.5,
+                |m| m.maps.diffuse = Some(MAP),
+                |m| m.maps.specular = Some(MAP),
+                |m| m.maps.emission = Some(MAP),
+                |m| m.maps.exponent = Some(MAP),
+                |m| m.maps.roughness = Some(MAP),
+                |m| m.maps.metallic = Some(MAP),
+                |m| m.maps.opacity = Some(MAP),
+                |m| m.maps.bump = Some(MAP),
+                |m| m.maps.normal = Some(MAP),
+            ],
+        );
+    }
+
+    #[test]
+    fn each_field_of_a_map_counts() {
+        assert_each_counts(
+            &MAP,
+            &[
+                |m| m.texture = TextureId(4),
+                |m| m.mapping.scale = Vec2::new(1.0, 2.0),
+                |m| m.mapping.offset = Vec2::new(0.0, 1.0),
+                |m| m.mapping.wrap = Wrap::Clamp,
+                |m| m.mapping.wrap = Wrap::Mirror,
+                |m| m.mapping.channel = Some(Channel::Red),
+                |m| m.mapping.channel = Some(Channel::Depth),
+                |m| m.mapping.base = 1.0,
+                |m| m.mapping.gain = 2.0,
+                |m| m.mapping.bump = 2.0,
+            ],
+        );
+    }
+
+    #[test]
+    fn each_field_of_a_light_counts() {
+        const SPOT: SpotLight = SpotLight {
+            position: Vec3::ZERO,
+            direction: Vec3::X,
+            intensity: Spectrum::ONE,
+            cos_inner: 0.5,
+            cos_outer: 0.25,
+        };
+        fn environment(texel: f32, scale: f32, rotation: Quat) -> Light {
+            let image = LatLongImage {
+                width: 2,
+                height: 1,
+                texels: vec![Spectrum::ONE, Spectrum::splat(texel)],
+            };
+            Light::Environment(Box::new(EnvironmentLight::new(image, scale, rotation)))
+        }
+        let (position, direction) = (Vec3::ZERO, Vec3::ZERO);
+        let [intensity, irradiance] = [Spectrum::ONE; 2];
+        let turned = Quat::from_xyzw(0.0, 1.0, 0.0, 0.0);
+        let (far, red) = (Vec3::X, Spectrum::rgb(2.0, 1.0, 1.0));
+        let point = |position, intensity| Light::Point(PointLight { position, intensity });
+        let parallel = |direction, irradiance| Light::Directional(DirectionalLight { direction, irradiance });
+        let lights = [
+            point(position, intensity),
+            point(far, intensity),
+            point(position, red),
+            parallel(direction, irradiance),
+            parallel(far, irradiance),
+            parallel(direction, red),
+            Light::Constant(ConstantLight {
+                radiance: Spectrum::ONE,
+            }),
+            Light::Constant(ConstantLight { radiance: red }),
+            Light::Spot(SPOT),
+            Light::Spot(SpotLight { position: far, ..SPOT }),
+            Light::Spot(SpotLight {
+                direction: Vec3::Y,
+                ..SPOT
+            }),
+            Light::Spot(SpotLight { intensity: red, ..SPOT }),
+            Light::Spot(SpotLight {
+                cos_inner: 0.75,
+                ..SPOT
+            }),
+            Light::Spot(SpotLight {
+                cos_outer: 0.125,
+                ..SPOT
+            }),
+            environment(1.0, 1.0, Quat::IDENTITY),
+            environment(2.0, 1.0, Quat::IDENTITY),
+            environment(1.0, 2.0, Quat::IDENTITY),
+            environment(1.0, 1.0, turned),
+        ];
+        for (i, a) in lights.iter().enumerate() {
+            for (j, b) in lights.iter().enumerate() {
+                assert_eq!(a.encoded() == b.encoded(), i == j, "lights {i} and {j}");
+            }
+        }
+        let groups = |names: &[&str], group: u8| {
+            let mut groups = LightGroups::new(names.iter().map(|name| name.to_string()).collect());
+            groups.push(Some(LightGroupId(group)), 1);
+            groups.encoded()
+        };
+        let all = [
+            groups(&["a", "b"], 0),
+            groups(&["a", "b"], 1),
+            groups(&["ab"], 0),
+            groups(&[], 0),
+        ];
+        assert!((0..4).all(|i| !all[..i].contains(&all[i])));
+    }
+
+    #[test]
+    fn each_field_of_a_camera_counts() {
+        const POSE: Pose = Pose {
+            position: Vec3::ONE,
+            look_at: Vec3::X,
+            up: Vec3::Y,
+        };
+        let parameters = CameraParameters {
+            position: Vec3::ONE,
+            look_at: Vec3::X,
+            up: Vec3::Y,
+            vertical_fov: 40.0,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        };
+        assert_each_counts(
+            &CameraDescription {
+                parameters,
+                motion: None,
+            },
+            &[
+                |c| c.parameters.position = Vec3::ZERO,
+                |c| c.parameters.look_at = Vec3::ZERO,
+                |c| c.parameters.up = Vec3::Z,
+                |c| c.parameters.vertical_fov = 50.0,
+                |c| c.parameters.lens_radius = 1.0,
+                |c| c.parameters.focus_distance = 2.0,
+                |c| {
+                    let shutter = [0.0, 1.0];
+                    c.motion = Some(CameraMotion { close: None, shutter });
+                },
+                |c| {
+                    let shutter = [0.0, 0.5];
+                    c.motion = Some(CameraMotion { close: None, shutter });
+                },
+                |c| {
+                    let (close, shutter) = (Some(POSE), [0.0, 1.0]);
+                    c.motion = Some(CameraMotion { close, shutter });
+                },
+            ],
+        );
+    }
+
+    #[test]
+    fn textures_and_their_curves_count() {
+        let texture = |size: [usize; 2], channels, texels, wrap| {
+            let texture = Texture::new(size[0], size[1], channels, texels, wrap);
+            texture.unwrap().encoded()
+        };
+        let bytes = |codes: [u8; 4], curve| Texels::Bytes(codes.to_vec(), curve);
+        let all = [
+            texture([2, 2], 1, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
+            texture([2, 2], 1, bytes([0, 1, 2, 4], Curve::Linear), Wrap::Repeat),
+            texture([2, 2], 1, bytes([0, 1, 2, 3], Curve::Srgb), Wrap::Repeat),
+            texture([2, 2], 1, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Clamp),
+            texture([4, 1], 1, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
+            texture([2, 1], 2, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
+            texture([2, 2], 1, Texels::Shorts(vec![0, 1, 2, 3]), Wrap::Repeat),
+            texture([2, 2], 1, Texels::Floats(vec![0.0, 1.0, 2.0, 3.0]), Wrap::Repeat),
+            texture([2, 2], 1, Texels::Floats(vec![0.0, 1.0, 2.0, 0.1]), Wrap::Repeat),
+        ];
+        assert!((0..all.len()).all(|i| !all[..i].contains(&all[i])));
+    }
+
+    #[test]
+    fn resolution_is_no_part_of_the_scene() {
+        let settings = |side| Settings {
+            resolution: UVec2::splat(side),
+            ..Settings::default()
+        };
+        let file = SceneFile::of_obj(Path::new("none.obj"));
+        let scene = SceneBuilder::new().build().unwrap().0;
+        let [a, b] = [8, 16].map(|side| {
+            let (camera, _) = settings(side).camera_of(&file, &scene).unwrap();
+            scene_hash(&scene, &camera)
+        });
+        assert_eq!(a, b);
+    }
 }

@@ -25,7 +25,7 @@ pub(crate) use backend::{AccelTask, AnyAccel};
 pub(crate) use method::Prepared;
 pub(crate) use settings::all_threads;
 
-use crate::camera::{Camera, CameraParameters};
+use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
 use crate::io::{LoadObserver, Loaded, MemoryLimit, SceneFile, in_words, load_scene_watched};
@@ -69,11 +69,11 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
-        let (parameters, camera) = settings.camera_of(file, &scene)?;
+        let (description, camera) = settings.camera_of(file, &scene)?;
         warnings.extend(method.check_lights(&scene)?);
         warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
-            scene_hash: hash::scene_hash(&scene, &parameters),
+            scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             settings,
             scene,
@@ -96,8 +96,11 @@ impl Session {
         check_groups(&settings, &scene)?;
         let scene = if settings.compact { scene.into_compact() } else { scene };
         let forecast = forecast_of(&scene, 0, &settings);
-        let description = format!("{camera:?}");
-        let camera = Camera::new(camera, settings.resolution)?;
+        let description = CameraDescription {
+            parameters: camera,
+            motion: None,
+        };
+        let camera = description.camera(settings.resolution)?;
         let method = settings.method();
         let mut warnings: Vec<String> = method.check_lights(&scene)?.into_iter().collect();
         warnings.extend(method.check_motion(&scene, &camera));

@@ -165,6 +165,7 @@ impl<'a> Renderer<'a> {
             build: BUILD.into(),
             scene_hash: session.scene_hash().into(),
             settings: settings.describe(),
+            common_errors: Some(settings.method().common_errors()),
             first_sample: samples.start,
             end_sample: samples.end,
             total_samples: settings.total_samples(),

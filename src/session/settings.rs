@@ -1,6 +1,6 @@
 use super::camera::blame;
 use super::{CameraSettings, Error, InvalidSetting};
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraDescription};
 use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
@@ -248,16 +248,15 @@ impl Settings {
         Filter::new(self.filter, self.filter_radius.unwrap_or(self.filter.usual_radius()))
     }
 
-    /// The camera that looks at `scene`, and its description as the scene's hash covers it; `file` is to blame for what is wrong unless
-    /// something else has a say.
-    pub(crate) fn camera_of(&self, file: &SceneFile, scene: &Scene) -> Result<(String, Camera), Error> {
-        let camera = self.camera.camera(scene.bounds(), self.resolution);
-        camera.map_err(|error| {
-            // By their text, in which NaN is NaN
-            let is_of_file = format!("{:?}", self.camera) == format!("{:?}", CameraSettings::of(file));
+    /// The camera that looks at `scene`, and its description. An error is one of `file`, unless flags or a program have changed its camera.
+    pub(crate) fn camera_of(&self, file: &SceneFile, scene: &Scene) -> Result<(CameraDescription, Camera), Error> {
+        let description = self.camera.describe(scene.bounds(), self.resolution);
+        let camera = description.camera(self.resolution).map_err(|error| {
+            let is_of_file = self.camera.is_same(&CameraSettings::of(file));
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
-        })
+        })?;
+        Ok((description, camera))
     }
 
     /// What decides the pixels besides the scene, as `key=value` pairs.

@@ -2,7 +2,7 @@ use super::levels::Level;
 use super::samples::{LINEAR, Samples, Stored, Texels, share};
 use super::{Wrap, half};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Encode, Vec2, Vec3};
 use std::array;
 
 /// How many texels are looked at where all must be.
@@ -38,6 +38,26 @@ pub struct Texture {
 
 /// The level in use, and how far it is from there to the next coarser one, in [0, 1).
 type Blend = (usize, f32);
+
+impl Encode for Texture {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        // The others follow from these and the samples.
+        let Self {
+            samples,
+            channels,
+            levels: _,
+            wrap,
+            size,
+            short_side: _,
+            max_value: _,
+            replaced: _,
+        } = self;
+        size.encode(sink);
+        channels.encode(sink);
+        wrap.encode(sink);
+        samples.encode(sink);
+    }
+}
 
 impl Texture {
     /// A picture of `width` × `height` texels of `channels` samples: grey, grey and alpha, colours, or colours and alpha.
@@ -160,13 +180,6 @@ impl Texture {
     /// What lies beside the unit square.
     pub fn wrap(&self) -> Wrap {
         self.wrap
-    }
-
-    /// Gives all that decides lookups to `visit`, piece by piece as bytes that are the same on every machine.
-    pub fn visit_bytes(&self, mut visit: impl FnMut(&[u8])) {
-        let [width, height] = self.size.to_array();
-        visit(format!("{width} {height} {} {:?}\n", self.channels, self.wrap).as_bytes());
-        self.samples.visit_bytes(visit);
     }
 
     /// Bytes of all levels.

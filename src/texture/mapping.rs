@@ -1,6 +1,6 @@
 use super::{Texture, Wrap};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Vec2, Vec3, encode_fields, encode_variants};
 
 /// Which number of a picture a map of single values takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,6 +20,16 @@ pub enum Channel {
     /// Alpha where the picture has it and is not opaque throughout, else luminance: what maps of opacity mean.
     Opacity,
 }
+
+encode_variants!(Channel {
+    0 => Red,
+    1 => Green,
+    2 => Blue,
+    3 => Matte,
+    4 => Luminance,
+    5 => Depth,
+    6 => Opacity,
+});
 
 impl Channel {
     /// Those that users type after `-imfchan`.
@@ -54,6 +64,16 @@ pub struct Mapping {
     /// `-bm`: factor of heights.
     pub bump: f32,
 }
+
+encode_fields!(Mapping {
+    scale,
+    offset,
+    wrap,
+    channel,
+    base,
+    gain,
+    bump,
+});
 
 impl Default for Mapping {
     fn default() -> Self {

@@ -12,6 +12,8 @@ pub use mapping::{Channel, Mapping};
 pub use samples::{Curve, Texels};
 pub use wrap::Wrap;
 
+use crate::math::{Encode, encode_variants};
+
 /// How textures are looked up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFilter {
@@ -22,6 +24,11 @@ pub enum TextureFilter {
     Bilinear,
 }
 
+encode_variants!(TextureFilter {
+    0 => Mip,
+    1 => Bilinear,
+});
+
 impl TextureFilter {
     /// Each by the name that users type.
     pub const NAMES: &[(&str, Self)] = &[("mip", Self::Mip), ("bilinear", Self::Bilinear)];
@@ -30,3 +37,9 @@ impl TextureFilter {
 /// Index of a texture among those of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TextureId(pub u32);
+
+impl Encode for TextureId {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.0.encode(sink);
+    }
+}

@@ -1,6 +1,7 @@
 use super::half;
 use super::levels::{self, Level};
 use crate::color::srgb;
+use crate::math::Encode;
 use std::sync::LazyLock;
 
 /// What the codes 0 to 255 stand for.
@@ -126,23 +127,29 @@ impl Samples {
             Self::Floats(samples) => size_of_val(samples.as_slice()),
         }
     }
+}
 
-    /// Gives all that decides values to `visit`, piece by piece as bytes that are the same on every machine.
-    pub fn visit_bytes(&self, mut visit: impl FnMut(&[u8])) {
+impl Encode for Samples {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {
             Self::Bytes(codes, table) => {
-                table.iter().for_each(|value| visit(&value.to_le_bytes()));
-                visit(codes);
+                sink(&[0]);
+                table.encode(sink);
+                codes.len().encode(sink);
+                sink(codes);
             }
             Self::Shorts(codes) => {
-                visit(b"shorts");
-                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+                sink(&[1]);
+                codes.encode(sink);
             }
             Self::Halves(codes) => {
-                visit(b"halves");
-                codes.iter().for_each(|code| visit(&code.to_le_bytes()));
+                sink(&[2]);
+                codes.encode(sink);
             }
-            Self::Floats(values) => values.iter().for_each(|value| visit(&value.to_le_bytes())),
+            Self::Floats(values) => {
+                sink(&[3]);
+                values.encode(sink);
+            }
         }
     }
 }

@@ -1,3 +1,5 @@
+use crate::math::encode_variants;
+
 /// What lies beside the unit square that a picture fills.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
@@ -9,6 +11,12 @@ pub enum Wrap {
     /// The picture mirrored at each edge, as `GL_MIRRORED_REPEAT`.
     Mirror,
 }
+
+encode_variants!(Wrap {
+    0 => Repeat,
+    1 => Clamp,
+    2 => Mirror,
+});
 
 /// From here on no `f32` has a fraction.
 const WHOLE: f32 = 8_388_608.0;

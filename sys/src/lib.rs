@@ -28,6 +28,8 @@ mod bindings {
         non_camel_case_types,
         non_snake_case,
         non_upper_case_globals,
+        // functions of a C library are unsafe to call,
+        unsafe_code,
         // so is the documentation, which has gaps and was not written as Markdown,
         missing_docs,
         rustdoc::all,

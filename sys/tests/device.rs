@@ -1,5 +1,7 @@
 //! Embree itself, called through the bindings: the library that is loaded fits the headers.
 
+#![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
+
 use embree4_sys::*;
 use std::ptr;
 

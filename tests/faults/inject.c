@@ -1,5 +1,5 @@
 // Fails one call of the system: the FAULT_NTH of those named FAULT_CALL on files below FAULT_FOLDER, with EIO. FAULT_MARK is made when that happens.
-// For LD_PRELOAD under Linux; tests/outputs.rs builds it.
+// For LD_PRELOAD under Linux; tests/processes/outputs.rs builds it.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>

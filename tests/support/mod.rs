@@ -6,7 +6,8 @@ pub mod program;
 
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
-use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
+use embrasure::compare::Errors;
+use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
     FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
@@ -271,9 +272,15 @@ pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
 /// z-scores of all pixels and channels against a known value.
 pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
     let pixels = film.pixels().map(|(_, a)| *a);
-    let z = pixels.flat_map(|a| [0, 1, 2].map(|c| (a.mean(c) - expected) / a.variance_of_mean(c).sqrt()));
-    // A pixel without variance must be right as it is: 0/0 is a pass, anything else infinite.
-    z.map(|z| if z.is_nan() { 0.0 } else { z }).collect()
+    let z = pixels.flat_map(|a| {
+        [0, 1, 2].map(|c| {
+            let (error, variance) = (a.mean(c) - expected, a.variance_of_mean(c));
+            assert!(error.is_finite() && variance >= 0.0, "{error} ± √{variance}");
+            // A pixel without variance must be right as it is.
+            if error == 0.0 { 0.0 } else { error / variance.sqrt() }
+        })
+    });
+    z.collect()
 }
 
 /// Fails unless the z-scores look like those of a right estimator, hardly any beyond 3.5, and the mean is right to 0.1 %, or to three
@@ -334,21 +341,12 @@ pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     Errors::new(&joined(image), &joined(reference)).unwrap().rel_mse
 }
 
-/// A folder of scenes outside the project, if this machine has it.
-///
-/// A test that needs it skips with a word; where `EMBRASURE_REQUIRE_SHARED` is set, as in CI, its absence is a failure.
-pub fn shared(relative: &str) -> Option<PathBuf> {
+/// A file or folder below `../shared`: scenes outside the project. Tests that call this say
+/// `#[cfg_attr(not(shared), ignore = "needs ../shared")]`; build.rs sets that configuration.
+pub fn shared(relative: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(relative);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        std::env::var_os("EMBRASURE_REQUIRE_SHARED").is_none(),
-        "{} is required here and missing",
-        path.display()
-    );
-    eprintln!("skipped: {} is not on this machine", path.display());
-    None
+    assert!(path.exists(), "{} is required here and missing", path.display());
+    path
 }
 
 /// A room with a wide lamp, whose objects have every kind of lobe.

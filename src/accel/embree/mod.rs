@@ -2,6 +2,8 @@
 //!
 //! Embree never calls back into Rust while rays are traced; the one callback counts bytes during builds.
 
+#![allow(unsafe_code)]
+
 mod device;
 mod packet;
 mod probe;

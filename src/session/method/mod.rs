@@ -1,6 +1,7 @@
 //! What a session does with integrators: which settings and scenes go together with them, what they take, and how they run.
 
 mod checks;
+mod common_errors;
 mod memory;
 mod run;
 
@@ -71,8 +72,7 @@ impl Method {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::CommonErrors;
-    use crate::options::{IntegratorOptions, Named, PathReuse};
+    use crate::options::{IntegratorOptions, Named};
 
     fn method(kind: IntegratorKind) -> Method {
         Method::new(&IntegratorOptions {
@@ -99,39 +99,5 @@ mod tests {
                 reads("triangle_sampling")
             );
         }
-    }
-
-    /// Readers of a file know an integrator by its name alone.
-    #[test]
-    fn descriptions_tell_which_errors_pixels_have_in_common() {
-        use IntegratorKind as Kind;
-        let common = |method: Method| CommonErrors::of_settings(&method.describe());
-        for &(name, kind) in IntegratorKind::NAMES {
-            let expected = match kind {
-                Kind::Naive
-                | Kind::Whitted
-                | Kind::Distributed
-                | Kind::Direct
-                | Kind::AmbientOcclusion
-                | Kind::Debug => CommonErrors::None,
-                Kind::Path | Kind::Light | Kind::Bidirectional | Kind::VertexMerging => CommonErrors::Tile,
-                Kind::PrimarySpace | Kind::PathSpace | Kind::ProgressivePhotons => CommonErrors::Sample,
-                Kind::PhotonMap | Kind::IrradianceCache => CommonErrors::Picture,
-            };
-            assert_eq!(common(method(kind)), expected, "{name}");
-        }
-        let alone = Method::new(&IntegratorOptions {
-            reuse: Some(PathReuse::None),
-            ..IntegratorOptions::default()
-        });
-        let wide = Method::new(&IntegratorOptions {
-            integrator: Some(Kind::VertexMerging),
-            photon_radius: Some(0.1),
-            ..IntegratorOptions::default()
-        });
-        assert_eq!(
-            (common(alone), common(wide)),
-            (CommonErrors::None, CommonErrors::Sample)
-        );
     }
 }

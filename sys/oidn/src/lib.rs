@@ -4,6 +4,8 @@
 //! cannot be filtered by themselves, names the parameter `cleanAux` wrongly, which the library passes over, and takes no
 //! number of threads. This crate makes the same few calls with these three.
 
+#![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
+
 use oidn::sys::*;
 use std::ffi::CStr;
 

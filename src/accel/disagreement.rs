@@ -1,0 +1,310 @@
+//! When the answers of two backends count as the same, and why they may differ.
+
+use super::brute::BruteForce;
+use super::{Accel, Answer, Query};
+use crate::geometry::{GeomId, Hit, InstanceId, PrimId, rounding};
+use crate::math::float::{UNIT_ROUNDOFF, gamma};
+use crate::math::{DVec3, Frame, Ray, Vec3};
+use crate::scene::Scene;
+use std::f32::consts::TAU;
+
+/// Answers of two backends to one query that are further apart than rounding makes them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disagreement {
+    /// What was asked.
+    pub query: Query,
+    /// Whether the first backend traced the ray in a packet.
+    pub is_packet: bool,
+    /// What each backend said.
+    pub answers: [Answer; 2],
+    /// Why.
+    pub cause: Cause,
+}
+
+/// Why answers to one query differ, or why one of them cannot be right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Cause {
+    /// The ray passes the rim of a surface nearer than roundings can tell.
+    Edge,
+    /// The ray runs so nearly in the plane of the triangle that roundings decide whether it crosses it.
+    Grazing,
+    /// The crossing is nearer to an end of the ray's interval than roundings can tell.
+    Interval,
+    /// Two surfaces lie in each other: roundings decide which is hit.
+    Coincident,
+    /// The ray slipped through an edge that triangles share, or past a corner: the surface goes on all around.
+    Leak,
+    /// None of these: one of the backends is wrong.
+    Unexplained,
+}
+
+impl Cause {
+    /// How many there are.
+    pub const COUNT: usize = Self::ALL.len();
+
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Edge,
+        Self::Grazing,
+        Self::Interval,
+        Self::Coincident,
+        Self::Leak,
+        Self::Unexplained,
+    ];
+
+    /// As users read it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Edge => "edge",
+            Self::Grazing => "grazing",
+            Self::Interval => "interval",
+            Self::Coincident => "coincident",
+            Self::Leak => "leak",
+            Self::Unexplained => "unexplained",
+        }
+    }
+
+    /// Whether an answer is wrong. The other causes leave more than one answer that roundings allow.
+    pub fn is_fault(self) -> bool {
+        matches!(self, Self::Leak | Self::Unexplained)
+    }
+}
+
+impl Disagreement {
+    /// Which of the two answers are wrong, judged by `brute` where it is given. Neither is where roundings explain the difference.
+    pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
+        let ray = &self.query.ray;
+        let exact = brute.map(|brute| self.query.ask(brute));
+        let truth = match self.cause {
+            // The surface is there, though exact arithmetic may slip through an edge too.
+            Cause::Leak => self
+                .answers
+                .into_iter()
+                .chain(exact)
+                .min_by(|a, b| nearness(a).total_cmp(&nearness(b))),
+            Cause::Unexplained => exact,
+            _ => None,
+        };
+        let is_wrong = |answer: Answer| truth.is_some_and(|truth| !agree(scene, ray, [answer, truth]));
+        self.answers.map(is_wrong)
+    }
+}
+
+/// Smaller for hits that are nearer, and for rays that are occluded.
+fn nearness(answer: &Answer) -> f32 {
+    match answer {
+        Answer::Closest(hit) => hit.map_or(f32::INFINITY, |hit| hit.t),
+        Answer::Occlusion(occluded) => f32::from(u8::from(!occluded)),
+    }
+}
+
+/// Whether two answers to one query say the same but for roundings, and no hit is where the triangle that it names is not.
+fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
+    match answers.map(|answer| answer.hit().map(|hit| Crossing::new(scene, ray, &hit))) {
+        [Some(a), Some(b)] => a.is_right() && b.is_right() && a.is_as_far_as(&b),
+        _ => answers[0].is_hit() == answers[1].is_hit(),
+    }
+}
+
+/// Asks both backends, and says how they disagree, if they do.
+pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
+    judge(scene, accels, query, accels.map(|accel| query.ask(accel)))
+}
+
+/// Says how the answers that `accels` gave disagree, if they do.
+///
+/// Each hit must be where its ray crosses the triangle that it names, by f64. Both must hit or both miss, at distances that differ by no more than
+/// [`Crossing::t_error`] of both hits. Which triangle that is matters unless the ray passes an edge, which neighbours share.
+pub(super) fn judge(
+    scene: &Scene,
+    accels: [&dyn Accel; 2],
+    query: &Query,
+    answers: [Answer; 2],
+) -> Option<Disagreement> {
+    let ray = &query.ray;
+    let crossings = answers.map(|answer| answer.hit().map(|hit| Crossing::new(scene, ray, &hit)));
+    let missed = |hitting: &dyn Accel, crossing: &Crossing| match crossing.cause() {
+        Cause::Edge if crossing.goes_on(hitting) => Cause::Leak,
+        cause => cause,
+    };
+    let cause = match crossings {
+        _ if crossings.iter().flatten().any(|crossing| !crossing.is_right()) => Cause::Unexplained,
+        [Some(a), Some(b)] if a.is_as_far_as(&b) => {
+            let is_at_an_edge = |crossing: &Crossing| matches!(crossing.cause(), Cause::Edge | Cause::Grazing);
+            if a.triangle == b.triangle || is_at_an_edge(&a) || is_at_an_edge(&b) {
+                return None;
+            }
+            Cause::Coincident
+        }
+        // The further hit says that the nearer one was missed.
+        [Some(a), Some(b)] if a.t < b.t => missed(accels[0], &a),
+        [Some(_), Some(b)] => missed(accels[1], &b),
+        [Some(a), None] => missed(accels[0], &a),
+        [None, Some(b)] => missed(accels[1], &b),
+        [None, None] if answers[0].is_hit() == answers[1].is_hit() => return None,
+        [None, None] => {
+            let hitting = accels[usize::from(!answers[0].is_hit())];
+            let hit = hitting.intersect(ray);
+            hit.map_or(Cause::Unexplained, |hit| {
+                missed(hitting, &Crossing::new(scene, ray, &hit))
+            })
+        }
+    };
+    Some(Disagreement {
+        query: *query,
+        is_packet: false,
+        answers,
+        cause,
+    })
+}
+
+/// A ray and a triangle that it is said to hit, in f64.
+///
+/// Bounds on what intersectors in f32 make of it follow from these magnitudes: the distance R from the origin to the furthest
+/// corner, the longest edge E, the unnormalised normal N, the direction d, and the unit roundoff u. Corners relative to the
+/// origin are off by u R. Edge functions (Plücker's as Embree has them, or sheared ones of Woop et al. 2013) are volumes
+/// of the direction and two corners whose distance from the ray is at most E: some tens of roundings of R E |d| at most. The
+/// distance is a quotient by N·d in which an error of a corner or of the normal counts by at most E, since the crossing is no
+/// further than that from any corner: some tens of roundings of R E² / |N·d|. Both are taken as 32 here;
+/// `tests/it/backends.rs` prints how much of that is used, and of the bound on barycentrics that follows from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing {
+    ray: Ray,
+    triangle: (InstanceId, GeomId, PrimId),
+    /// As the hit has it.
+    t: f64,
+    /// As the hit has them.
+    barycentrics: [f64; 2],
+    /// Relative to the origin of the ray.
+    corners: [DVec3; 3],
+    /// R E.
+    scale: f64,
+    /// E.
+    edge: f64,
+    /// N.
+    normal: DVec3,
+    /// N·d.
+    determinant: f64,
+    /// How far the triangle may be displaced by what moves it.
+    displacement: f64,
+}
+
+/// Roundings that the bounds allow.
+const ROUNDINGS: f64 = 32.0 * UNIT_ROUNDOFF as f64;
+
+impl Crossing {
+    /// Of `ray` and the triangle of `hit`.
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
+        let placed = scene.corners(hit, ray.time);
+        let corners = placed.map(|p| p.as_dvec3() - ray.origin.as_dvec3());
+        let [p0, p1, p2] = corners;
+        let normal = (p1 - p0).cross(p2 - p0);
+        let edge = [p1 - p0, p2 - p1, p0 - p2]
+            .map(DVec3::length)
+            .into_iter()
+            .fold(0.0, f64::max);
+        let reach = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
+        // Where the ray is moved into the space of the mesh, or the corners to a time, that rounds too.
+        let size = placed.iter().fold(ray.origin.abs(), |size, p| size.max(p.abs()));
+        let placement = scene.instance(hit.inst).map(|i| i.placement.at(ray.time));
+        let displacement = match placement {
+            Some(placement) => rounding(&placement, 2.0 * size),
+            None if scene.mesh(hit.geom).deforms() => gamma(8) * size,
+            None => Vec3::ZERO,
+        };
+        Self {
+            ray: *ray,
+            triangle: (hit.inst, hit.geom, hit.prim),
+            displacement: displacement.length() as f64,
+            t: hit.t as f64,
+            barycentrics: [hit.b1 as f64, hit.b2 as f64],
+            corners,
+            scale: reach * edge,
+            edge,
+            normal,
+            determinant: normal.dot(ray.direction.as_dvec3()),
+        }
+    }
+
+    /// Largest error of a hit's distance, in lengths of the ray's direction.
+    pub fn t_error(&self) -> f64 {
+        (ROUNDINGS * self.scale * self.edge + self.displacement * self.normal.length()) / self.determinant.abs()
+    }
+
+    /// Largest error of an edge function.
+    fn volume_error(&self) -> f64 {
+        (ROUNDINGS * self.scale + self.displacement * self.edge) * self.ray.direction.as_dvec3().length()
+    }
+
+    /// Edge functions of the three edges, opposite to the corners: they sum to the determinant.
+    fn volumes(&self) -> [f64; 3] {
+        let [p0, p1, p2] = self.corners;
+        [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(self.ray.direction.as_dvec3()))
+    }
+
+    /// Largest error of a hit's barycentrics: quotients of two edge functions, or sums of them, that are at most 1.
+    pub fn barycentric_error(&self) -> f64 {
+        4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
+    }
+
+    /// How far the hit's distance and barycentrics are from those of the crossing by f64.
+    pub fn errors(&self) -> (f64, f64) {
+        let [_, b1, b2] = self.volumes().map(|volume| volume / self.determinant);
+        let t = self.normal.dot(self.corners[0]) / self.determinant;
+        let [d1, d2] = self.barycentrics;
+        ((self.t - t).abs(), (d1 - b1).abs().max((d2 - b2).abs()))
+    }
+
+    /// Whether the hit is where the ray crosses the triangle, within the ray's interval.
+    fn is_right(&self) -> bool {
+        let [b1, b2] = self.barycentrics;
+        let is_inside = b1.min(b2).min(1.0 - b1 - b2) >= -ROUNDINGS;
+        let is_in_range = self.t > self.ray.t_min as f64 && self.t < self.ray.t_max as f64;
+        let (t, b) = self.errors();
+        let is_there = t <= self.t_error() && b <= self.barycentric_error();
+        is_inside && is_in_range && (is_there || self.is_grazing())
+    }
+
+    /// Whether both hits are at one distance but for roundings.
+    fn is_as_far_as(&self, other: &Self) -> bool {
+        (self.t - other.t).abs() <= self.t_error() + other.t_error()
+    }
+
+    /// Whether roundings decide if the ray crosses the plane of the triangle.
+    fn is_grazing(&self) -> bool {
+        self.determinant.abs() <= self.volume_error()
+    }
+
+    /// Why another intersector may miss the triangle.
+    fn cause(&self) -> Cause {
+        let near = |end: f32| (self.t - end as f64).abs() <= self.t_error();
+        if self.is_grazing() {
+            Cause::Grazing
+        } else if self.volumes().iter().any(|v| v.abs() <= self.volume_error()) {
+            Cause::Edge
+        } else if near(self.ray.t_min) || near(self.ray.t_max) {
+            Cause::Interval
+        } else {
+            Cause::Unexplained
+        }
+    }
+
+    /// Whether the surface goes on all around: eight rays beside this one, further off than roundings, meet something about as near or nearer.
+    fn goes_on(&self, accel: &dyn Accel) -> bool {
+        let ray = &self.ray;
+        let length = ray.direction.length();
+        let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
+        let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
+        // Surfaces that are steeper than this are not told from rims.
+        let furthest = self.t as f32 + 64.0 * offset / length;
+        let frame = Frame::from_z(ray.direction / length);
+        (0..8).all(|i| {
+            let (sin, cos) = (TAU * (i as f32 + 0.5) / 8.0).sin_cos();
+            let beside = Ray {
+                origin: ray.origin + offset * frame.to_world(Vec3::new(cos, sin, 0.0)),
+                ..*ray
+            };
+            accel.intersect(&beside).is_some_and(|hit| hit.t <= furthest)
+        })
+    }
+}

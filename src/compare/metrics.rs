@@ -1,0 +1,140 @@
+//! How far an image is from a reference.
+
+use crate::color::srgb;
+use crate::film::{DARK, RgbImage};
+use thiserror::Error;
+
+/// Errors of an image against a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// Mean of the image, by channel.
+    pub mean: [f64; 3],
+    /// Mean of the reference, by channel.
+    pub reference_mean: [f64; 3],
+    /// Mean squared difference over pixels and channels.
+    pub mse: f64,
+    /// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst 0.1 % of the pixels, whose outliers
+    /// would decide it.
+    pub rel_mse: f64,
+    /// Mean squared difference over pixels and channels of what a display shows: values clamped to [0, 1] and encoded as sRGB.
+    pub display_mse: f64,
+}
+
+/// Share of the pixels that the relative error keeps.
+const KEPT: f64 = 0.999;
+
+/// Images of different sizes cannot be compared.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("the image has {}x{} pixels, but the reference {}x{}", image[0], image[1], reference[0], reference[1])]
+pub struct SizeMismatch {
+    image: [usize; 2],
+    reference: [usize; 2],
+}
+
+impl Errors {
+    /// Of `image` against `reference`.
+    pub fn new(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
+        same_size(image, reference)?;
+        let pairs = || image.pixels.iter().zip(&reference.pixels);
+        let per_pixel = |f: fn(f64, f64) -> f64| {
+            let channels = move |(x, r): (&[f32; 3], &[f32; 3])| -> f64 {
+                (0..3).map(|c| f(x[c] as f64, r[c] as f64)).sum::<f64>() / 3.0
+            };
+            pairs().map(channels).collect::<Vec<f64>>()
+        };
+        let squares = per_pixel(|x, r| (x - r).powi(2));
+        let shown = per_pixel(|x, r| (srgb::encode(x as f32) as f64 - srgb::encode(r as f32) as f64).powi(2));
+        let mut relative = per_pixel(|x, r| (x - r).powi(2) / (r * r + DARK));
+        relative.sort_by(f64::total_cmp);
+        relative.truncate((relative.len() as f64 * KEPT).ceil() as usize);
+        Ok(Self {
+            mean: mean(image),
+            reference_mean: mean(reference),
+            mse: average(&squares),
+            rel_mse: average(&relative),
+            display_mse: average(&shown),
+        })
+    }
+
+    /// What the image's mean has more than the reference's, by channel.
+    pub fn bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.mean[c] - self.reference_mean[c])
+    }
+
+    /// The same as a share of the reference's mean; NaN where that is 0.
+    pub fn relative_bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| self.mean[c] / self.reference_mean[c] - 1.0)
+    }
+
+    /// Peak signal-to-noise ratio in decibels, `−10 log10` of [`Errors::display_mse`]: the peak is 1, the display's white, since linear light has no
+    /// peak of its own. Infinite where the display shows no difference.
+    pub fn psnr(&self) -> f64 {
+        -10.0 * self.display_mse.log10()
+    }
+}
+
+/// An error unless both have the same columns and rows.
+pub(super) fn same_size(image: &RgbImage, reference: &RgbImage) -> Result<(), SizeMismatch> {
+    let sizes = [image, reference].map(|i| [i.width, i.height]);
+    if sizes[0] == sizes[1] && image.pixels.len() == reference.pixels.len() {
+        return Ok(());
+    }
+    Err(SizeMismatch {
+        image: sizes[0],
+        reference: sizes[1],
+    })
+}
+
+fn average(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn mean(image: &RgbImage) -> [f64; 3] {
+    [0, 1, 2].map(|c| image.pixels.iter().map(|p| p[c] as f64).sum::<f64>() / image.pixels.len().max(1) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(pixels: Vec<[f32; 3]>) -> RgbImage {
+        RgbImage {
+            width: pixels.len(),
+            height: 1,
+            pixels,
+        }
+    }
+
+    #[test]
+    fn errors_worked_out_by_hand() {
+        let reference = image(vec![[1.0, 0.0, 0.3]; 2000]);
+        let mut pixels = vec![[1.0, 0.1, 0.3]; 2000];
+        pixels[7] = [1e6; 3];
+        let errors = Errors::new(&image(pixels), &reference).unwrap();
+        // (0.1² / 0.01) / 3, and the firefly is one of the two pixels left out.
+        assert!((errors.rel_mse - 1.0 / 3.0).abs() < 1e-6, "{errors:?}");
+        assert!(errors.mse > 1e8);
+        assert_eq!(errors.reference_mean[0], 1.0);
+        assert!((errors.mean[0] - 500.9995).abs() < 1e-9);
+    }
+
+    #[test]
+    fn bias_and_psnr_worked_out_by_hand() {
+        // 0.5 is encoded as 0.735357, and what is above 1 as 1.
+        let (a, b) = (image(vec![[1.0, 0.5, 2.0]; 10]), image(vec![[1.0, 1.0, 4.0]; 10]));
+        let errors = Errors::new(&a, &b).unwrap();
+        assert_eq!(
+            (errors.bias(), errors.relative_bias()),
+            ([0.0, -0.5, -2.0], [0.0, -0.5, -0.5])
+        );
+        let expected = -10.0 * ((1.0f64 - 0.735_357).powi(2) / 3.0).log10();
+        assert!((errors.psnr() - expected).abs() < 1e-4, "{}", errors.psnr());
+        assert_eq!(Errors::new(&a, &a).unwrap().psnr(), f64::INFINITY);
+    }
+
+    #[test]
+    fn sizes_must_agree() {
+        let error = Errors::new(&image(vec![[0.0; 3]; 2]), &image(vec![[0.0; 3]; 3])).unwrap_err();
+        assert_eq!(error.to_string(), "the image has 2x1 pixels, but the reference 3x1");
+    }
+}

@@ -1,0 +1,383 @@
+//! Whether two pictures differ by more than their noise, where both say how noisy they are.
+
+mod noise;
+
+use crate::film::{Rect, RgbImage, TILE_SIZE};
+use crate::math::UVec2;
+pub use noise::{CommonErrors, Noise};
+use noise::{Pixel, Pixels, Tile, ratio};
+use statrs::function::{beta::checked_beta_reg, erf::erfc};
+use std::collections::BTreeMap;
+
+/// How large the parts of the pictures are that a test compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// One pixel: Student's t, with the degrees of freedom of the picture with fewer samples. Where light is found rarely, most pixels
+    /// have not seen how noisy they are: a variance counts no less than the mean over the 5 × 5 pixels around it, and over its tile.
+    Pixel,
+    /// The mean over a tile of 16 × 16 pixels, by the pixels' variances, which count no less than in the 3 × 3 tiles around it. Where all pixels of a sample
+    /// may have errors in common: as if they had all of them, which is the worst that there can be, by Student's t.
+    Tile,
+    /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors are independent of each other.
+    Region,
+    /// The same of the whole picture. Where tiles may have errors in common: as if there were four times fewer, and sixteen or eight at most.
+    Whole,
+}
+
+/// The test of one scale that is furthest off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    /// Which scale.
+    pub scale: Scale,
+    /// Tests of this scale: places times channels.
+    pub tests: usize,
+    /// Its pixels.
+    pub window: Rect,
+    /// 0 red, 1 green, 2 blue.
+    pub channel: usize,
+    /// Mean of the reference there.
+    pub reference: f64,
+    /// Mean of the image there.
+    pub image: f64,
+    /// By what share the image is brighter than the reference; of regions and the whole the tiles' mean, weighted by how well each is known.
+    pub difference: f64,
+    /// Difference over its standard deviation: normal of tiles, else Student's t.
+    pub score: f64,
+    /// The chance that noise alone takes one of the tests of this scale so far off.
+    pub p: f64,
+}
+
+/// What a family of tests says of two pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Significance {
+    /// The chance of a false alarm that was allowed.
+    pub level: f64,
+    /// The chance that noise alone takes the most extreme of all tests so far off.
+    pub p: f64,
+    /// The most extreme test of each scale; of a scale without tests there is none.
+    pub extremes: Vec<Extreme>,
+    /// Which errors pixels may have in common, in the picture where that is worse: it decides what is tested.
+    pub common: CommonErrors,
+    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them: heavy tails. The whole alone is tested
+    /// then, and nothing where they are fewer than [`LEAST_RARE`].
+    pub rare: Option<f64>,
+}
+
+/// Rare samples, at least, of which a sum is told from another one: the chance that half of 50 expected ones are missing is below 10^-4.
+pub const LEAST_RARE: f64 = 50.0;
+
+impl Significance {
+    /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances tell nothing, as after one sample.
+    ///
+    /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
+    /// Variances that are too large, such as those of low-discrepancy samples, only make alarms rarer.
+    ///
+    /// Regions and the whole are judged by the spread of the differences of their tiles, which needs no variance to be right: where samples are
+    /// equally many, differences are as often positive as negative, and sums of such over the root of their squares have normal tails at
+    /// most, however skewed the samples are (Efron 1969, "Student's t-Test Under Symmetry Conditions").
+    pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
+        let pixels = Pixels::new(window, reference, image)?;
+        let tiles: Vec<&Tile> = pixels.tiles.iter().collect();
+        let common = pixels.common;
+        if let Some(rare) = pixels.rare {
+            // Most tiles have seen none of these samples. Means of relative differences, weighted by what tiles know of their noise, would be those of such tiles.
+            let tests = (rare >= LEAST_RARE).then(|| sum_tests(&tiles));
+            let whole = extreme(Scale::Whole, tests.into_iter().flatten());
+            return Some(Self {
+                level,
+                p: whole.as_ref().map_or(1.0, |whole| whole.p),
+                extremes: whole.into_iter().collect(),
+                common,
+                rare: Some(rare),
+            });
+        }
+        // What supposes that tiles are independent, or that variances are right, is left out where they are not.
+        let regions = match common {
+            CommonErrors::None | CommonErrors::Tile => regions(&tiles),
+            CommonErrors::Sample | CommonErrors::Picture => Vec::new(),
+        };
+        let by_variance = match common {
+            CommonErrors::Picture => [None, None],
+            _ => [
+                pixels.extreme(),
+                extreme(Scale::Tile, tiles.iter().flat_map(|tile| tile.tests())),
+            ],
+        };
+        let by_spread = [
+            extreme(
+                Scale::Region,
+                regions.iter().flat_map(|region| spread_tests(region, common)),
+            ),
+            extreme(Scale::Whole, spread_tests(&tiles, common).into_iter()),
+        ];
+        let scales = by_variance.into_iter().chain(by_spread);
+        let extremes: Vec<Extreme> = scales.flatten().collect();
+        let least = extremes.iter().map(|e| e.p).min_by(f64::total_cmp)?;
+        Some(Self {
+            level,
+            p: of_family(least, extremes.len()),
+            extremes,
+            common,
+            rare: None,
+        })
+    }
+
+    /// Whether noise alone is not enough to make the difference.
+    pub fn differs(&self) -> bool {
+        self.p < self.level
+    }
+
+    /// The most telling of all tests.
+    pub fn worst(&self) -> Option<&Extreme> {
+        self.extremes.iter().min_by(|a, b| a.p.total_cmp(&b.p))
+    }
+}
+
+/// Score of each pixel's channel that is furthest off, as [`Scale::Pixel`] has it, 0 where nothing is known; `None` as for [`Significance::new`].
+pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
+    let pixels = Pixels::new(window, reference, image)?.pixels;
+    let furthest = |pixel: &Pixel| {
+        let scores = (0..3).filter_map(|c| pixel.score(c));
+        scores.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0) as f32
+    };
+    Some(pixels.iter().map(furthest).collect())
+}
+
+/// The chance that the least of `tests` independent p-values is `p` or less (Šidák 1967); of dependent ones that are as often too small together
+/// it is less.
+fn of_family(p: f64, tests: usize) -> f64 {
+    -f64::exp_m1(tests as f64 * f64::ln_1p(-p))
+}
+
+/// P(|z| ≥ `score`) of a normal variable.
+fn normal_tails(score: f64) -> f64 {
+    erfc(score.abs() / std::f64::consts::SQRT_2)
+}
+
+/// P(|t| ≥ `score`) of Student's t.
+fn student_tails(score: f64, freedom: f64) -> f64 {
+    // From there on a score of 6 is as rare as a normal one, to 3 %.
+    if freedom > 1e4 {
+        return normal_tails(score);
+    }
+    student_tails_by_share(freedom / (freedom + score * score), freedom)
+}
+
+/// The same of a score whose `ν / (ν + t²)` is `share`.
+fn student_tails_by_share(share: f64, freedom: f64) -> f64 {
+    // P = I_share(ν / 2, 1 / 2), the regularised incomplete beta function
+    checked_beta_reg(0.5 * freedom, 0.5, share.clamp(0.0, 1.0)).unwrap_or(1.0)
+}
+
+/// One test before it is corrected for the others.
+struct Test {
+    window: Rect,
+    channel: usize,
+    means: [f64; 2],
+    difference: f64,
+    score: f64,
+    p: f64,
+}
+
+/// The test with the smallest p.
+fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<Extreme> {
+    let mut count = 0;
+    let least = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
+    Some(least.extreme(scale, count))
+}
+
+impl Test {
+    fn extreme(self, scale: Scale, tests: usize) -> Extreme {
+        Extreme {
+            scale,
+            tests,
+            window: self.window,
+            channel: self.channel,
+            reference: self.means[0],
+            image: self.means[1],
+            difference: self.difference,
+            score: self.score,
+            p: of_family(self.p, tests),
+        }
+    }
+}
+
+impl Pixels {
+    /// The most extreme pixel.
+    fn extreme(&self) -> Option<Extreme> {
+        let mut tests = 0;
+        let mut worst: Option<(Test, f64)> = None;
+        for (at, pixel) in self.window.pixels().zip(&self.pixels) {
+            for channel in 0..3 {
+                let Some(score) = pixel.score(channel) else { continue };
+                tests += 1;
+                // A smaller score of no less freedom need not be looked at further.
+                let is_less =
+                    |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
+                if worst.as_ref().is_some_and(is_less) {
+                    continue;
+                }
+                let p = student_tails(score, pixel.freedom);
+                if worst.as_ref().is_none_or(|(test, _)| p < test.p) {
+                    let max = at + UVec2::ONE;
+                    let test = Test {
+                        window: Rect { min: at, max },
+                        channel,
+                        means: pixel.values.map(|v| v[channel]),
+                        difference: pixel.values[1][channel] / pixel.values[0][channel] - 1.0,
+                        score,
+                        p,
+                    };
+                    worst = Some((test, pixel.freedom));
+                }
+            }
+        }
+        worst.map(|(test, _)| test.extreme(Scale::Pixel, tests))
+    }
+}
+
+impl Tile {
+    fn tests(&self) -> impl Iterator<Item = Test> + '_ {
+        (0..3).filter_map(|channel| {
+            let means = self.means(channel);
+            let variance = self.variance(self.wide_variance[channel], self.sharing, channel);
+            let score = ratio(means[1] - means[0], variance.sqrt())?;
+            Some(Test {
+                window: self.window,
+                channel,
+                means,
+                difference: means[1] / means[0] - 1.0,
+                score,
+                p: student_tails(score, self.freedom),
+            })
+        })
+    }
+}
+
+/// Tiles of each square of 4 × 4, where there is more than one such square.
+fn regions<'a>(tiles: &[&'a Tile]) -> Vec<Vec<&'a Tile>> {
+    let mut regions: BTreeMap<(u32, u32), Vec<&Tile>> = BTreeMap::new();
+    for tile in tiles {
+        let place = tile.window.min / (4 * TILE_SIZE);
+        regions.entry((place.y, place.x)).or_default().push(tile);
+    }
+    if regions.len() > 1 {
+        regions.into_values().collect()
+    } else {
+        Vec::new()
+    }
+}
+
+/// Tiles that have errors of their own, of so many.
+fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
+    match common {
+        CommonErrors::None | CommonErrors::Tile => tiles as f64,
+        // A photon, a record or a chain reaches some tiles. What all of them have in common, such as how much light chains share out, or how many photons
+        // found the one door, must not count for a difference: among sixteen the mean has to be as large as the spread, among eight larger.
+        CommonErrors::Sample => (tiles as f64 / 4.0).min(16.0),
+        CommonErrors::Picture => (tiles as f64 / 4.0).min(8.0),
+    }
+}
+
+/// One test a channel, by the spread of the relative differences of `tiles`.
+fn spread_tests(tiles: &[&Tile], common: CommonErrors) -> Vec<Test> {
+    let test = |channel| spread_test(tiles, common, channel);
+    (0..3).filter_map(test).collect()
+}
+
+/// One test a channel, by the spread of the differences of `tiles` themselves: each counts as much as it adds to the picture.
+fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
+    let test = |channel: usize| {
+        let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
+        let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
+        let n = tiles.len() as f64;
+        let share = if squares > 0.0 {
+            (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
+        } else {
+            1.0
+        };
+        let [reference, image] = whole_means(tiles, channel);
+        Some(Test {
+            window: around(tiles)?,
+            channel,
+            means: [reference, image],
+            difference: image / reference - 1.0,
+            score: sum.signum() * ((n - 1.0) * (1.0 - share) / share).sqrt(),
+            p: if n < 2.0 {
+                1.0
+            } else {
+                student_tails_by_share(share, n - 1.0)
+            },
+        })
+    };
+    (0..3).filter_map(test).collect()
+}
+
+/// Means of reference and image over all pixels of `tiles`.
+fn whole_means(tiles: &[&Tile], channel: usize) -> [f64; 2] {
+    let pixels: f64 = tiles.iter().map(|tile| tile.pixels).sum();
+    [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>() / pixels)
+}
+
+/// The window that holds all of `tiles`.
+fn around(tiles: &[&Tile]) -> Option<Rect> {
+    let windows = tiles.iter().map(|tile| tile.window);
+    windows.reduce(|a, b| Rect {
+        min: a.min.min(b.min),
+        max: a.max.max(b.max),
+    })
+}
+
+fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<Test> {
+    let relative: Vec<(f64, f64)> = tiles.iter().filter_map(|tile| tile.relative(channel)).collect();
+    let independent = independent_tiles(relative.len(), common);
+    if independent < 2.0 {
+        return None;
+    }
+    let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
+    variances.sort_by(f64::total_cmp);
+    let usual = variances.get(variances.len() / 2)?;
+    // Tiles count by how well they are known, but none much more than the usual one: a lamp has no noise, and would stand alone.
+    let weighted = relative.iter().map(|(difference, variance)| {
+        let weight = 1.0 / (variance + usual);
+        (weight, weight * difference)
+    });
+    let (weights, whole) = weighted
+        .clone()
+        .fold((0.0, 0.0), |(a, b), (weight, term)| (a + weight, b + term));
+    let mean = whole / weights;
+    let most = match common {
+        CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
+        // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
+        CommonErrors::Sample | CommonErrors::Picture => {
+            let sizes = weighted.clone().map(|(_, term)| term.abs());
+            let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();
+            sizes.sort_by(f64::total_cmp);
+            sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+        }
+    };
+    let terms = weighted.map(|(_, term)| term.clamp(-most, most));
+    let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
+    // What rounding to 32 bits may make of it
+    let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
+    // With S the sum over the root of the squares, t = S √((n − 1) / (n − S²)), and ν / (ν + t²) is 1 − S² / n. Of c tiles with one error S² is c
+    // times as large, and n is: what is left of them in the share is their number in ν.
+    let n = relative.len() as f64;
+    let share = if squares > 0.0 {
+        (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
+    } else {
+        1.0
+    };
+    Some(Test {
+        window: around(tiles)?,
+        channel,
+        means: whole_means(tiles, channel),
+        // From a share of the mean of both to one of the reference
+        difference: (1.0 + 0.5 * mean) / (1.0 - 0.5 * mean) - 1.0,
+        score: sum.signum() * ((independent - 1.0) * (1.0 - share) / share).sqrt(),
+        p: student_tails_by_share(share, independent - 1.0),
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,355 @@
+//! Pixels and tiles of two pictures: their values, and how noisy they are, also by those around them.
+
+use crate::film::{Rect, RgbImage, TILE_SIZE};
+use crate::math::{UVec2, encode_variants};
+
+/// What is known of the noise of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    /// Estimated variance of each pixel's mean, by channel; infinite where nothing is known.
+    pub variance: Vec<[f32; 3]>,
+    /// Number of samples of each pixel, on which the variance is based.
+    pub samples: Vec<f32>,
+    /// Which errors pixels may have in common.
+    pub common: CommonErrors,
+}
+
+/// Pixels that share their paths, at most: so much larger than that of independent pixels the variance of a tile's mean may be (the errors of a group
+/// then add up as they are, and not their squares).
+const SHARING: f64 = 16.0;
+
+/// Which errors pixels may have in common; what comes later is worse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CommonErrors {
+    /// None: each pixel has paths of its own.
+    None,
+    /// Those of up to 16 pixels of a tile, which share paths or have some of a light's path.
+    Tile,
+    /// Those of all pixels in a sample: a photon counts in many of them, and a Markov chain stays where it is bright. Samples are independent of each
+    /// other, so that the variance of each pixel is right.
+    Sample,
+    /// Those of photon maps or an irradiance cache, at which all samples look: no variance has them.
+    Picture,
+}
+
+encode_variants!(CommonErrors {
+    0 => None,
+    1 => Tile,
+    2 => Sample,
+    3 => Picture,
+});
+
+impl CommonErrors {
+    /// Each by the name that files have.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("none", Self::None),
+        ("tile", Self::Tile),
+        ("sample", Self::Sample),
+        ("picture", Self::Picture),
+    ];
+
+    /// Pixels of a tile that may have errors in common.
+    fn sharing(self) -> f64 {
+        match self {
+            Self::None => 1.0,
+            Self::Tile => SHARING,
+            Self::Sample | Self::Picture => f64::INFINITY,
+        }
+    }
+}
+
+/// All pixels of a window, row by row, and its tiles.
+pub(super) struct Pixels {
+    pub(super) window: Rect,
+    pub(super) pixels: Vec<Pixel>,
+    pub(super) tiles: Vec<Tile>,
+    /// The worse of both pictures.
+    pub(super) common: CommonErrors,
+    /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them.
+    pub(super) rare: Option<f64>,
+}
+
+pub(super) struct Pixel {
+    /// Of reference and image.
+    pub(super) values: [[f64; 3]; 2],
+    /// Of the difference, where those around it have a say.
+    variance: [f64; 3],
+    /// Of the estimates of the variance.
+    pub(super) freedom: f64,
+}
+
+impl Pixels {
+    /// `None` unless all have as many pixels as the window.
+    pub(super) fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Self> {
+        let sources = [NoisyPicture::new(window, reference)?, NoisyPicture::new(window, image)?];
+        let common = reference.1.common.max(image.1.common);
+        let grid = Grid { window };
+        let mut tiles: Vec<Tile> = (0..grid.tiles())
+            .map(|tile| Tile::new(&sources, grid, tile, common))
+            .collect();
+        let mut pixels = Vec::with_capacity(window.area() as usize);
+        for (i, at) in window.pixels().enumerate() {
+            let tile = grid.tile_of(at);
+            let values = [0, 1].map(|k| sources[k].values[i]);
+            let freedom = (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0);
+            // Where nothing is known of a pixel's noise it says nothing of its tile.
+            if sources.iter().all(|source| is_known(&source.variance[i])) {
+                tiles[tile].add(&values, freedom);
+            }
+            let variance = |c: usize| {
+                // What rounding to 32 bits leaves even of a difference without noise
+                let rounding = f32::EPSILON as f64 * f64::max(values[0][c].abs(), values[1][c].abs());
+                sources
+                    .iter()
+                    .map(|source| source.pixel_variance(i, tile, c))
+                    .sum::<f64>()
+                    + rounding * rounding
+            };
+            pixels.push(Pixel {
+                values,
+                variance: [0, 1, 2].map(variance),
+                freedom,
+            });
+        }
+        // Errors that cross pixels have tests of their own.
+        let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
+        Some(Self {
+            window,
+            pixels,
+            tiles,
+            common,
+            rare: rare.flatten(),
+        })
+    }
+}
+
+impl Pixel {
+    /// Difference over its standard deviation, where that is known.
+    pub(super) fn score(&self, channel: usize) -> Option<f64> {
+        let [reference, image] = self.values.map(|v| v[channel]);
+        ratio(image - reference, self.variance[channel].sqrt())
+    }
+}
+
+/// `a / b` where both are finite, and 0 / 0 = 0.
+pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
+    (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
+}
+
+/// One picture, and how noisy it is around each pixel and tile.
+struct NoisyPicture {
+    values: Vec<[f64; 3]>,
+    variance: Vec<[f64; 3]>,
+    variance_around: Vec<[f64; 3]>,
+    samples: Vec<f64>,
+    /// Means over the tiles.
+    tiles: Vec<[f64; 3]>,
+    tiles_around: Vec<[f64; 3]>,
+}
+
+impl NoisyPicture {
+    fn new(window: Rect, (image, noise): (&RgbImage, &Noise)) -> Option<Self> {
+        let lengths = [image.pixels.len(), noise.variance.len(), noise.samples.len()];
+        let area = window.area();
+        if area == 0 || lengths.iter().any(|&n| n as u64 != area) {
+            return None;
+        }
+        let grid = Grid { window };
+        let variance: Vec<[f64; 3]> = noise.variance.iter().map(|v| v.map(f64::from)).collect();
+        let tiles = grid.means(&variance);
+        Some(Self {
+            values: image.pixels.iter().map(|v| v.map(f64::from)).collect(),
+            variance_around: surroundings(&variance, window.size().x as usize, 2),
+            samples: noise.samples.iter().map(|n| *n as f64).collect(),
+            tiles_around: surroundings(&tiles, grid.columns(), 1),
+            variance,
+            tiles,
+        })
+    }
+
+    fn pixel_variance(&self, pixel: usize, tile: usize, channel: usize) -> f64 {
+        let own = self.variance[pixel][channel];
+        own.max(self.variance_around[pixel][channel])
+            .max(self.tiles[tile][channel])
+    }
+
+    fn tile_variance(&self, tile: usize, channel: usize) -> f64 {
+        f64::max(self.tiles[tile][channel], self.tiles_around[tile][channel])
+    }
+}
+
+fn is_known(variance: &[f64; 3]) -> bool {
+    variance.iter().all(|v| v.is_finite())
+}
+
+/// Samples that make a pixel, at most, where its variance is said to come from rare ones.
+const FEW_SAMPLES: f64 = 4.0;
+
+/// Rare samples for each tile, on average, from which on most tiles have seen how noisy they are.
+const RARE_OF_A_TILE: f64 = 4.0;
+
+/// About how many samples nearly all of the noise of two pictures consists of. `None` where they are many, or as likely in one picture as in the other: differences are then
+/// as often positive as negative, however rare what makes them is.
+///
+/// A sample that alone makes its pixel, of mean m, gives it a variance of m², and k alike samples give m² / k. Where pixels of a few such samples have most of all variance, the
+/// number of terms of that size, `(Σ v)² / Σ v²`, says how many there are. Whether pictures were made alike is asked of each pixel's variances: which of them is larger is a
+/// matter of chance then, whatever the tails are.
+fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
+    let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
+    let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
+    for source in sources {
+        for (value, variance) in source.values.iter().zip(&source.variance) {
+            let (mean, variance) = (sum(value), sum(variance));
+            if !variance.is_finite() {
+                continue;
+            }
+            all += variance;
+            if FEW_SAMPLES * variance >= mean * mean {
+                rare += variance;
+                squares += variance * variance;
+            }
+        }
+    }
+    let events = rare * rare / squares;
+    let pairs = sources[0].variance.iter().zip(&sources[1].variance);
+    let (larger, smaller) = pairs.fold((0.0, 0.0), |(larger, smaller), (a, b)| {
+        let (a, b) = (sum(a), sum(b));
+        (
+            larger + f64::from(u8::from(a > b)),
+            smaller + f64::from(u8::from(a < b)),
+        )
+    });
+    let is_alike = f64::max(larger, smaller) <= 2.0 * f64::min(larger, smaller);
+    // Without rare samples `events` is NaN, which is less than nothing.
+    (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
+}
+
+/// Means over the squares of `2 · radius + 1` entries a side around each entry, of those that are known.
+fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
+    let height = variance.len() / width.max(1);
+    let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
+    let mean = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let rows = around(y, height).filter_map(|y| variance.get(y * width..)?.get(around(x, width)));
+        mean_of(rows.flatten())
+    };
+    (0..variance.len()).map(mean).collect()
+}
+
+/// Of those that are known; 0 if none is.
+fn mean_of<'a>(variances: impl Iterator<Item = &'a [f64; 3]>) -> [f64; 3] {
+    let (mut sum, mut count) = ([0.0; 3], 0.0);
+    for v in variances.filter(|v| is_known(v)) {
+        (0..3).for_each(|c| sum[c] += v[c]);
+        count += 1.0;
+    }
+    sum.map(|s| s / f64::max(count, 1.0))
+}
+
+/// The tiles of the full picture that a window meets, row by row.
+#[derive(Clone, Copy)]
+struct Grid {
+    window: Rect,
+}
+
+impl Grid {
+    fn first(self) -> UVec2 {
+        self.window.min / TILE_SIZE
+    }
+
+    fn size(self) -> UVec2 {
+        (self.window.max + UVec2::splat(TILE_SIZE - 1)) / TILE_SIZE - self.first()
+    }
+
+    fn columns(self) -> usize {
+        self.size().x as usize
+    }
+
+    fn tiles(self) -> usize {
+        self.columns() * self.size().y as usize
+    }
+
+    /// Of a pixel of the window.
+    fn tile_of(self, at: UVec2) -> usize {
+        let tile = at / TILE_SIZE - self.first();
+        tile.y as usize * self.columns() + tile.x as usize
+    }
+
+    fn window_of(self, tile: usize) -> Rect {
+        let at = UVec2::new((tile % self.columns()) as u32, (tile / self.columns()) as u32);
+        let min = (self.first() + at) * TILE_SIZE;
+        let max = min + UVec2::splat(TILE_SIZE);
+        Rect { min, max }.intersection(self.window)
+    }
+
+    /// Means over the tiles of what each pixel of the window has.
+    fn means(self, variance: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut of_tile: Vec<Vec<&[f64; 3]>> = vec![Vec::new(); self.tiles()];
+        for (at, v) in self.window.pixels().zip(variance) {
+            of_tile[self.tile_of(at)].push(v);
+        }
+        of_tile.into_iter().map(|all| mean_of(all.into_iter())).collect()
+    }
+}
+
+/// Sums over the pixels of a tile, of those whose noise is known.
+pub(super) struct Tile {
+    pub(super) window: Rect,
+    pub(super) pixels: f64,
+    /// Of reference and image.
+    pub(super) sums: [[f64; 3]; 2],
+    /// Mean variance of the difference of a pixel.
+    variance: [f64; 3],
+    /// The same, where the tiles around it have a say.
+    pub(super) wide_variance: [f64; 3],
+    /// Pixels that may have their errors in common.
+    pub(super) sharing: f64,
+    /// Of the estimate of the variance: endless where many pixels with errors of their own make it, else that of the pixel with the fewest samples.
+    pub(super) freedom: f64,
+    common: CommonErrors,
+}
+
+impl Tile {
+    fn new([a, b]: &[NoisyPicture; 2], grid: Grid, tile: usize, common: CommonErrors) -> Self {
+        Self {
+            window: grid.window_of(tile),
+            pixels: 0.0,
+            sums: [[0.0; 3]; 2],
+            variance: [0, 1, 2].map(|c| a.tiles[tile][c] + b.tiles[tile][c]),
+            wide_variance: [0, 1, 2].map(|c| a.tile_variance(tile, c) + b.tile_variance(tile, c)),
+            sharing: common.sharing(),
+            freedom: f64::INFINITY,
+            common,
+        }
+    }
+
+    fn add(&mut self, values: &[[f64; 3]; 2], freedom: f64) {
+        self.pixels += 1.0;
+        if self.common >= CommonErrors::Sample {
+            self.freedom = self.freedom.min(freedom);
+        }
+        for (sums, values) in self.sums.iter_mut().zip(values) {
+            (0..3).for_each(|c| sums[c] += values[c]);
+        }
+    }
+
+    /// Of reference and image; NaN where no pixel counts.
+    pub(super) fn means(&self, channel: usize) -> [f64; 2] {
+        self.sums.map(|sums| sums[channel] / self.pixels)
+    }
+
+    /// Of the difference of the means, where `sharing` pixels have their errors in common.
+    pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
+        // All pixels may be rounded to the same side.
+        let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);
+        of_pixel * sharing.min(self.pixels) / self.pixels + rounding * rounding
+    }
+
+    /// Difference and its variance, each relative to the mean of both pictures; `None` where there is no light.
+    pub(super) fn relative(&self, channel: usize) -> Option<(f64, f64)> {
+        let [reference, image] = self.means(channel);
+        let mean = 0.5 * (reference + image);
+        let variance = self.variance(self.variance[channel], 1.0, channel) / (mean * mean);
+        (mean > 0.0 && variance > 0.0 && variance.is_finite()).then(|| ((image - reference) / mean, variance))
+    }
+}

@@ -1,0 +1,558 @@
+use super::tree::{LightTree, ReceiverRegion};
+use super::{Light, LightId, Receiver};
+use crate::math::{Bounds3, Vec3};
+use std::sync::OnceLock;
+
+/// Cells along the longest side of a grid.
+const RESOLUTION: u32 = 24;
+/// Grids at most.
+const MOST_LEVELS: u32 = 16;
+/// Clusters of lights at most that a cell tells apart.
+const MOST_CLUSTERS: usize = 64;
+/// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
+const NORMALS: usize = 27;
+/// Share of the choice that goes by power, whatever the place.
+const BY_POWER: f64 = 0.02;
+/// Least probability of a cluster: some steps of a random number.
+const LEAST: f64 = 1.0 / (1u32 << 20) as f64;
+/// A light is taken to have at least this share of all power, lest it vanish in sums.
+const LEAST_POWER: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// The choice of a light by the place that it is to light: by what each would send there if nothing were between.
+///
+/// Space around the lights is a grid; grids of twice the size each lie about it, as many as the scene needs. What arrives in a cell, at points
+/// whose normals are alike, is estimated when the first such point is met, for clusters of lights that a cut of a [`LightTree`] makes
+/// (Walter et al. 2005). Of a cluster's lights one is chosen by power. A cell is no more than a table, so that a choice costs little, and
+/// depends on nothing but the scene.
+#[derive(Clone, Debug)]
+pub(super) struct LightGrid {
+    tree: LightTree,
+    /// The lights that emit: those of the tree in its order, then those at infinity.
+    order: Vec<LightId>,
+    /// Where each light is in that order.
+    positions: Vec<Option<u32>>,
+    /// Power of all lights before each position, and of all.
+    power_before: Vec<f64>,
+    scene_radius: f32,
+    grids: Grids,
+    cells: Vec<OnceLock<Box<Cell>>>,
+}
+
+/// The choice in a cell, for each direction near which a normal may be.
+type Cell = [OnceLock<Box<[Entry]>>; NORMALS];
+
+/// A cluster of lights in a cumulative distribution.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// End of its interval.
+    upper: f32,
+    /// Length of its interval.
+    pmf: f32,
+    /// Its lights, by position.
+    first: u32,
+    count: u32,
+}
+
+impl LightGrid {
+    /// Among `lights` of these powers, in a scene of such bounds and radius; `None` where nothing emits.
+    pub fn new(lights: &[Light], powers: &[f64], bounds: Bounds3, scene_radius: f32) -> Option<Self> {
+        let total: f64 = powers.iter().sum();
+        if !(total > 0.0 && total.is_finite()) {
+            return None;
+        }
+        let emitting = || lights.iter().zip(powers).enumerate().filter(|(_, (_, p))| **p > 0.0);
+        let sources: Vec<_> = emitting().filter_map(|(i, (l, _))| Some((i, l.bounds()?))).collect();
+        let grids = Grids::new(sources.iter().map(|(_, s)| s.center).collect(), bounds, scene_radius);
+        let tree = LightTree::new(sources);
+        let infinite = emitting().filter(|(_, (l, _))| l.bounds().is_none()).map(|(i, _)| i);
+        let indices: Vec<usize> = tree.order().iter().copied().chain(infinite).collect();
+
+        let mut positions = vec![None; lights.len()];
+        let mut power_before = vec![0.0];
+        let mut sum = 0.0;
+        let least = LEAST_POWER * total;
+        for (position, &i) in (0..).zip(&indices) {
+            positions[i] = Some(position);
+            sum += powers[i].max(least);
+            power_before.push(sum);
+        }
+        Some(Self {
+            tree,
+            order: indices.into_iter().map(|i| LightId(i as u32)).collect(),
+            positions,
+            power_before,
+            scene_radius,
+            cells: vec![OnceLock::new(); grids.len()],
+            grids,
+        })
+    }
+
+    /// Draws a light for `receiver`, and its probability.
+    #[inline]
+    pub fn sample(&self, lights: &[Light], receiver: &Receiver, u: f32) -> Option<(LightId, f32)> {
+        let entries = self.entries(lights, receiver)?;
+        let i = entries
+            .partition_point(|e| e.upper <= u)
+            .min(entries.len().saturating_sub(1));
+        let entry = entries.get(i)?;
+        if entry.count == 1 {
+            return Some((*self.order.get(entry.first as usize)?, entry.pmf));
+        }
+        // The number's place in the interval chooses one of the cluster by power.
+        let v = 1.0 - (entry.upper - u) / entry.pmf;
+        let (range, before, power) = self.cluster(entry)?;
+        let x = before[0] + v as f64 * power;
+        let k = before[1..].partition_point(|&p| p <= x).min(range.len() - 1);
+        let share = (before[k + 1] - before[k]) / power;
+        Some((*self.order.get(range.start + k)?, entry.pmf * share as f32))
+    }
+
+    /// Probability with which `light` is drawn for `receiver`.
+    pub fn pmf(&self, lights: &[Light], receiver: &Receiver, light: LightId) -> f32 {
+        let pmf = || {
+            let position = (*self.positions.get(light.0 as usize)?)?;
+            let entries = self.entries(lights, receiver)?;
+            let entry = entries.get(entries.partition_point(|e| e.first <= position).checked_sub(1)?)?;
+            if entry.count == 1 {
+                return Some(entry.pmf);
+            }
+            let (_, before, power) = self.cluster(entry)?;
+            let k = (position - entry.first) as usize;
+            Some(entry.pmf * ((before.get(k + 1)? - before.get(k)?) / power) as f32)
+        };
+        pmf().unwrap_or(0.0)
+    }
+
+    /// Positions of a cluster's lights, power before each and after the last, and their power.
+    fn cluster(&self, entry: &Entry) -> Option<(std::ops::Range<usize>, &[f64], f64)> {
+        let range = entry.first as usize..(entry.first + entry.count) as usize;
+        let before = self.power_before.get(range.start..=range.end)?;
+        Some((range.clone(), before, before[range.len()] - before[0]))
+    }
+
+    /// The choice at `receiver`.
+    #[inline(always)]
+    fn entries(&self, lights: &[Light], receiver: &Receiver) -> Option<&[Entry]> {
+        let index = self.grids.cell(receiver.p);
+        let normal = normal_index(receiver.n);
+        let cell = self.cells.get(index)?;
+        let entries = cell.get().and_then(|cell| cell[normal].get()).map(Box::as_ref);
+        Some(entries.unwrap_or_else(|| self.make(lights, cell, index, normal)))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn make<'a>(&'a self, lights: &[Light], cell: &'a OnceLock<Box<Cell>>, index: usize, normal: usize) -> &'a [Entry] {
+        let cell = cell.get_or_init(|| Box::new([const { OnceLock::new() }; NORMALS]));
+        cell[normal].get_or_init(|| {
+            let (center, radius) = self.grids.ball(index);
+            self.distribution(
+                lights,
+                &ReceiverRegion {
+                    center,
+                    radius,
+                    normal: normal_direction(normal),
+                },
+            )
+        })
+    }
+
+    fn distribution(&self, lights: &[Light], region: &ReceiverRegion) -> Box<[Entry]> {
+        // Clusters, and each light at infinity by itself
+        let mut parts: Vec<(u32, u32, f64)> = self
+            .tree
+            .cut(lights, region, MOST_CLUSTERS)
+            .into_iter()
+            .map(|c| (c.first, c.count, c.irradiance as f64))
+            .collect();
+        for (position, id) in (0..).zip(&self.order).skip(self.tree.order().len()) {
+            let light = lights.get(id.0 as usize);
+            let irradiance = light.map_or(0.0, |l| l.irradiance_from_infinity(region, self.scene_radius));
+            parts.push((position, 1, irradiance));
+        }
+
+        // By what arrives, a little by power, and none too seldom
+        let sum: f64 = parts.iter().map(|(.., e)| e).sum();
+        let by_place = if sum > 0.0 && sum.is_finite() {
+            1.0 - BY_POWER
+        } else {
+            0.0
+        };
+        let total_power = self.power_before.last().copied().unwrap_or(1.0);
+        let weight = |&(first, count, irradiance): &(u32, u32, f64)| {
+            let power = self.power_before[(first + count) as usize] - self.power_before[first as usize];
+            let by_irradiance = if by_place > 0.0 {
+                by_place * irradiance / sum
+            } else {
+                0.0
+            };
+            by_irradiance + (1.0 - by_place) * power / total_power + LEAST
+        };
+        let weights: Vec<f64> = parts.iter().map(weight).collect();
+        let total: f64 = weights.iter().sum();
+        let mut so_far = 0.0;
+        let mut lower = 0.0;
+        let entries = parts.iter().zip(&weights).enumerate().map(|(i, (part, weight))| {
+            so_far += weight;
+            let upper = if i + 1 == parts.len() {
+                1.0
+            } else {
+                (so_far / total) as f32
+            };
+            let pmf = upper - lower;
+            lower = upper;
+            Entry {
+                upper,
+                pmf,
+                first: part.0,
+                count: part.1,
+            }
+        });
+        entries.collect()
+    }
+}
+
+/// Which of the [`NORMALS`] directions is near `n`; the middle one for zero.
+#[inline(always)]
+fn normal_index(n: Vec3) -> usize {
+    // sin 22.5°: what is nearer to an axis than to a diagonal of a coordinate plane
+    const NEAR_ZERO: f32 = 0.382_683_43;
+    let digit = |x: f32| usize::from(x > -NEAR_ZERO) + usize::from(x > NEAR_ZERO);
+    digit(n.x) + 3 * digit(n.y) + 9 * digit(n.z)
+}
+
+/// The direction of that index.
+fn normal_direction(index: usize) -> Vec3 {
+    let digit = |i: usize| (i % 3) as f32 - 1.0;
+    Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
+}
+
+/// Grids of cubes about one middle, each twice as large as the one within it.
+#[derive(Clone, Copy, Debug)]
+struct Grids {
+    center: Vec3,
+    /// Half the sides of the innermost grid.
+    half: Vec3,
+    /// Cells along them.
+    counts: [u32; 3],
+    levels: u32,
+}
+
+impl Grids {
+    /// For lights in the box `lights`, in a scene within `bounds`.
+    fn new(lights: Bounds3, bounds: Bounds3, scene_radius: f32) -> Self {
+        // What lies among the lights, or as near to them as they to each other
+        let mut inner = lights;
+        if !lights.is_empty() {
+            let margin = (0.5 * (lights.max - lights.min).max_element()).max(scene_radius / 64.0);
+            inner.min = (lights.min - Vec3::splat(margin)).max(bounds.min);
+            inner.max = (lights.max + Vec3::splat(margin)).min(bounds.max);
+        }
+        if inner.is_empty() {
+            inner = bounds;
+        }
+        // Walls often have round coordinates, or are the scene's bounds: on a border between cells the last bits of a point would choose its
+        // cell. Odd shares of the whole keep borders away from there.
+        let margins =
+            [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
+        inner.min -= margins[0];
+        inner.max += margins[1];
+        let extent = inner.max - inner.min;
+        let size = extent.max_element() / RESOLUTION as f32;
+        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        let counts = extent
+            .to_array()
+            .map(|e| ((e / size).ceil() as u32).clamp(1, RESOLUTION));
+        let half = 0.5 * size * Vec3::from_array(counts.map(|n| n as f32));
+        let center = inner.center();
+        let reach = ((bounds.max - center).max(center - bounds.min) / half).max_element();
+        Self {
+            center,
+            half,
+            counts,
+            levels: 1 + level_of(reach).min(MOST_LEVELS - 1),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.levels as usize * self.cells_of_level()
+    }
+
+    fn cells_of_level(&self) -> usize {
+        self.counts.iter().map(|&n| n as usize).product()
+    }
+
+    /// The cell of `p`; what is outside belongs to the nearest one.
+    #[inline(always)]
+    fn cell(&self, p: Vec3) -> usize {
+        let x = (p - self.center) / self.half;
+        let level = level_of(x.abs().max_element()).min(self.levels - 1);
+        let shrunk = x * f32::from_bits((127 - level) << 23);
+        let [nx, ny, nz] = self.counts;
+        let digit = |x: f32, n: u32| (((0.5 * x + 0.5) * n as f32) as u32).min(n - 1);
+        let [i, j, k] = [digit(shrunk.x, nx), digit(shrunk.y, ny), digit(shrunk.z, nz)];
+        (((level * nz + k) * ny + j) * nx + i) as usize
+    }
+
+    /// Middle of a cell and the radius of a ball of its extent.
+    fn ball(&self, cell: usize) -> (Vec3, f32) {
+        let [nx, ny, nz] = self.counts.map(|n| n as usize);
+        let index = [cell % nx, cell / nx % ny, cell / (nx * ny) % nz];
+        let scale = 2f32.powi((cell / self.cells_of_level()) as i32);
+        let counts = Vec3::from_array(self.counts.map(|n| n as f32));
+        let x = (Vec3::from_array(index.map(|i| i as f32)) + 0.5) / counts * 2.0 - 1.0;
+        let size = 2.0 * self.half / counts * scale;
+        (self.center + x * self.half * scale, 0.5 * size.length())
+    }
+}
+
+/// The number of doublings after which 1 is more than `x`.
+#[inline(always)]
+fn level_of(x: f32) -> u32 {
+    (x.to_bits() >> 23).saturating_sub(126)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::light::{ConstantLight, DirectionalLight, PointLight, SpotLight, TriangleLight, TriangleSampling};
+    use crate::math::Vec2;
+    use crate::math::hash::mix;
+
+    /// Numbers in [0, 1).
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn next(&mut self) -> f32 {
+            self.0 += 1;
+            (mix(self.0) >> 40) as f32 / (1u64 << 24) as f32
+        }
+
+        fn vector(&mut self) -> Vec3 {
+            2.0 * Vec3::new(self.next(), self.next(), self.next()) - 1.0
+        }
+    }
+
+    const BOX: Bounds3 = Bounds3 {
+        min: Vec3::NEG_ONE,
+        max: Vec3::ONE,
+    };
+
+    fn triangle(corners: [Vec3; 3]) -> Light {
+        Light::Triangle(TriangleLight::new(
+            corners,
+            Spectrum::splat(3.0),
+            TriangleSampling::Area,
+        ))
+    }
+
+    fn point(position: Vec3, intensity: f32) -> Light {
+        Light::Point(PointLight {
+            position,
+            intensity: Spectrum::splat(intensity),
+        })
+    }
+
+    fn grid(lights: &[Light]) -> LightGrid {
+        let powers: Vec<f64> = lights.iter().map(|l| l.power(2.0)).collect();
+        LightGrid::new(lights, &powers, BOX, 2.0).unwrap()
+    }
+
+    /// Triangles of all sizes and directions, points, spots, a sun and a sky; one light without power.
+    fn mixed(count: usize, numbers: &mut Numbers) -> Vec<Light> {
+        let mut lights: Vec<Light> = (0..count)
+            .map(|i| match i % 4 {
+                0 => point(numbers.vector(), 10f32.powf(3.0 * numbers.next())),
+                1 => Light::Spot(SpotLight {
+                    position: numbers.vector(),
+                    direction: numbers.vector().normalize(),
+                    intensity: Spectrum::splat(5.0),
+                    cos_inner: 0.8,
+                    cos_outer: -0.2 + 0.9 * numbers.next(),
+                }),
+                _ => {
+                    let (p, size) = (numbers.vector(), 2.0 * numbers.next().powi(4));
+                    triangle([p, p + size * numbers.vector(), p + size * numbers.vector()])
+                }
+            })
+            .collect();
+        lights.push(point(Vec3::ZERO, 0.0));
+        lights.push(Light::Directional(DirectionalLight {
+            direction: Vec3::NEG_Y,
+            irradiance: Spectrum::splat(2.0),
+        }));
+        lights.push(Light::Constant(ConstantLight {
+            radiance: Spectrum::splat(0.1),
+        }));
+        lights
+    }
+
+    fn scenes() -> Vec<(&'static str, Vec<Light>)> {
+        let mut numbers = Numbers(7);
+        let p = Vec3::new(0.3, 0.2, -0.4);
+        let small = |p: Vec3| triangle([p, p + 1e-6 * Vec3::X, p + 1e-6 * Vec3::Y]);
+        vec![
+            ("one", vec![point(p, 2.0)]),
+            ("one, and one without area", vec![triangle([p; 3]), point(p, 2.0)]),
+            ("a few", mixed(9, &mut numbers)),
+            ("many", mixed(700, &mut numbers)),
+            (
+                "in one place",
+                (0..300).map(|i| point(p, 1.0 + (i % 5) as f32)).collect(),
+            ),
+            (
+                "the same triangle",
+                (0..100).map(|_| triangle([p, p + Vec3::X, p + Vec3::Z])).collect(),
+            ),
+            ("hardly any extent", (0..90).map(|_| small(numbers.vector())).collect()),
+            (
+                "outside of the scene",
+                (0..90).map(|_| point(100.0 * numbers.vector(), 1.0)).collect(),
+            ),
+            ("at infinity", mixed(0, &mut numbers).into_iter().rev().collect()),
+        ]
+    }
+
+    fn receiver(numbers: &mut Numbers) -> Receiver {
+        let far = [0.2, 1.0, 1.0, 20.0][(4.0 * numbers.next()) as usize];
+        let n = match numbers.next() {
+            x if x < 0.2 => Vec3::ZERO,
+            x if x < 0.4 => Vec3::NEG_Z,
+            _ => numbers.vector().normalize(),
+        };
+        Receiver {
+            p: far * numbers.vector(),
+            n,
+        }
+    }
+
+    /// The probabilities sum to one, and are those with which lights are drawn.
+    #[test]
+    fn draws_have_their_probabilities() {
+        let mut numbers = Numbers(1);
+        for (name, lights) in scenes() {
+            let grid = grid(&lights);
+            for _ in 0..6 {
+                let receiver = receiver(&mut numbers);
+                let pmf = |i: usize| grid.pmf(&lights, &receiver, LightId(i as u32));
+                let sum: f64 = (0..lights.len()).map(|i| pmf(i) as f64).sum();
+                assert!((sum - 1.0).abs() < 1e-4, "{name}: {sum}");
+                const N: u32 = 1 << 16;
+                let mut counts = vec![0u32; lights.len()];
+                for k in 0..N {
+                    let (id, p) = grid.sample(&lights, &receiver, (k as f32 + 0.5) / N as f32).unwrap();
+                    counts[id.0 as usize] += 1;
+                    assert_eq!(p, pmf(id.0 as usize), "{name}");
+                }
+                // The interval of a light holds as many points of a regular grid as its length says, but for its ends.
+                for (i, &count) in counts.iter().enumerate() {
+                    let expected = pmf(i) * N as f32;
+                    assert!((count as f32 - expected).abs() < 2.1, "{name} {i}: {count} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_light_is_forgotten() {
+        let mut numbers = Numbers(2);
+        let mut sent = 0;
+        for (name, lights) in scenes() {
+            let grid = grid(&lights);
+            for _ in 0..300 {
+                let receiver = receiver(&mut numbers);
+                for (i, light) in lights.iter().enumerate() {
+                    let pmf = grid.pmf(&lights, &receiver, LightId(i as u32));
+                    assert!((0.0..=1.0).contains(&pmf));
+                    let u = Vec2::new(numbers.next(), numbers.next());
+                    let Some(sample) = light.sample(receiver.p, 0.5, u, &[]) else {
+                        continue;
+                    };
+                    if !sample.radiance.is_black() {
+                        sent += 1;
+                        assert!(pmf > 0.0, "{name} {i}: {light:?} at {receiver:?}");
+                    }
+                }
+            }
+        }
+        assert!(sent > 100_000);
+    }
+
+    /// What a choice is for: little variance. Irradiance by one of a thousand lamps, shadows left out.
+    #[test]
+    fn variance_is_far_below_that_by_power() {
+        let mut numbers = Numbers(3);
+        let lights: Vec<Light> = (0..1000)
+            .map(|_| point(numbers.vector(), 0.5 + numbers.next()))
+            .collect();
+        let grid = grid(&lights);
+        let powers: Vec<f64> = lights.iter().map(|l| l.power(2.0)).collect();
+        let total: f64 = powers.iter().sum();
+        let (mut by_place, mut by_power) = (0.0, 0.0);
+        for _ in 0..300 {
+            let receiver = Receiver {
+                p: numbers.vector(),
+                n: numbers.vector().normalize(),
+            };
+            let irradiance: Vec<f64> = lights
+                .iter()
+                .map(|l| l.sample(receiver.p, 0.5, Vec2::ZERO, &[]).unwrap())
+                .map(|s| (s.wi.dot(receiver.n).max(0.0) * s.radiance.max_component()) as f64)
+                .collect();
+            let sum: f64 = irradiance.iter().sum();
+            let variance = |pmf: &dyn Fn(usize) -> f64| {
+                let squares = irradiance.iter().enumerate().map(|(i, e)| e * e / pmf(i));
+                squares.filter(|x| !x.is_nan()).sum::<f64>() / (sum * sum) - 1.0
+            };
+            by_place += variance(&|i| grid.pmf(&lights, &receiver, LightId(i as u32)) as f64);
+            by_power += variance(&|i| powers[i] / total);
+        }
+        println!(
+            "relative variance {:.3} by place, {:.3} by power",
+            by_place / 300.0,
+            by_power / 300.0
+        );
+        assert!(by_place < 0.25 * by_power, "{by_place} {by_power}");
+    }
+
+    #[test]
+    fn cells_hold_their_points() {
+        let mut numbers = Numbers(4);
+        for lights in [BOX, Bounds3::EMPTY, [Vec3::ONE].into_iter().collect()] {
+            for size in [1e-20, 1.0, 1e15] {
+                let bounds = Bounds3 {
+                    min: Vec3::splat(-30.0 * size),
+                    max: Vec3::new(30.0, 3.0, 5.0) * size,
+                };
+                let scaled = Bounds3 {
+                    min: lights.min * size,
+                    max: lights.max * size,
+                };
+                let grids = Grids::new(scaled, bounds, bounds.radius());
+                for _ in 0..10_000 {
+                    let p = bounds.center() + 0.5 * (bounds.max - bounds.min) * numbers.vector();
+                    let cell = grids.cell(p);
+                    assert!(cell < grids.len());
+                    let (center, radius) = grids.ball(cell);
+                    assert!(p.distance(center) <= 1.001 * radius, "{p} {center} {radius} {grids:?}");
+                }
+                // And nothing is refused.
+                for p in [Vec3::NAN, Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO] {
+                    assert!(grids.cell(p) < grids.len());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn normals_are_near_their_directions() {
+        let mut numbers = Numbers(5);
+        for _ in 0..10_000 {
+            let n = numbers.vector().normalize();
+            let near = normal_direction(normal_index(n));
+            assert!(n.dot(near) > 0.84, "{n} {near}");
+        }
+        assert_eq!(normal_direction(normal_index(Vec3::ZERO)), Vec3::ZERO);
+    }
+}

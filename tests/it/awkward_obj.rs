@@ -1,0 +1,132 @@
+//! OBJ files of other loaders' test suites and of real scenes: each loads with all its triangles, or is refused with
+//! its line.
+
+use crate::support::shared;
+use embrasure::io::{FileError, Loaded, SceneFile, load_scene};
+use embrasure::scene::SceneBuilder;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn obj_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    let mut files: Vec<PathBuf> = entries
+        .flat_map(|p| if p.is_dir() { obj_files(&p) } else { vec![p] })
+        .filter(|p| p.extension().is_some_and(|e| e == "obj"))
+        .collect();
+    files.sort();
+    files
+}
+
+fn load(path: &Path) -> Result<Loaded, FileError> {
+    load_scene(&SceneFile::of_obj(path), SceneBuilder::new())
+}
+
+/// Triangles that a program gets of a file, those without area too.
+fn triangles(loaded: &Loaded) -> u64 {
+    let empty = loaded
+        .warnings
+        .iter()
+        .find_map(|w| w.split("triangles that have no area and are left out: ").nth(1))
+        .and_then(|w| w.rsplit(' ').next());
+    loaded.scene.triangle_count() + empty.map_or(0, |n| n.parse().unwrap())
+}
+
+/// The sum of the faces' corners less 2, by the words of each line.
+fn counted(path: &Path) -> u64 {
+    let text = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
+    let corners = |line: &str| {
+        let mut words = line.split_whitespace().take_while(|w| !w.starts_with('#'));
+        if words.next() == Some("f") {
+            words.count() as u64
+        } else {
+            0
+        }
+    };
+    text.lines().map(|line| corners(line).saturating_sub(2)).sum()
+}
+
+/// A scene alone in a folder, so that nothing but its OBJ file counts.
+fn load_without_libraries(path: &Path) -> Result<Loaded, FileError> {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join("t.obj");
+    fs::copy(path, &copy).unwrap();
+    load(&copy)
+}
+
+fn assert_says_where(path: &Path, error: &FileError) {
+    let no_faces = error.message.contains("no faces") && counted(path) == 0;
+    assert!(error.position.is_some() || no_faces, "{}: {error}", path.display());
+    assert!(error.help.is_some(), "{}: {error}", path.display());
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn awkward_files_load_or_are_refused_with_their_line() {
+    let folder = shared("scenes/awkward-obj");
+    let files = obj_files(&folder);
+    assert!(files.len() > 70, "{} files", files.len());
+    let mut loaded = 0;
+    for path in &files {
+        // Libraries may be wrong too; they are read where the file lies.
+        let _ = load(path);
+        match load_without_libraries(path) {
+            Ok(scene) => {
+                assert_eq!(triangles(&scene), counted(path), "{}", path.display());
+                loaded += 1;
+            }
+            Err(error) => {
+                println!("{}", error.to_string().replace("\n", " "));
+                assert_says_where(path, &error);
+            }
+        }
+    }
+    println!("{loaded} of {} files load", files.len());
+}
+
+/// What the files of loaders' own tests are known to hold.
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn files_of_loaders_tests_are_read_as_meant() {
+    let folder = shared("scenes/awkward-obj");
+    let cases: [(&str, Result<u64, usize>); 17] = [
+        ("tinyobjloader/cube.obj", Ok(12)),
+        ("tinyobjloader/cube-vertexcol.obj", Ok(12)),
+        ("tinyobjloader/cube-vertex-w-component.obj", Ok(12)),
+        ("tinyobjloader/issue-319-003.obj", Ok(8)),
+        ("tinyobjloader/issue-330.obj", Ok(3)),
+        ("tinyobjloader/leading-decimal-dot-issue-201.obj", Ok(1)),
+        ("tinyobjloader/skin-weight.obj", Ok(12)),
+        ("tinyobjloader/smoothing-group-two-squares.obj", Err(21)),
+        ("tobj/quad.obj", Ok(5)),
+        ("tobj/triangle.obj", Ok(1)),
+        ("tobj/quad_colored_merge.obj", Ok(2)),
+        ("rapidobj-primitives/primitives.obj", Ok(4)),
+        ("rapidobj-mtllib/cube.obj", Ok(12)),
+        ("tinyobjloader/invalid-relative-vertex-index.obj", Err(1)),
+        ("tinyobjloader/issue-140-zero-face-idx.obj", Err(16)),
+        ("tobj/invalid_index.obj", Err(12)),
+        ("afl-crashers/afl-000002.obj", Err(6)),
+    ];
+    for (name, expected) in cases {
+        let result = load_without_libraries(&folder.join(name));
+        let got = result
+            .as_ref()
+            .map(triangles)
+            .map_err(|e| e.position.map_or(0, |p| p.line));
+        assert_eq!(got, expected, "{name}: {:?}", result.map(|_| ()));
+    }
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn real_scenes_have_all_their_triangles() {
+    let folder = shared("scenes");
+    for path in obj_files(&folder) {
+        if path.starts_with(folder.join("awkward-obj")) {
+            continue;
+        }
+        let loaded = load_without_libraries(&path).unwrap_or_else(|e| panic!("{e}"));
+        println!("{}: {} triangles", path.display(), triangles(&loaded));
+        assert_eq!(triangles(&loaded), counted(&path), "{}", path.display());
+    }
+}

@@ -1,0 +1,1088 @@
+//! Lobes and mixtures: samples against densities, energy, reciprocity.
+
+use crate::chi_square::{chi_square, sidak};
+use embrasure::bsdf::*;
+use embrasure::color::Spectrum;
+use embrasure::material::{Gloss, Material};
+use embrasure::math::{Vec2, Vec3};
+use embrasure::sampler::{Bounce, Dimension, Independent, PerturbedQmc, SampleKey, Sampler, SamplerKind};
+use embrasure::sampling::warp::{cosine_hemisphere_of_sphere, cosine_hemisphere_pdf};
+
+/// Of each lobe and incidence: [`wrong_densities_are_found`] says what they tell apart. A density of a wrong scale is found by its integral, to 0.4 %.
+const SAMPLES: u32 = 300_000;
+const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
+const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
+const GOLD: Fresnel = Fresnel::Conductor {
+    eta: [0.14, 0.37, 1.44],
+    k: [3.98, 2.39, 1.60],
+};
+
+/// The `index`-th number for the lobe and pair for the direction.
+fn numbers(seed: u64, index: u32) -> (f32, Vec2) {
+    let mut sampler = Independent::new(seed);
+    sampler.start(SampleKey::new(0, 0, index));
+    let dimension = |what| Dimension::bounce(0, what);
+    (
+        sampler.get_1d(dimension(Bounce::Lobe)),
+        sampler.get_2d(dimension(Bounce::Direction)),
+    )
+}
+
+/// A direction at `degrees` from the normal, at some azimuth.
+fn incident(degrees: f32) -> Vec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    Vec3::new(0.8 * sin, -0.6 * sin, cos)
+}
+
+fn grey(value: f32) -> Spectrum {
+    Spectrum::splat(value)
+}
+
+/// Every lobe without facets of GGX, and mixtures of all kinds.
+fn bsdfs() -> Vec<(String, Bsdf)> {
+    let single = |name: String, lobe| (name, Bsdf::Single(lobe));
+    let mut all = vec![single("lambert".into(), Lobe::Lambert(Lambert { albedo: grey(0.8) }))];
+    for exponent in EXPONENTS {
+        let reflectance = grey(1.0);
+        all.push(single(
+            format!("phong {exponent}"),
+            Lobe::Phong(Phong { reflectance, exponent }),
+        ));
+        for (name, fresnel) in [
+            ("full", Fresnel::Full),
+            ("dielectric", Fresnel::Dielectric { eta: 1.5 }),
+            ("gold", GOLD),
+        ] {
+            let lobe = Blinn {
+                reflectance,
+                exponent,
+                fresnel,
+            };
+            all.push(single(format!("blinn {name} {exponent}"), Lobe::Blinn(lobe)));
+        }
+    }
+    let base = Material {
+        diffuse: Spectrum::rgb(0.4, 0.2, 0.3),
+        specular: grey(0.3),
+        gloss: Gloss::Phong(50.0),
+        ..Material::default()
+    };
+    let mixtures = [
+        ("diffuse + phong", base.clone()),
+        (
+            "diffuse + blinn",
+            Material {
+                gloss: Gloss::Blinn(30.0, GOLD),
+                ..base.clone()
+            },
+        ),
+        (
+            "diffuse + mirror",
+            Material {
+                gloss: Gloss::Mirror(GOLD),
+                ..base.clone()
+            },
+        ),
+        (
+            "diffuse + phong + glass",
+            Material {
+                transmission: grey(0.3),
+                ..base.clone()
+            },
+        ),
+        (
+            "diffuse + veil",
+            Material {
+                specular: grey(0.0),
+                transmission: grey(0.4),
+                thin: true,
+                ..base.clone()
+            },
+        ),
+    ];
+    all.extend(mixtures.map(|(name, material)| (name.to_string(), material.bsdf())));
+    all
+}
+
+/// Every lobe of GGX facets, and mixtures of them.
+fn rough_bsdfs() -> Vec<(String, Bsdf)> {
+    let brown = Spectrum::rgb(0.5, 0.3, 0.1);
+    let models = [
+        ("plastic", Material::metallic_roughness(brown, 0.0, 0.3)),
+        ("half a metal", Material::metallic_roughness(brown, 0.5, 0.6)),
+        (
+            "diffuse + ggx + rough glass",
+            Material {
+                diffuse: brown,
+                specular: grey(0.2),
+                gloss: Gloss::Ggx(GOLD),
+                roughness: 0.3,
+                transmission: grey(0.3),
+                ..Material::default()
+            },
+        ),
+    ];
+    let models = models.map(|(name, material)| (name.to_string(), material.bsdf()));
+    let lobes = rough_lobes().map(|(name, lobe)| (name, Bsdf::Single(lobe)));
+    lobes.chain(models).collect()
+}
+
+/// A sheen, and coats and sheens over bases of all kinds.
+fn layered_bsdfs() -> Vec<(String, Bsdf)> {
+    let brown = Spectrum::rgb(0.5, 0.3, 0.1);
+    let lacquer = Material {
+        diffuse: grey(0.8),
+        clearcoat: 1.0,
+        clearcoat_roughness: 0.5,
+        ..Material::default()
+    };
+    let smooth = Material {
+        clearcoat: 0.5,
+        ..Material::metallic_roughness(brown, 0.5, 0.6)
+    };
+    let velvet = Material {
+        anisotropy: 0.8,
+        anisotropy_rotation: 40.0,
+        sheen: Spectrum::rgb(0.9, 0.5, 0.2),
+        ..Material::metallic_roughness(brown, 1.0, 0.5)
+    };
+    let all = Material {
+        diffuse: brown,
+        specular: grey(0.2),
+        gloss: Gloss::Phong(20.0),
+        roughness: 0.3,
+        transmission: grey(0.3),
+        clearcoat: 0.7,
+        clearcoat_roughness: 0.4,
+        sheen: grey(0.5),
+        ..Material::default()
+    };
+    let models = [
+        ("coat over lambert", lacquer),
+        ("smooth coat over half a metal", smooth),
+        ("sheen over a brushed metal", velvet),
+        ("coat over sheen over phong and rough glass", all),
+    ];
+    let models = models.map(|(name, material)| (name.to_string(), material.bsdf()));
+    let sheen = Sheen { color: grey(1.0) };
+    let sheen = ("sheen".to_string(), Bsdf::Single(Lobe::Sheen(sheen)));
+    models.into_iter().chain([sheen]).collect()
+}
+
+/// Every lobe of GGX facets.
+fn rough_lobes() -> impl Iterator<Item = (String, Lobe)> {
+    let schlick = Fresnel::Schlick { f0: [0.04, 0.5, 0.9] };
+    let mirrors = [
+        ([0.01, 0.01], GOLD),
+        ([0.2, 0.2], schlick),
+        ([1.0, 1.0], Fresnel::Full),
+        ([0.1, 0.4], Fresnel::Full),
+    ];
+    let mirrors = mirrors.map(|(alpha, fresnel)| {
+        let lobe = RoughMirror::new(grey(1.0), alpha.into(), fresnel);
+        (format!("rough mirror {alpha:?} {fresnel:?}"), Lobe::RoughMirror(lobe))
+    });
+    let glasses = [([0.04, 0.04], 0.7), ([1.0, 1.0], 2.0), ([0.5, 0.2], 1.5)];
+    let glasses = glasses.map(|(alpha, ior)| {
+        let lobe = RoughDielectric::new(grey(1.0), grey(1.0), alpha.into(), ior);
+        (format!("rough glass {alpha:?} {ior}"), Lobe::RoughDielectric(lobe))
+    });
+    let coated = CoatedLambert::new(grey(1.0), 0.3, 0.04);
+    let coated = ("coated lambert".to_string(), Lobe::CoatedLambert(coated));
+    mirrors.into_iter().chain(glasses).chain([coated])
+}
+
+#[test]
+fn samples_follow_their_densities() {
+    compare_samples_with_densities(&bsdfs(), &INCIDENCES);
+}
+
+#[test]
+fn rough_samples_follow_their_densities() {
+    compare_samples_with_densities(&rough_bsdfs(), &[30.0, 80.0]);
+}
+
+#[test]
+fn layered_samples_follow_their_densities() {
+    compare_samples_with_densities(&layered_bsdfs(), &[30.0, 80.0]);
+}
+
+fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) {
+    let level = sidak(0.01, bsdfs.len() * incidences.len());
+    for (seed, (name, bsdf)) in bsdfs.iter().enumerate() {
+        for &degrees in incidences {
+            // From behind, too: lobes are alike on both sides.
+            let side = if seed % 3 == 2 { -1.0 } else { 1.0 };
+            let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
+            let sample = |i| {
+                let (u_lobe, u) = numbers(seed as u64, i);
+                let s = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance)?;
+                assert!(
+                    s.f.is_valid() && s.pdf > 0.0 && s.pdf.is_finite(),
+                    "{name} {degrees}°: {s:?}"
+                );
+                if s.is_delta() {
+                    return None;
+                }
+                assert_eq!(
+                    (s.f, s.pdf),
+                    (bsdf.eval(wo, s.wi), bsdf.pdf(wo, s.wi)),
+                    "{name} {degrees}°"
+                );
+                Some(s.wi)
+            };
+            // Refraction ends where facets would be upright; few are in mixtures here.
+            let edges = name.starts_with("rough glass");
+            let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64, edges);
+            // The share is known to 0.0009 at worst.
+            let error = (outcome.integral - outcome.share).abs();
+            assert!(
+                error < 4e-3,
+                "{name} {degrees}°: ∫pdf {} but {} of the samples",
+                outcome.integral,
+                outcome.share
+            );
+            assert!(outcome.p_value > level, "{name} {degrees}°: {outcome:?}, level {level}");
+        }
+    }
+}
+
+/// Directions through the sphere have the cosine's density, each by itself: every one here is of another set, at any place in it.
+#[test]
+fn perturbed_points_follow_the_cosine() {
+    for (seed, count) in [(1, 16), (2, 64), (3, 1024)] {
+        let mut sampler = PerturbedQmc::new(seed, count, SamplerKind::Sobol.with_seed(seed, count));
+        let direction = |i| {
+            sampler.start(SampleKey::new(i, i / 1000, i % 100));
+            Some(cosine_hemisphere_of_sphere(
+                sampler.get_2d(Dimension::bounce(1, Bounce::Direction)),
+            ))
+        };
+        let outcome = chi_square(SAMPLES, direction, |wi| cosine_hemisphere_pdf(wi.z) as f64, false);
+        assert!(outcome.p_value > sidak(0.01, 3), "{count}: {outcome:?}");
+    }
+}
+
+/// The tests above must be able to fail: wrong scale, wrong shape, a lobe that is a little too wide, lost samples.
+#[test]
+fn wrong_densities_are_found() {
+    let wo = incident(60.0);
+    let phong = |exponent| Phong {
+        reflectance: Spectrum::ONE,
+        exponent,
+    };
+    let lambert = Lambert { albedo: Spectrum::ONE };
+    let p = |sample: &dyn Fn(Vec2) -> Option<BsdfSample>, pdf: &dyn Fn(Vec3) -> f32| {
+        chi_square(
+            SAMPLES,
+            |i| sample(numbers(5, i).1).map(|s| s.wi),
+            |wi| pdf(wi) as f64,
+            false,
+        )
+        .p_value
+    };
+    let cosine = |u| lambert.sample(wo, u);
+    assert!(p(&cosine, &|wi| lambert.pdf(wo, wi)) > 1e-3);
+    assert!(p(&cosine, &|wi| 1.07 * lambert.pdf(wo, wi)) < 1e-6);
+    assert!(p(&cosine, &|wi| if wi.z > 0.0 { 0.5 / std::f32::consts::PI } else { 0.0 }) < 1e-6);
+    assert!(p(&|u| phong(100.0).sample(wo, u), &|wi| phong(103.0).pdf(wo, wi)) < 1e-6);
+    let lossy = |u: Vec2| cosine(u).filter(|s| s.wi.x < 0.99);
+    assert!(p(&|u| lossy(u).filter(|_| u.x > 0.01), &|wi| lambert.pdf(wo, wi)) < 1e-6);
+}
+
+#[test]
+fn reflection_is_reciprocal_and_keeps_energy() {
+    for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs()) {
+        for degrees in INCIDENCES {
+            let wo = incident(degrees);
+            let mut albedo = Spectrum::ZERO;
+            const N: u32 = 100_000;
+            for i in 0..N {
+                let (u_lobe, u) = numbers(7, i);
+                let Some(s) = bsdf.sample(wo, u_lobe, u, TransportMode::Importance) else {
+                    continue;
+                };
+                albedo += s.weight * (1.0 / N as f32);
+                if !s.is_delta() {
+                    // Radiance over the square of the index is the same both ways (Veach 1997, eq. 5.14).
+                    let f = (bsdf.eval(wo, s.wi) * (s.eta * s.eta)).to_array();
+                    let back = bsdf.eval(s.wi, wo).to_array();
+                    let drawn = s.f.to_array();
+                    for c in 0..3 {
+                        let least = f[c].min(back[c]).min(drawn[c]);
+                        let most = f[c].max(back[c]).max(drawn[c]);
+                        assert!(most - least <= 2e-3 * most, "{name}: {f:?} {back:?} {drawn:?}");
+                    }
+                }
+            }
+            assert!(albedo.max_component() <= 1.005, "{name} {degrees}°: albedo {albedo:?}");
+        }
+    }
+}
+
+/// ∫ f cos θ dω by the midpoint rule in f64, of an independent statement of the formula.
+fn phong_albedo(n: f64, degrees: f64) -> f64 {
+    const STEPS: usize = 1000;
+    let (sin_o, cos_o) = degrees.to_radians().sin_cos();
+    let mut sum = 0.0;
+    for i in 0..STEPS {
+        // Uniform in cos θ
+        let z = (i as f64 + 0.5) / STEPS as f64;
+        let r = (1.0 - z * z).sqrt();
+        for j in 0..STEPS {
+            let phi = (j as f64 + 0.5) / STEPS as f64 * std::f64::consts::TAU;
+            let cos_alpha = -sin_o * r * phi.cos() + cos_o * z;
+            sum += cos_alpha.max(0.0).powf(n) * z;
+        }
+    }
+    (n + 2.0) * sum / (STEPS * STEPS) as f64
+}
+
+#[test]
+fn phong_reflects_what_quadrature_says() {
+    for (degrees, expected) in [(0.0, 1.0), (45.0, 0.7074), (75.0, 0.2919)] {
+        let quadrature = phong_albedo(10.0, degrees);
+        assert!((quadrature - expected).abs() < 5e-4, "{degrees}°: {quadrature}");
+        let lobe = Phong {
+            reflectance: Spectrum::ONE,
+            exponent: 10.0,
+        };
+        let n = 1_000_000;
+        let weights = (0..n).filter_map(|i| lobe.sample(incident(degrees as f32), numbers(3, i).1));
+        let albedo = weights.map(|s| s.weight.max_component() as f64).sum::<f64>() / n as f64;
+        assert!((albedo / expected - 1.0).abs() < 5e-3, "{degrees}°: {albedo}");
+    }
+}
+
+#[test]
+fn dielectrics_share_out_all_the_light() {
+    let glass = Dielectric {
+        reflectance: Spectrum::ONE,
+        transmittance: Spectrum::ONE,
+        ior: 1.5,
+    };
+    for degrees in [0.0, 30.0, 45.0, 60.0, 80.0f32] {
+        for side in [1.0, -1.0] {
+            let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
+            let flux = |mode| {
+                let samples = glass.directions(wo, mode).into_iter().flatten();
+                samples
+                    .map(|s| (s, (s.f * s.wi.z.abs()).max_component()))
+                    .collect::<Vec<_>>()
+            };
+            let total: f32 = flux(TransportMode::Importance).iter().map(|(_, f)| f).sum();
+            assert!((total - 1.0).abs() < 1e-5, "{degrees}° {side}: {total}");
+            // Snell's law, and radiance that scales by 1/η² on its way to the camera
+            let importance = flux(TransportMode::Importance);
+            for ((s, f), (_, plain)) in flux(TransportMode::Radiance).into_iter().zip(importance) {
+                assert!((s.wi.length() - 1.0).abs() < 1e-5);
+                let eta = if s.wi.z * wo.z > 0.0 {
+                    1.0
+                } else if side > 0.0 {
+                    1.5
+                } else {
+                    1.0 / 1.5
+                };
+                assert!((s.eta - eta).abs() < 1e-6 && (f * eta * eta - plain).abs() < 1e-5);
+                let sine = |w: Vec3| w.x.hypot(w.y);
+                assert!((sine(wo) - eta * sine(s.wi)).abs() < 1e-5);
+            }
+        }
+    }
+    // Total reflection from inside at 45°
+    let inside = glass.directions(incident(45.0) * Vec3::new(1.0, 1.0, -1.0), TransportMode::Radiance);
+    assert!(inside[1].is_none() && inside[0].is_some_and(|s| s.pdf == 1.0));
+}
+
+#[test]
+fn thin_sheets_add_up_their_reflections() {
+    for degrees in INCIDENCES {
+        let wo = incident(degrees);
+        let sheet = |ior| ThinSheet {
+            reflectance: Spectrum::ONE,
+            transmittance: Spectrum::ONE,
+            ior,
+        };
+        // The series R + T R T + T R³ T + …, summed by hand
+        let glass = Dielectric {
+            reflectance: Spectrum::ONE,
+            transmittance: Spectrum::ONE,
+            ior: 1.5,
+        };
+        let r = glass.directions(wo, TransportMode::Importance)[0].unwrap().pdf as f64;
+        let series = r + (0..50).map(|k| (1.0 - r).powi(2) * r.powi(2 * k + 1)).sum::<f64>();
+        let [reflected, passed] = sheet(1.5).directions(wo);
+        let (reflected, passed) = (reflected.unwrap(), passed.unwrap());
+        assert!((reflected.pdf as f64 - series).abs() < 1e-6, "{degrees}°");
+        assert!((reflected.pdf + passed.pdf - 1.0).abs() < 1e-6 && passed.wi == -wo);
+        // A veil
+        assert!(sheet(1.0).directions(wo)[0].is_none());
+    }
+}
+
+/// The `i`-th of a sequence of points that fill the cube evenly, and with it averages (Kronecker's, by powers of the
+/// root of x⁴ = x + 1).
+fn even_numbers(i: u32) -> (f32, Vec2) {
+    let step = |power: i32| ((i as f64 + 0.5) * 1.220_744_084_605_759_5f64.powi(-power)).fract() as f32;
+    (step(1).min(0.999_999_9), Vec2::new(step(2), step(3)))
+}
+
+/// Share of the light from `wo` that goes on, by channel.
+fn scattered(lobes: &[Lobe], wo: Vec3) -> [f64; 3] {
+    const N: u32 = 1 << 14;
+    let mut sum = [0.0; 3];
+    for lobe in lobes {
+        for i in 0..N {
+            let (u_lobe, u) = even_numbers(i);
+            if let Some(s) = lobe.sample(wo, u_lobe, u, TransportMode::Importance) {
+                let weight = s.weight.to_array();
+                sum = [0, 1, 2].map(|c| sum[c] + weight[c] as f64 / N as f64);
+            }
+        }
+    }
+    sum
+}
+
+const ROUGHNESSES: [f32; 7] = [0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0];
+const ANGLES: [f32; 7] = [0.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0];
+
+#[test]
+fn rough_mirrors_reflect_all_light() {
+    let mut worst = 0f64;
+    for roughness in ROUGHNESSES {
+        for degrees in ANGLES {
+            let alpha = Vec2::splat(roughness * roughness);
+            let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha, Fresnel::Full));
+            let [share, ..] = scattered(&[lobe], incident(degrees));
+            worst = worst.max((share - 1.0).abs());
+            assert!((share - 1.0).abs() < 5e-3, "{roughness} {degrees}°: {share}");
+        }
+    }
+    eprintln!("rough mirrors: off by {worst:.4} at most");
+}
+
+#[test]
+fn rough_dielectrics_share_out_all_the_light() {
+    let mut worst = 0f64;
+    for ior in [0.6, 1.3, 1.5, 1.77, 2.0] {
+        for roughness in ROUGHNESSES {
+            for degrees in ANGLES {
+                for side in [1.0, -1.0] {
+                    let alpha = Vec2::splat(roughness * roughness);
+                    let lobe = Lobe::RoughDielectric(RoughDielectric::new(grey(1.0), grey(1.0), alpha, ior));
+                    let [share, ..] = scattered(&[lobe], incident(degrees) * Vec3::new(1.0, 1.0, side));
+                    worst = worst.max((share - 1.0).abs());
+                    assert!(
+                        (share - 1.0).abs() < 1e-2,
+                        "{ior} {roughness} {degrees}° {side}: {share}"
+                    );
+                }
+            }
+        }
+    }
+    eprintln!("rough dielectrics: off by {worst:.4} at most");
+}
+
+/// A white base gives back all that its coat lets pass, whatever the roughness, and a metal of white colour reflects all.
+#[test]
+fn metallic_roughness_keeps_energy() {
+    let mut worst = 0f64;
+    for roughness in ROUGHNESSES.into_iter().chain([0.0]) {
+        for degrees in ANGLES {
+            for metallic in [0.0, 0.5, 1.0] {
+                let bsdf = Material::metallic_roughness(grey(1.0), metallic, roughness).bsdf();
+                let lobes: Vec<Lobe> = bsdf.lobes().copied().collect();
+                let [share, ..] = scattered(&lobes, incident(degrees));
+                worst = worst.max((share - 1.0).abs());
+                assert!((share - 1.0).abs() < 5e-3, "{metallic} {roughness} {degrees}°: {share}");
+            }
+        }
+    }
+    eprintln!("metallic-roughness: off by {worst:.4} at most");
+}
+
+/// Share of the light from `wo` that goes on, of the channel with most.
+fn scattered_by(bsdf: &Bsdf, wo: Vec3) -> f64 {
+    const N: u32 = 1 << 14;
+    let samples = (0..N).map(even_numbers);
+    let weights = samples.filter_map(|(u_lobe, u)| bsdf.sample(wo, u_lobe, u, TransportMode::Importance));
+    let sum = weights.fold(Spectrum::ZERO, |sum, s| sum + s.weight * (1.0 / N as f32));
+    sum.max_component() as f64
+}
+
+/// Least and most of a white base's light that goes on under layers, whatever the coat's roughness and the angle.
+fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
+    let (mut least, mut most) = (2f64, 0f64);
+    for &(clearcoat, sheen) in layers {
+        for clearcoat_roughness in [0.0, 0.3, 1.0] {
+            for degrees in ANGLES {
+                let layered = Material {
+                    clearcoat,
+                    clearcoat_roughness,
+                    sheen: grey(sheen),
+                    ..base.clone()
+                };
+                let share = scattered_by(&layered.bsdf(), incident(degrees));
+                (least, most) = (least.min(share), most.max(share));
+            }
+        }
+    }
+    (least, most)
+}
+
+/// What a coat and a sheen take of the light they give, so that white stays white: on matte surfaces all of it. Glossy lobes lose what they bring from
+/// directions that more passes to those that less does, the more the wider they are.
+#[test]
+fn layers_share_the_light_with_their_base() {
+    let matte = Material {
+        diffuse: grey(1.0),
+        ..Material::default()
+    };
+    let metal = |roughness| Material::metallic_roughness(grey(1.0), 1.0, roughness);
+    let plastic = Material::metallic_roughness(grey(1.0), 0.0, 0.4);
+    let mut wrong = Vec::new();
+    for (name, base, losses) in [
+        ("matte", matte, [0.01, 0.01, 0.03]),
+        ("plastic", plastic, [0.02, 0.02, 0.04]),
+        ("mirror", metal(0.0), [0.01, 0.01, 0.03]),
+        ("metal of roughness 0.3", metal(0.3), [0.06, 0.05, 0.09]),
+        ("metal of roughness 0.6", metal(0.6), [0.06, 0.11, 0.13]),
+        ("metal of roughness 1", metal(1.0), [0.05, 0.14, 0.16]),
+    ] {
+        let layers = [
+            ("a coat", &[(1.0, 0.0), (0.5, 0.0)][..]),
+            ("a sheen", &[(0.0, 1.0)]),
+            ("both", &[(1.0, 1.0)]),
+        ];
+        for ((what, layers), loss) in layers.into_iter().zip(losses) {
+            let (least, most) = under_layers(&base, layers);
+            eprintln!("{name} under {what}: {least:.4} to {most:.4}");
+            // Some thousand samples and the tables are not exact.
+            if most > 1.01 || least < 1.0 - loss {
+                wrong.push((name, what, least, most));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// Directions that a material sees turned by 30°, about ∂p/∂u where there is one.
+#[test]
+fn brushes_follow_texture_coordinates() {
+    use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
+    let quad = crate::support::polygon(&[
+        Vec3::ZERO,
+        Vec3::X,
+        Vec3::new(1.0, 0.0, -2.0),
+        Vec3::new(0.0, 0.0, -2.0),
+    ]);
+    let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+    let brushed = Material {
+        anisotropy: 0.5,
+        anisotropy_rotation: 30.0,
+        ..Material::metallic_roughness(grey(0.9), 1.0, 0.5)
+    };
+    let tangent = |uvs: Vec<Vec2>, material: &Material| {
+        let mut b = embrasure::scene::SceneBuilder::new();
+        crate::support::add(&mut b, Mesh { uvs, ..quad.clone() }, material.clone());
+        let scene = b.build().unwrap().0;
+        let hit = Hit {
+            t: 1.0,
+            b1: 0.2,
+            b2: 0.3,
+            prim: PrimId(1),
+            geom: GeomId(0),
+            inst: InstanceId::NONE,
+        };
+        let point = scene.surface_point(&hit, 0.0);
+        scene.frame(&hit, &point).to_world(Vec3::X)
+    };
+    // About +y, x turns towards −z.
+    let (sin, cos) = 30f32.to_radians().sin_cos();
+    assert!(tangent(uvs.clone(), &brushed).distance(Vec3::new(cos, 0.0, -sin)) < 1e-6);
+    let turned = uvs.iter().map(|uv| Vec2::new(uv.y, -uv.x)).collect();
+    assert!(tangent(turned, &brushed).distance(Vec3::new(-sin, 0.0, -cos)) < 1e-6);
+    // Any tangent will do where there are no coordinates, or where it has no say.
+    let any = embrasure::math::Frame::from_z(Vec3::Y).to_world(Vec3::X);
+    assert_eq!(tangent(Vec::new(), &brushed), any);
+    let round = Material {
+        anisotropy: 0.0,
+        ..brushed
+    };
+    assert_eq!(tangent(uvs, &round), any);
+}
+
+/// A highlight is longer along the tangent, where facets have the larger slopes.
+#[test]
+fn highlights_are_longer_along_the_tangent() {
+    let brushed = Material {
+        anisotropy: 0.9,
+        ..Material::metallic_roughness(grey(1.0), 1.0, 0.3)
+    };
+    let bsdf = brushed.bsdf();
+    let mut squares = Vec3::ZERO;
+    const N: u32 = 1 << 14;
+    for (u_lobe, u) in (0..N).map(even_numbers) {
+        if let Some(s) = bsdf.sample(Vec3::Z, u_lobe, u, TransportMode::Radiance) {
+            squares += s.wi * s.wi;
+        }
+    }
+    let ratio = (squares.x / squares.y).sqrt();
+    // The slopes' ratio is 1 / (1 − 0.9²) = 5.3; the sine of a wide lobe's angle grows less.
+    assert!((2.0..5.3).contains(&ratio), "{ratio}");
+}
+
+/// What a patch whose shading normal is tilted sends from all directions to all others, found by paths from either end.
+#[test]
+fn paths_from_both_ends_agree_on_shading_normals() {
+    use embrasure::geometry::SurfacePoint;
+    use embrasure::math::Frame;
+    let ns = Vec3::new(0.4, -0.3, 0.8).normalize();
+    let point = SurfacePoint {
+        p: Vec3::ZERO,
+        clearance: 0.0,
+        lift: [0.0; 2],
+        ng: Vec3::Z,
+        ns,
+        time: 0.0,
+    };
+    let frame = Frame::from_z(ns);
+    // Sensitivity and light: any functions of the direction that differ
+    let seen = |w: Vec3| f64::from(1.5 + w.x + w.x * w.y);
+    let lit = |w: Vec3| f64::from((1.0 - w.x + 2.0 * w.y).powi(2));
+    let is_above = |w: Vec3| w.z > 1e-3 && w.dot(ns) > 1e-3;
+    let bsdfs = [
+        Bsdf::Single(Lobe::Lambert(Lambert { albedo: grey(0.8) })),
+        Material::metallic_roughness(grey(0.8), 0.5, 0.5).bsdf(),
+    ];
+    for bsdf in bsdfs {
+        // First directions by the geometric cosine, which the patch's flux has; then the BSDF's about the shading normal
+        let mean = |from_light: bool, is_corrected: bool| {
+            let mut sum = 0.0;
+            for i in 0..SAMPLES {
+                let first = embrasure::sampling::warp::cosine_hemisphere(numbers(21, i).1);
+                let (u_lobe, u) = numbers(22, i);
+                let mode = match from_light {
+                    true => TransportMode::Importance,
+                    false => TransportMode::Radiance,
+                };
+                let Some(s) = bsdf.sample(frame.to_local(first), u_lobe, u, mode) else {
+                    continue;
+                };
+                let second = frame.to_world(s.wi);
+                if !is_above(first) || !is_above(second) {
+                    continue;
+                }
+                let factor = if is_corrected {
+                    point.adjoint_factor(first, second)
+                } else {
+                    1.0
+                };
+                let (wo, wi) = if from_light { (second, first) } else { (first, second) };
+                sum += seen(wo) * lit(wi) * (s.weight.max_component() * factor) as f64;
+            }
+            sum / SAMPLES as f64
+        };
+        let (camera, light, wrong) = (mean(false, false), mean(true, true), mean(true, false));
+        eprintln!("{camera:.4} from the camera, {light:.4} from the light, {wrong:.4} without the factor");
+        assert!((light / camera - 1.0).abs() < 0.01, "{camera} {light}");
+        assert!((wrong / camera - 1.0).abs() > 0.05, "{camera} {wrong}");
+    }
+    // Without a normal of its own there is nothing to correct.
+    let flat = SurfacePoint { ns: Vec3::Z, ..point };
+    let (wo, wi) = (incident(30.0), incident(70.0));
+    assert!((flat.adjoint_factor(wo, wi) - 1.0).abs() < 1e-6);
+    assert_eq!(point.adjoint_factor(Vec3::X, wi), 0.0);
+}
+
+/// Facets of different slopes lose energy, and gain a little where light grazes.
+#[test]
+fn brushed_mirrors_keep_most_energy() {
+    let (mut most, mut least) = (0f64, 2f64);
+    for alpha in [[0.05, 0.2], [0.1, 0.4], [0.5, 0.05], [1.0, 0.3]] {
+        for degrees in ANGLES {
+            for turn in [0.0, 30.0, 60.0, 90.0f32] {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                let (y, x) = turn.to_radians().sin_cos();
+                let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha.into(), Fresnel::Full));
+                let [share, ..] = scattered(&[lobe], Vec3::new(sin * x, sin * y, cos));
+                (most, least) = (most.max(share), least.min(share));
+            }
+        }
+    }
+    eprintln!("brushed mirrors: {least:.4} to {most:.4}");
+    assert!(most < 1.035 && least > 0.75, "{least} {most}");
+}
+
+/// Values in f64 from another form of the formulas, and from sums over the hemisphere for what several reflections add.
+#[test]
+fn rough_mirrors_reflect_what_quadrature_says() {
+    const STEPS: usize = 400;
+    let f = |cos: f64| 0.2 + 0.8 * (1.0 - cos).powi(5);
+    let mean_f = (20.0 * 0.2 + 1.0) / 21.0;
+    for alpha in [0.25, 0.64, 1.0] {
+        let lambda = |cos: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);
+        let single = |wo: [f64; 3], wi: [f64; 3], fresnel: &dyn Fn(f64) -> f64| {
+            let h = [0, 1, 2].map(|k| wo[k] + wi[k]);
+            let length = h.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let cos_h = h[2] / length;
+            let d = alpha * alpha / (std::f64::consts::PI * (cos_h * cos_h * (alpha * alpha - 1.0) + 1.0).powi(2));
+            let g = 1.0 / (1.0 + lambda(wo[2]) + lambda(wi[2]));
+            d * g * fresnel(0.5 * length) / (4.0 * wo[2] * wi[2])
+        };
+        let direction = |cos: f64, phi: f64| {
+            let sin = (1.0 - cos * cos).sqrt();
+            [sin * phi.cos(), sin * phi.sin(), cos]
+        };
+        let albedo = |cos_o: f64| {
+            let mut sum = 0.0;
+            for i in 0..STEPS {
+                let z = (i as f64 + 0.5) / STEPS as f64;
+                for j in 0..STEPS / 4 {
+                    let phi = std::f64::consts::PI * (j as f64 + 0.5) / (STEPS / 4) as f64;
+                    sum += single(direction(cos_o, 0.0), direction(z, phi), &|_| 1.0) * z;
+                }
+            }
+            8.0 * std::f64::consts::PI * sum / (STEPS * STEPS) as f64
+        };
+        let mean = (0..50)
+            .map(|i| (i as f64 + 0.5) / 50.0)
+            .map(|z| 2.0 * z * albedo(z))
+            .sum::<f64>()
+            / 50.0;
+        let several = mean_f * mean_f * mean / (1.0 - mean_f * (1.0 - mean)) / (std::f64::consts::PI * (1.0 - mean));
+
+        let fresnel = Fresnel::Schlick { f0: [0.2; 3] };
+        let lobe = RoughMirror::new(grey(1.0), Vec2::splat(alpha as f32), fresnel);
+        for (cos_o, cos_i, phi) in [
+            (0.9, 0.8, 3.0),
+            (0.5, 0.5, 1.0),
+            (0.2, 0.7, 2.0),
+            (0.6, 0.1, 0.1),
+            (0.3, 0.3, 3.1),
+        ] {
+            let (wo, wi) = (direction(cos_o, 0.0), direction(cos_i, phi));
+            let expected = single(wo, wi, &f) + several * (1.0 - albedo(cos_o)) * (1.0 - albedo(cos_i));
+            let vec = |w: [f64; 3]| Vec3::new(w[0] as f32, w[1] as f32, w[2] as f32);
+            let value = lobe.eval(vec(wo), vec(wi)).max_component() as f64;
+            assert!(
+                (value / expected - 1.0).abs() < 5e-3,
+                "{alpha} {cos_o} {cos_i}: {value} {expected}"
+            );
+        }
+    }
+}
+
+/// Walter et al. 2007, eq. 21, in f64 and in the paper's own words, where several scatterings add next to nothing.
+#[test]
+fn rough_glass_refracts_as_published() {
+    let alpha = 0.04f64;
+    for ior in [1.5, 0.75] {
+        let lobe = RoughDielectric::new(grey(1.0), grey(1.0), Vec2::splat(alpha as f32), ior as f32);
+        for (wo, h) in [
+            ([0.0, 0.0, 1.0], [0.02, 0.01, 1.0]),
+            ([0.5, 0.2, 0.9], [-0.03, 0.04, 1.0]),
+            ([0.2, -0.3, -0.8], [0.01, 0.05, -1.0]),
+        ] {
+            let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let unit = |a: [f64; 3]| a.map(|x| x / dot(a, a).sqrt());
+            let (o, m) = (unit(wo), unit(h));
+            let (eta_o, eta_i) = if o[2] > 0.0 { (1.0, ior) } else { (ior, 1.0) };
+            // Snell's law at the facet, and Fresnel's equations
+            let (c, ratio) = (dot(o, m), eta_o / eta_i);
+            let cos_t = (1.0 - ratio * ratio * (1.0 - c * c)).sqrt();
+            let i = [0, 1, 2].map(|k| (ratio * c - cos_t) * m[k] - ratio * o[k]);
+            let s = (eta_o * c - eta_i * cos_t) / (eta_o * c + eta_i * cos_t);
+            let p = (eta_i * c - eta_o * cos_t) / (eta_i * c + eta_o * cos_t);
+            let fresnel = 0.5 * (s * s + p * p);
+            let tan2 = |w: [f64; 3]| 1.0 / (w[2] * w[2]) - 1.0;
+            let d = alpha.powi(2) / (std::f64::consts::PI * m[2].powi(4) * (alpha.powi(2) + tan2(m)).powi(2));
+            let g1 = |w: [f64; 3]| 2.0 / (1.0 + (1.0 + alpha.powi(2) * tan2(w)).sqrt());
+            let jacobian = eta_o.powi(2) / (eta_i * dot(i, m) + eta_o * dot(o, m)).powi(2);
+            let cosines = (dot(i, m) * dot(o, m) / (i[2] * o[2])).abs();
+            let expected = cosines * jacobian * (1.0 - fresnel) * g1(i) * g1(o) * d;
+            let vec = |w: [f64; 3]| Vec3::new(w[0] as f32, w[1] as f32, w[2] as f32);
+            let value = lobe.eval(vec(o), vec(i)).max_component() as f64;
+            assert!((value / expected - 1.0).abs() < 2e-3, "{ior} {o:?}: {value} {expected}");
+        }
+    }
+}
+
+/// What is hardly rough sends light where a smooth surface does, and as much of it.
+#[test]
+fn smooth_facets_are_mirrors() {
+    let alpha = Vec2::splat(2.0 * LEAST_ALPHA);
+    let ones = grey(1.0);
+    for degrees in [0.0, 30.0, 60.0, 80.0] {
+        for side in [1.0, -1.0] {
+            let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
+            for mode in [TransportMode::Radiance, TransportMode::Importance] {
+                let mirror = Mirror {
+                    reflectance: ones,
+                    fresnel: GOLD,
+                };
+                let glass = Dielectric {
+                    reflectance: ones,
+                    transmittance: ones,
+                    ior: 1.5,
+                };
+                let pairs = [
+                    (
+                        Lobe::RoughMirror(RoughMirror::new(ones, alpha, GOLD)),
+                        Lobe::Mirror(mirror),
+                    ),
+                    (
+                        Lobe::RoughDielectric(RoughDielectric::new(ones, ones, alpha, 1.5)),
+                        Lobe::Dielectric(glass),
+                    ),
+                ];
+                for (rough, smooth) in pairs {
+                    for expected in smooth.directions(wo, mode).into_iter().flatten() {
+                        // Flux and mean direction on that side
+                        let (mut flux, mut mean) = (0.0, Vec3::ZERO);
+                        const N: u32 = 1 << 14;
+                        for i in 0..N {
+                            let (u_lobe, u) = even_numbers(i);
+                            let sample = rough.sample(wo, u_lobe, u, mode);
+                            if let Some(s) = sample.filter(|s| s.wi.z * expected.wi.z > 0.0) {
+                                flux += s.weight.max_component() / N as f32;
+                                mean += s.wi * (s.weight.max_component() / N as f32);
+                                assert_eq!((s.eta, s.scattering), (expected.eta, Scattering::Glossy));
+                            }
+                        }
+                        let share = expected.pdf * expected.weight.max_component();
+                        assert!((flux - share).abs() < 3e-3, "{degrees}° {side}: {flux} {share}");
+                        let off = (mean / flux).distance(expected.wi);
+                        assert!(off < 0.01, "{degrees}° {side}: {off}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Lobes of little or no sense give finite values, and no panic.
+#[test]
+fn rough_lobes_bear_any_direction() {
+    let numbers = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-20, 1.0, 50.0];
+    let directions = [
+        Vec3::X,
+        Vec3::Z,
+        Vec3::NEG_Z,
+        Vec3::new(0.6, 0.0, -0.8),
+        Vec3::new(1.0, 0.0, 1e-30),
+        Vec3::new(-1.0, 0.0, -1e-7),
+    ];
+    let lobes = rough_lobes()
+        .map(|(_, lobe)| lobe)
+        .chain(numbers.into_iter().flat_map(|x| {
+            let alpha = Vec2::new(x, 0.5);
+            [
+                Lobe::RoughMirror(RoughMirror::new(grey(1.0), alpha, Fresnel::Schlick { f0: [0.5; 3] })),
+                Lobe::RoughDielectric(RoughDielectric::new(grey(1.0), grey(1.0), alpha, 1.5)),
+                Lobe::RoughDielectric(RoughDielectric::new(
+                    grey(1.0),
+                    grey(1.0),
+                    Vec2::splat(0.3),
+                    1.0 / (1.0 + x.abs().min(99.0)),
+                )),
+                Lobe::CoatedLambert(CoatedLambert::new(grey(1.0), x, 0.04)),
+            ]
+        }));
+    let sheen = Sheen { color: grey(1.0) };
+    let lobes = lobes.chain([Lobe::Sheen(sheen)]).map(Bsdf::Single);
+    let layered = layered_bsdfs().into_iter().map(|(_, bsdf)| bsdf);
+    for lobe in lobes.chain(layered) {
+        for wo in directions {
+            for wi in directions {
+                let (f, pdf) = (lobe.eval(wo, wi), lobe.pdf(wo, wi));
+                assert!(
+                    f.is_valid() && pdf.is_finite() && pdf >= 0.0,
+                    "{lobe:?} {wo} {wi}: {f:?} {pdf}"
+                );
+            }
+            for i in 0..200 {
+                let (u_lobe, u) = even_numbers(i);
+                if let Some(s) = lobe.sample(wo, u_lobe, u, TransportMode::Radiance) {
+                    assert!(
+                        s.weight.is_valid() && s.wi.is_finite() && s.pdf > 0.0,
+                        "{lobe:?} {wo}: {s:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// In a furnace nothing that keeps all light can be seen: that also asks the integrator for both sides, the index and
+/// the choice of parts.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+#[test]
+fn rough_objects_vanish_in_a_furnace() {
+    let glass = Material {
+        transmission: grey(1.0),
+        roughness: 0.6,
+        ..Material::default()
+    };
+    let metal = Material {
+        specular: grey(1.0),
+        gloss: Gloss::Ggx(Fresnel::Full),
+        roughness: 0.8,
+        ..Material::default()
+    };
+    let plastic = Material::metallic_roughness(grey(1.0), 0.0, 0.4);
+    let lacquer = Material {
+        diffuse: grey(1.0),
+        clearcoat: 0.6,
+        ..Material::default()
+    };
+    let cloth = Material {
+        diffuse: grey(1.0),
+        sheen: grey(0.8),
+        ..Material::default()
+    };
+    for (name, material) in [
+        ("glass", glass),
+        ("metal", metal),
+        ("plastic", plastic),
+        ("lacquer", lacquer),
+        ("cloth", cloth),
+    ] {
+        let mut b = embrasure::scene::SceneBuilder::new();
+        crate::support::add(&mut b, crate::support::sphere(1.0, Vec3::ZERO, 2), material);
+        b.add_constant_light(Spectrum::ONE).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert!(report.scaled_materials.is_empty());
+        let camera = crate::support::pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 36.0);
+        let film = crate::support::render_film(&scene, camera, [48, 48], 256, None);
+        let (mean, error) = (
+            crate::support::film_mean(&film, 0),
+            crate::support::film_error(&film, 0),
+        );
+        eprintln!("{name}: {mean:.5} ± {error:.5}");
+        assert!((mean - 1.0).abs() < 5e-3 + 4.0 * error, "{name}: {mean} ± {error}");
+    }
+}
+
+/// The number that chooses a lobe chooses smooth ones first: directions that are not drawn by the BSDF take only these from it.
+#[test]
+fn smooth_lobes_are_chosen_first() {
+    let mirror_and_rough_glass = Material {
+        specular: grey(0.4),
+        gloss: Gloss::Mirror(GOLD),
+        transmission: grey(0.5),
+        roughness: 0.5,
+        ..Material::default()
+    };
+    let mirror = ("mirror and rough glass".to_string(), mirror_and_rough_glass.bsdf());
+    let all = bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs());
+    for (name, bsdf) in all.chain([mirror]) {
+        for wo in INCIDENCES.map(incident) {
+            let smooth = bsdf.smooth_probability(wo);
+            for (u_lobe, u) in (0..2000).map(even_numbers) {
+                // Not where rounding decides
+                if (u_lobe - smooth).abs() < 1e-5 {
+                    continue;
+                }
+                if let Some(s) = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance) {
+                    assert_eq!(s.is_delta(), u_lobe > smooth, "{name} {wo}: {u_lobe} {smooth}");
+                }
+            }
+        }
+    }
+}
+
+/// Light that is sampled, also through glass, and light that scattered rays meet are the same.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+#[test]
+fn light_through_rough_glass_is_found_both_ways() {
+    use crate::support::{add, material, polygon, room, sphere};
+    use embrasure::integrator::{DirectLight, Directions, PathIntegrator, Strategy};
+    let mut b = embrasure::scene::SceneBuilder::new();
+    add(&mut b, room(), material(0.4, 0.0));
+    let corners = [[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7]];
+    let lamp = corners.map(|[x, z]| Vec3::new(x, 0.97, z));
+    add(&mut b, polygon(&lamp), material(0.0, 2.0));
+    let glass = Material {
+        transmission: Spectrum::rgb(1.0, 0.9, 0.8),
+        roughness: 1.0,
+        ..Material::default()
+    };
+    add(&mut b, sphere(0.5, Vec3::ZERO, 3), glass);
+    let plastic = Material {
+        clearcoat: 1.0,
+        sheen: grey(0.5),
+        ..Material::metallic_roughness(grey(0.8), 0.3, 0.8)
+    };
+    add(&mut b, sphere(0.3, Vec3::new(-0.4, -0.6, 0.5), 2), plastic);
+    let scene = b.build().unwrap().0;
+    let camera = crate::support::pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.2, 0.0), 70.0);
+    let size = embrasure::math::UVec2::splat(24);
+    let mean = |directions, direct, reuse| {
+        crate::support::with_world(&scene, camera, size, |world| {
+            let integrator = PathIntegrator {
+                strategy: Strategy {
+                    directions,
+                    direct,
+                    ..Strategy::default()
+                },
+                reuse,
+                ..crate::support::path_tracer(world, Some(6))
+            };
+            let film = crate::support::film_of(&integrator, size, 1024, 3);
+            (
+                crate::support::film_mean(&film, 0),
+                crate::support::film_error(&film, 0),
+            )
+        })
+    };
+    let (expected, error) = mean(Directions::Bsdf, DirectLight::Mis, false);
+    for (directions, direct, reuse) in [
+        (Directions::Bsdf, DirectLight::None, false),
+        (Directions::Bsdf, DirectLight::Light, false),
+        (Directions::Bsdf, DirectLight::Mis, true),
+        (Directions::Cosine, DirectLight::None, false),
+        (Directions::Cosine, DirectLight::Mis, false),
+        (Directions::Uniform, DirectLight::Mis, true),
+    ] {
+        let (other, other_error) = mean(directions, direct, reuse);
+        let z = (other - expected) / error.hypot(other_error);
+        eprintln!(
+            "{directions:?} {direct:?} {reuse}: {other:.5} ± {other_error:.5} against {expected:.5} ± {error:.5}"
+        );
+        // Pixels that share paths have common errors: theirs is taken for too small.
+        assert!(
+            z.abs() < if reuse { 8.0 } else { 4.0 },
+            "{directions:?} {direct:?} {reuse}: {z}"
+        );
+    }
+}
+
+/// The path tracer draws the number that chooses a part for mixtures only.
+#[test]
+fn lobes_with_parts_are_mixtures() {
+    let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();
+    assert!(matches!(metal(0.5), Bsdf::Mix(_)) && metal(0.5).lobes().all(Lobe::has_parts));
+    // Below a roughness of 1/64 it is a mirror.
+    assert!(matches!(metal(0.015), Bsdf::Single(Lobe::Mirror(_))));
+    let glass = |roughness, ior| {
+        let material = Material {
+            transmission: grey(1.0),
+            roughness,
+            ior,
+            ..Material::default()
+        };
+        material.bsdf()
+    };
+    assert!(matches!(glass(0.5, 1.5), Bsdf::Mix(_)));
+    assert!(matches!(glass(0.015, 1.5), Bsdf::Single(Lobe::Dielectric(_))));
+    assert!(matches!(glass(1.0, 1.0), Bsdf::Single(Lobe::Dielectric(_))));
+}
+
+#[test]
+fn lobes_are_small() {
+    // Three of them are copied with every mixture.
+    assert!(size_of::<RoughMirror>() <= 60 && size_of::<RoughDielectric>() <= 60);
+    assert_eq!(size_of::<Lobe>(), 64);
+    assert!(size_of::<Bsdf>() <= 336);
+}

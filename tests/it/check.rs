@@ -1,0 +1,651 @@
+//! `embrasure check` and `embrasure explain`: what they find, and where.
+
+use crate::support::program::{code, done, folder, json, printed, read_json, run, split, words, write_grey_png};
+use crate::support::shared;
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// What `check --json` says of a scene, and its exit code.
+fn check(folder: &Path, scene: &str) -> (Value, i32) {
+    let out = run(folder, &["check", scene, "--json"]);
+    (json(&out), code(&out))
+}
+
+fn findings(report: &Value) -> &Vec<Value> {
+    report["findings"].as_array().unwrap()
+}
+
+/// `severity code file:line:column`, where a line or column that is not known is 0.
+fn key(finding: &Value) -> String {
+    let number = |key: &str| finding[key].as_u64().unwrap_or(0);
+    let text = |key: &str| finding[key].as_str().unwrap().to_string();
+    let (line, column) = (number("line"), number("column"));
+    format!("{} {} {}:{line}:{column}", text("severity"), text("code"), text("file"))
+}
+
+const SQUARE: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl m\n";
+const SCENE: &str = "version = 1\n[[object]]\nobj = \"a.obj\"\n";
+
+/// The corners of a cube as lines 1 to 8, from `low` to `high`.
+fn corners(low: f32, high: f32) -> String {
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| if bit == 0 { low } else { high });
+    let line = |[x, y, z]: [f32; 3]| format!("v {x} {y} {z}\n");
+    (0..8).map(corner).map(line).collect()
+}
+
+/// Its faces, of the eight positions from `first` on, wound to be seen from outside.
+fn cube_faces(first: usize) -> Vec<String> {
+    let faces = [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ];
+    let face = |f: [usize; 4]| format!("f {}\n", f.map(|i| (i + first - 1).to_string()).join(" "));
+    faces.map(face).to_vec()
+}
+
+/// The same face from its back.
+fn turned(face: &str) -> String {
+    let words: Vec<&str> = face.split_whitespace().rev().collect();
+    format!("f {}\n", words[..words.len() - 1].join(" "))
+}
+
+/// The scene of an OBJ and an MTL text must have just these findings besides notes on defaults.
+fn assert_found(what: &str, obj: &str, mtl: &str, expected: &[&str]) {
+    let folder = folder(&[("a.obj", obj), ("a.mtl", mtl), ("s.toml", SCENE)]);
+    let (report, code) = check(folder.path(), "s.toml");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    let told = |key: &&String| !key.contains("note default-");
+    let found: Vec<&String> = found.iter().filter(told).collect();
+    assert_eq!(found, expected, "{what}: {report:#}");
+    let is_wrong = expected.iter().any(|key| key.starts_with("error"));
+    assert_eq!(code, i32::from(is_wrong), "{what}");
+}
+
+#[test]
+fn each_mistake_of_a_face_is_found_at_its_line() {
+    let plain = "newmtl m\nKd 0.5 0.5 0.5\n";
+    let cases: &[(&str, &str, &[&str])] = &[
+        ("sound", "f 1 2 3 4\n", &[]),
+        (
+            "wrong lines, all of them",
+            "f 1 2 3 4\nf 1 2 x\n f 1  2/3 3\nv 1 z 2\n",
+            &[
+                "error wrong-statement a.obj:8:7",
+                "error wrong-statement a.obj:9:7",
+                "error wrong-statement a.obj:10:5",
+                "note unused-vertex a.obj:10:0",
+            ],
+        ),
+        (
+            "a continued line",
+            "f 1 2 3 4\nf 1 2 \\\n  9\n",
+            &["error wrong-statement a.obj:9:3"],
+        ),
+        (
+            "no area",
+            "f 1 2 3 4\nv 2 0 0\nf 1 2 5\n",
+            &["warning degenerate-face a.obj:9:0"],
+        ),
+        (
+            "a corner twice, by another index",
+            "f 1 2 3 4\nv 0 0 0\nf 1 2 5\n",
+            &["warning repeated-vertex a.obj:9:0"],
+        ),
+        (
+            "turned and over",
+            "f 1 2 3 4\nf 3 2 1 4\nf 1 2 3\nf 2 3 1\n",
+            &["warning duplicate-face a.obj:8:0"],
+        ),
+        (
+            "five corners in another order",
+            "v 0.5 2 0\nf 1 2 3 5 4\nf 4 1 2 3 5\n",
+            &["warning duplicate-face a.obj:9:0"],
+        ),
+        (
+            "a bow",
+            "v 0.2 3 0\nf 1 2 3 4\nf 1 2 5 3\n",
+            &["warning crossing-face a.obj:9:0"],
+        ),
+        ("concave", "v 0.5 0.1 0\nf 1 5 2 3 4\n", &[]),
+        ("two corners", "f 1 2 3 4\nf 1 2\n", &["warning short-face a.obj:8:0"]),
+        (
+            "a vertex too many",
+            "v 9 9 9\nf 1 2 3 4\n",
+            &["note unused-vertex a.obj:7:0"],
+        ),
+        (
+            "normals",
+            "vn 0 0 -1\nvn 0 0 0\nf 1//1 2//1 3//1 4//1\nf 1//2 2//2 3//2 4//2\n",
+            &[
+                "warning bad-normal a.obj:8:0",
+                "warning flipped-normal a.obj:9:0",
+                "warning duplicate-face a.obj:10:0",
+            ],
+        ),
+        (
+            "an unknown material",
+            "f 1 2 3 4\nusemtl nn\nf 1 2 4\n",
+            &["warning missing-material a.obj:8:0"],
+        ),
+        (
+            "an unknown word",
+            "f 1 2 3 4\ntrim 1\n",
+            &["warning unknown-statement a.obj:8:0"],
+        ),
+        (
+            "a missing library",
+            "mtllib b.mtl\nf 1 2 3 4\n",
+            &["warning missing-library a.obj:7:0"],
+        ),
+    ];
+    for (what, faces, expected) in cases {
+        assert_found(what, &format!("{SQUARE}{faces}"), plain, expected);
+    }
+    let far = SQUARE.replace("v 0", "v 1e7").replace("v 1 ", "v 10000001 ") + "f 1 2 3 4\n";
+    assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
+}
+
+/// Far from the origin an instance loses digits on the way into its own space, also in a scene that is as wide as it is far.
+#[test]
+fn instances_that_are_far_away_are_found() {
+    let scene = |x: &str, size: &str| {
+        let m = format!("[[{size}, 0, 0, {x}], [0, {size}, 0, 0], [0, 0, {size}, 0], [0, 0, 0, 1]]");
+        format!("{SCENE}name = \"stone\"\ninstances = [{m}]\n[[object]]\nobj = \"b.obj\"\n")
+    };
+    let square = format!("{SQUARE}f 1 2 3 4\n");
+    let plain = "v -1e5 0 0\nv 1e5 0 0\nv 1e5 1e5 1\nv -1e5 1e5 0\nusemtl m\nf 1 2 3 4\n";
+    for (x, size, is_far) in [
+        ("1e5", "1", true),
+        ("1e3", "1", false),
+        ("1e5", "1e3", false),
+        ("1e3", "0.001", true),
+    ] {
+        let files = [
+            ("s.toml", scene(x, size)),
+            ("a.obj", square.clone()),
+            ("b.obj", format!("mtllib a.mtl\n{plain}")),
+        ];
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+        let folder = folder(&[&files[..], &[("a.mtl", "newmtl m\nKd 0.5 0.5 0.5\n")]].concat());
+        let (report, _) = check(folder.path(), "s.toml");
+        let found = findings(&report).iter().find(|f| f["code"] == "far-instance");
+        assert_eq!(found.is_some(), is_far, "{x} {size}: {report}");
+        let names_it = found.is_none_or(|f| f["message"].as_str().is_some_and(|m| m.contains("`stone`")));
+        assert!(names_it, "{report}");
+    }
+}
+
+#[test]
+fn each_mistake_of_a_material_is_found_at_its_line() {
+    let square = format!("{SQUARE}f 1 2 3 4\n");
+    let cases: &[(&str, &str, &[&str])] = &[
+        (
+            "wrong numbers, all of them",
+            "newmtl m\nKd 0.5 red 0\nNs -1\n  d  1.5\nmap_Kd -s a.png\n",
+            &[
+                "error wrong-statement a.mtl:2:8",
+                "error wrong-statement a.mtl:3:4",
+                "error wrong-statement a.mtl:4:6",
+                "error wrong-statement a.mtl:5:8",
+            ],
+        ),
+        (
+            "unknown words",
+            "newmtl m\nKd 1\n  Kdd 1\nrefl a.png\n",
+            &["warning unknown-keyword a.mtl:3:3"],
+        ),
+        (
+            "opacity",
+            "newmtl m\nKd 1\nd 0.5\nTr 0.9\n",
+            &["warning opacity a.mtl:4:0"],
+        ),
+        (
+            "opacity of a lamp",
+            "newmtl m\nKe 1\nd 0.5\n",
+            &["note opacity a.mtl:3:0"],
+        ),
+        (
+            "too bright",
+            "newmtl x\nKd 1\nnewmtl m\nKd 0.8\nKs 0.8\nNs 5\n",
+            &["note unused-definition a.mtl:1:0", "warning scaled-material a.mtl:3:0"],
+        ),
+        (
+            "defined twice",
+            "newmtl m\nKd 1\nnewmtl m\nKd 0.5\n",
+            &["warning duplicate-material a.mtl:3:0"],
+        ),
+        (
+            "exponent",
+            "newmtl m\nKs 0.5\nNs 2000\n",
+            &["note exponent-range a.mtl:3:0"],
+        ),
+        ("no exponent", "newmtl m\nKs 0.5\n", &[]),
+        (
+            "no highlight",
+            "newmtl m\nKd 0.5\nKs 0.5\nNs 5\nillum 1\n",
+            &["note illum a.mtl:5:0"],
+        ),
+        (
+            "a black mirror",
+            "newmtl m\nKd 0.5\nillum 3\n",
+            &["note illum a.mtl:3:0"],
+        ),
+        (
+            "a missing picture",
+            "newmtl m\nKd 0.5\nmap_Kd gone.png\n",
+            &["warning missing-texture a.mtl:3:0"],
+        ),
+        (
+            "no picture",
+            "newmtl m\nKd 0.5\nmap_Kd a.mtl\n",
+            &["warning unreadable-texture a.mtl:3:0"],
+        ),
+    ];
+    for (what, mtl, expected) in cases {
+        assert_found(what, &square, mtl, expected);
+    }
+}
+
+#[test]
+fn textures_need_coordinates_and_their_names() {
+    let folder = folder(&[
+        ("a.obj", &format!("{SQUARE}f 1 2 3 4\n")),
+        ("a.mtl", "newmtl m\nKd 0.5\nmap_Kd .\\Wall.png\n"),
+    ]);
+    write_grey_png(&folder.path().join("wall.png"), &[200]);
+    let (report, code) = check(folder.path(), "a.obj");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    assert!(found.contains(&"note other-case a.mtl:3:0".into()), "{found:?}");
+    assert!(
+        found.contains(&"warning missing-texture-coordinates a.obj:7:0".into()),
+        "{found:?}"
+    );
+    assert_eq!(code, 0);
+    let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
+    let facts = json(&out);
+    let map = &facts["textures"]["diffuse"];
+    assert_eq!(
+        (&map["file"], &map["width"]),
+        (&"./wall.png".into(), &1.into()),
+        "{facts:#}"
+    );
+}
+
+#[test]
+fn libraries_of_doubtful_names_are_told() {
+    let plain = "newmtl m\nKd 0.5\n";
+    let obj = format!("{SQUARE}f 1 2 3 4\n");
+    let folder = folder(&[("a.obj", &obj), ("A.mtl", plain), ("A.MTL", plain)]);
+    if folder.path().join("a.mtl").exists() {
+        println!("skipped: names of files have no case here");
+        return;
+    }
+    let (report, _) = check(folder.path(), "a.obj");
+    let finding = findings(&report).iter().find(|f| f["code"] == "other-case").unwrap();
+    assert_eq!(key(finding), "warning other-case a.obj:1:0");
+    let message = finding["message"].as_str().unwrap();
+    assert!(message.contains("`A.MTL`, the first of 2 files"), "{message}");
+}
+
+#[test]
+fn shells_that_refract_or_emit_must_be_sound() {
+    let glass = "newmtl m\nNi 1.5\nTf 1 1 1\nillum 7\n";
+    let lamp = "newmtl m\nKe 1 1 1\n";
+    let matte = "newmtl m\nKd 0.5\n";
+    // Faces begin on line 11.
+    let head = corners(0.0, 1.0) + "mtllib a.mtl\nusemtl m\n";
+    let outwards = cube_faces(1);
+    let inwards: Vec<String> = outwards.iter().map(|face| turned(face)).collect();
+    let mut mixed = outwards.clone();
+    mixed[2] = turned(&mixed[2]);
+    let open = outwards[..5].to_vec();
+    let crowded: Vec<String> = outwards.iter().cloned().chain(["f 1 2 8 7\n".into()]).collect();
+    let cases: &[(&str, &[String], &str, &[&str])] = &[
+        ("sound glass", &outwards, glass, &[]),
+        ("sound lamp", &outwards, lamp, &[]),
+        ("open glass", &open, glass, &["warning open-shell a.obj:11:0"]),
+        ("open lamp", &open, lamp, &[]),
+        ("glass inside out", &inwards, glass, &["warning inside-out a.obj:11:0"]),
+        ("lamp inside out", &inwards, lamp, &["warning light-inwards a.obj:11:0"]),
+        ("mixed glass", &mixed, glass, &["warning mixed-winding a.obj:13:0"]),
+        ("mixed lamp", &mixed, lamp, &["warning mixed-winding a.obj:13:0"]),
+        ("matte", &mixed, matte, &[]),
+    ];
+    for (what, faces, mtl, expected) in cases {
+        assert_found(what, &format!("{head}{}", faces.concat()), mtl, expected);
+    }
+    let folder = folder(&[("a.obj", &format!("{head}{}", crowded.concat())), ("a.mtl", glass)]);
+    let (report, _) = check(folder.path(), "a.obj");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    assert!(
+        found.iter().any(|key| key.starts_with("warning non-manifold")),
+        "{found:?}"
+    );
+
+    // A cavity looks inwards, and cubes that meet at equal positions of their own are closed.
+    let inner: String = cube_faces(9).iter().map(|face| turned(face)).collect();
+    let hollow = format!("{}{}mtllib a.mtl\nusemtl m\n", corners(0.0, 1.0), corners(0.25, 0.75));
+    assert_found(
+        "hollow glass",
+        &format!("{hollow}{}{inner}", outwards.concat()),
+        glass,
+        &[],
+    );
+    let corner_of_its_own: String = (0..6).map(|_| corners(0.0, 1.0)).collect();
+    let split: String = (0..6).map(|i| cube_faces(1 + 8 * i)[i].clone()).collect();
+    let obj = format!("{corner_of_its_own}mtllib a.mtl\nusemtl m\n{split}");
+    let folder = folder_of(&obj, glass);
+    let (report, _) = check(folder.path(), "a.obj");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    assert!(!found.iter().any(|key| key.contains("-shell")), "{found:?}");
+}
+
+fn folder_of(obj: &str, mtl: &str) -> TempDir {
+    folder(&[("a.obj", obj), ("a.mtl", mtl)])
+}
+
+#[test]
+fn a_scene_file_is_read_to_its_end() {
+    let scene = "version = 1\n[camera]\nposition = [0, 0, 4]\nlook_at = [\n  0, 0, 0]\nfov = [\n 3,\n 4]\n[image]\nwidth = \"a\"\n\
+                 [rendr]\nsamples = 3\n[render]\nintegrator = \"paths\"\n[[object]]\nobj = \"a.obj\"\n[material.nobody]\n\
+                 diffuse = [0, 0, 0]\n[[light]]\ntype = \"point\"\n[[light]]\ntype = \"sun\"\n";
+    let folder = folder(&[
+        ("s.toml", scene),
+        ("a.obj", &format!("{SQUARE}f 1 2 3 4\nf 1 2 7\n")),
+        ("a.mtl", "newmtl m\nKd 0.5\n"),
+    ]);
+    let (report, code) = check(folder.path(), "s.toml");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    let found: Vec<&str> = found
+        .iter()
+        .map(String::as_str)
+        .filter(|key| !key.contains("note"))
+        .collect();
+    let expected = [
+        "error wrong-statement a.obj:8:7",
+        "error scene-file s.toml:6:1",
+        "error scene-file s.toml:10:9",
+        "error scene-file s.toml:11:2",
+        "error scene-file s.toml:14:14",
+        "warning unused-material s.toml:17:11",
+        "error wrong-light s.toml:20:8",
+        "error wrong-light s.toml:22:8",
+    ];
+    assert_eq!(found, expected, "{report:#}");
+    assert_eq!(code, 1);
+    // What render says first is among them.
+    let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
+    assert!(words(&out).contains("s.toml:6:1: unknown field `fov`"));
+}
+
+#[test]
+fn cameras_that_see_nothing_are_found() {
+    let camera =
+        |position: &str, look_at: &str| format!("{SCENE}[camera]\nposition = {position}\nlook_at = {look_at}\n");
+    let room = corners(-10.0, 10.0) + &corners(-0.1, 0.1) + "mtllib a.mtl\nusemtl m\n";
+    let inwards: String = cube_faces(1).iter().map(|face| turned(face)).collect();
+    let obj = format!("{room}{inwards}{}", cube_faces(9).concat());
+    let cases = [
+        (
+            camera("[0, 0, 30]", "[0, 0, 40]"),
+            Some("warning empty-view s.toml:0:0"),
+        ),
+        (
+            camera("[0, 0, 0.01]", "[0, 0, 5]"),
+            Some("warning camera-inside s.toml:0:0"),
+        ),
+        (camera("[0, 0, 5]", "[0, 0, 0]"), None),
+    ];
+    for (scene, expected) in cases {
+        let folder = folder(&[("s.toml", &scene), ("a.obj", &obj), ("a.mtl", "newmtl m\nKd 0.5\n")]);
+        let (report, _) = check(folder.path(), "s.toml");
+        let found: Vec<String> = findings(&report)
+            .iter()
+            .map(key)
+            .filter(|k| !k.contains("note"))
+            .collect();
+        assert_eq!(found.first().map(String::as_str), expected, "{report:#}");
+    }
+}
+
+#[test]
+fn many_findings_of_a_kind_are_one() {
+    let text = format!("{SQUARE}{}", "f 1 2 3\n".repeat(20_001));
+    let folder = folder_of(&text, "newmtl m\nKd 0.5\n");
+    let (report, code) = check(folder.path(), "a.obj");
+    let duplicate = findings(&report)
+        .iter()
+        .find(|f| f["code"] == "duplicate-face")
+        .unwrap();
+    assert_eq!((&duplicate["count"], &duplicate["line"]), (&20_000.into(), &8.into()));
+    let places = duplicate["places"].as_array().unwrap();
+    assert!((2..10).contains(&places.len()) && places[1]["line"] == 9, "{places:?}");
+    assert_eq!(code, 0);
+    let library: String = (0..500)
+        .map(|i| format!("newmtl m{i}\nKd 1\nd 0.1\nTr 0.5\nNs x\n"))
+        .collect();
+    fs::write(folder.path().join("a.mtl"), library).unwrap();
+    let (report, _) = check(folder.path(), "a.obj");
+    let opacity: Vec<&Value> = findings(&report).iter().filter(|f| f["code"] == "opacity").collect();
+    assert_eq!((opacity.len(), &opacity[0]["count"]), (1, &500.into()));
+    let wrong: Vec<&Value> = findings(&report)
+        .iter()
+        .filter(|f| f["code"] == "wrong-statement")
+        .collect();
+    assert_eq!(
+        (wrong.len(), &wrong[0]["count"]),
+        (21, &480.into()),
+        "the file comes before its lines"
+    );
+    fs::write(folder.path().join("a.mtl"), "newmtl m\nKd 0.5\n").unwrap();
+    let wrong = format!("{SQUARE}f 1 2 3\n{}", "f 1 2 9\n".repeat(1000));
+    fs::write(folder.path().join("a.obj"), wrong).unwrap();
+    let out = run(folder.path(), &["check", "a.obj"]);
+    let text = printed(&out);
+    assert!(
+        text.contains("a.obj: error: 980 more statements are wrong [wrong-statement]"),
+        "{text}"
+    );
+    assert!(text.lines().count() < 70, "{text}");
+    assert_eq!(out.status.code(), Some(1));
+}
+
+#[test]
+fn check_finds_what_render_warns_of() {
+    let folder = folder(&[
+        (
+            "a.obj",
+            &format!("mtllib gone.mtl\n{SQUARE}f 1 2 3 4\nf 1 2\nusemtl n\nf 1 2 3\nf 1 1 2\nq\n"),
+        ),
+        ("a.mtl", "newmtl m\nKd 0.8\nKs 0.8\nd 0.5\nTr 0.9\nmap_Kd gone.png\nq\n"),
+    ]);
+    let args = split("render a.obj --spp 1 --size 8x8 --stats x.json -q");
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("x.json"));
+    let warnings = stats["warnings"].as_array().unwrap();
+    assert!(warnings.len() >= 8, "{warnings:?}");
+    let (report, _) = check(folder.path(), "a.obj");
+    let known = |warning: &str| {
+        let said = |f: &Value| warning.contains(f["message"].as_str().unwrap());
+        // Of triangles without area the single faces are told.
+        findings(&report).iter().any(said) || warning.contains("have no area")
+    };
+    for warning in warnings {
+        assert!(known(warning.as_str().unwrap()), "{warning}: {report:#}");
+    }
+}
+
+#[test]
+fn clean_scenes_are_clean() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for scene in [
+        "cornell-box.toml",
+        "closed-box.toml",
+        "depth-of-field.toml",
+        "furnace.toml",
+        "veach-plates.toml",
+    ] {
+        let (report, code) = check(&scenes, scene);
+        let summary = &report["summary"];
+        assert_eq!(
+            (&summary["errors"], &summary["warnings"]),
+            (&0.into(), &0.into()),
+            "{report:#}"
+        );
+        assert_eq!(code, 0);
+        assert!(report["triangles"].as_u64() > Some(0) && report["memory"]["peak"].as_u64() > Some(1_000_000));
+    }
+}
+
+#[test]
+fn light_power_is_that_of_a_lambertian_lamp() {
+    let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), "newmtl m\nKe 3 3 3\n");
+    let (report, _) = check(folder.path(), "a.obj");
+    for kind in ["triangle", "total"] {
+        let watts = report["light_power_w"][kind].as_f64().unwrap();
+        assert!((watts - 3.0 * std::f64::consts::PI).abs() < 1e-5, "{watts}");
+    }
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn awkward_files_are_checked_without_harm() {
+    let folder = shared("scenes/awkward-obj");
+    let mut files = Vec::new();
+    let mut folders: Vec<PathBuf> = vec![folder.clone()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap().map(|e| e.unwrap().path()) {
+            match entry.extension().is_some_and(|e| e == "obj") {
+                _ if entry.is_dir() => folders.push(entry),
+                true => files.push(entry),
+                false => {}
+            }
+        }
+    }
+    assert!(files.len() > 70, "{} files", files.len());
+    for file in files {
+        let start = Instant::now();
+        let (report, code) = check(&folder, file.to_str().unwrap());
+        assert!(start.elapsed() < Duration::from_secs(10), "{}", file.display());
+        let errors = report["summary"]["errors"].as_u64().unwrap();
+        assert_eq!(code, i32::from(errors > 0), "{}", file.display());
+        for finding in findings(&report) {
+            let is_text = |key: &str| finding[key].as_str().is_some_and(|text| !text.is_empty());
+            assert!(is_text("code") && is_text("file") && is_text("message"), "{finding}");
+        }
+    }
+}
+
+/// The forecast against the largest resident size of a render.
+// Brute force would take minutes.
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+#[test]
+#[cfg_attr(not(target_os = "linux"), ignore = "needs /proc/self/status")]
+fn memory_is_forecast() {
+    let n = 400;
+    let mut text = String::new();
+    for y in 0..=n {
+        for x in 0..=n {
+            text += &format!("v {x} {y} {}\n", (x * 7 + y * 3) % 5);
+        }
+    }
+    for y in 0..n {
+        for x in 0..n {
+            let i = y * (n + 1) + x + 1;
+            text += &format!("f {i} {} {} {}\n", i + 1, i + n + 2, i + n + 1);
+        }
+    }
+    let folder = folder_of(&text, "");
+    let (report, _) = check(folder.path(), "a.obj");
+    assert_eq!(report["triangles"], 2 * n * n);
+    let args = ["render", "a.obj", "--spp", "1", "--stats", "x.json", "-q"];
+    done(folder.path(), &args);
+    let stats = read_json(&folder.path().join("x.json"));
+    let (peak, forecast) = (
+        stats["peak_rss_bytes"].as_f64().unwrap(),
+        report["memory"]["peak"].as_f64().unwrap(),
+    );
+    println!("forecast {forecast}, measured {peak}");
+    assert!(
+        (forecast / peak - 1.0).abs() < 0.25,
+        "forecast {forecast}, measured {peak}"
+    );
+    let bvh = report["memory"]["acceleration"].as_f64().unwrap() / stats["bvh_bytes"].as_f64().unwrap();
+    assert!((0.75..1.25).contains(&bvh), "{bvh}");
+}
+
+#[test]
+fn wrong_usage_and_missing_scenes_have_their_exit_codes() {
+    let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), "newmtl m\nKd 0.5\n");
+    let code = |args: &[&str]| run(folder.path(), args).status.code().unwrap();
+    assert_eq!(code(&["check"]), 2);
+    assert_eq!(code(&["check", "a.obj", "--mtl-dialect", "huh"]), 2);
+    assert_eq!(code(&["check", "a.obj"]), 0);
+    for (scene, name) in [
+        ("gone.obj", "unreadable-file"),
+        ("gone.toml", "scene-file"),
+        ("a.mtl", "unreadable-file"),
+    ] {
+        let (report, code) = check(folder.path(), scene);
+        assert_eq!((code, &findings(&report)[0]["code"]), (1, &name.into()), "{report:#}");
+    }
+    assert_eq!(code(&["explain", "a.obj"]), 2);
+    assert_eq!(code(&["explain", "a.obj", "m", "--size", "0x3"]), 2);
+    assert_eq!(code(&["explain", "a.obj", "m", "-o", "x.jpg"]), 2);
+    let out = run(folder.path(), &["explain", "a.obj", "M2"]);
+    let words = String::from_utf8(out.stderr).unwrap();
+    assert!(
+        out.status.code() == Some(1) && words.contains("the nearest names are m"),
+        "{words}"
+    );
+}
+
+#[test]
+fn explain_tells_lobes_and_renders_a_sphere() {
+    let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\nKe 2 2 2\n";
+    let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), mtl);
+    let out = run(folder.path(), &["explain", "a.obj", "m", "--json"]);
+    let facts = json(&out);
+    assert_eq!((&facts["defined"], &facts["triangles"]), (&"a.mtl:3".into(), &2.into()));
+    let power = facts["power_w"].as_f64().unwrap();
+    assert!((power - 2.0 * std::f64::consts::PI).abs() < 1e-5, "{power}");
+    let lobes = facts["lobes"].as_array().unwrap();
+    let names: Vec<&str> = lobes.iter().map(|l| l["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["Lambert", "Phong"]);
+    // Chosen by the reflectance; along the normal nearly all of the sharp lobe stays above the horizon.
+    for (lobe, chosen, albedo) in [(&lobes[0], 1.0 / 3.0, 0.25), (&lobes[1], 2.0 / 3.0, 0.5)] {
+        let probability = lobe["probability"]["normal"].as_f64().unwrap();
+        assert!((probability - chosen).abs() < 1e-3, "{lobe}");
+        let share = lobe["albedo"]["normal"][0].as_f64().unwrap();
+        assert!((share / albedo - 1.0).abs() < 0.06, "{lobe}");
+    }
+    // Twice in the world
+    let twice = format!("{SCENE}[[object]]\nobj = \"a.obj\"\ntransform = {{ translate = [3, 0, 0], scale = 2 }}\n");
+    fs::write(folder.path().join("s.toml"), twice).unwrap();
+    let out = run(folder.path(), &["explain", "s.toml", "m", "--json"]);
+    let facts = json(&out);
+    let power = facts["power_w"].as_f64().unwrap();
+    assert!((power - 10.0 * std::f64::consts::PI).abs() < 1e-4, "{facts:#}");
+    assert_eq!(facts["triangles"], 4);
+
+    for name in ["x.exr", "x.png"] {
+        let args = [
+            "explain", "a.obj", "m", "-o", name, "--size", "32x24", "--spp", "4", "-q",
+        ];
+        done(folder.path(), &args);
+    }
+    let pixels = crate::support::read_rgb(&folder.path().join("x.exr"));
+    assert_eq!(pixels[0].len(), 32 * 24);
+    // The sphere shines by itself; the sky is dim.
+    assert!(pixels[0][12 * 32 + 16] > 2.0 && pixels[0][16] < 0.5, "{pixels:?}");
+    let args = split("explain a.obj m -o y.exr --size 32x24 --spp 4 -q --threads 1");
+    done(folder.path(), &args);
+    assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
+}

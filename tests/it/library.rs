@@ -1,0 +1,249 @@
+//! The library does what the command line does.
+
+use crate::support::program::{assert_same_bits, done, folder, joined, read_json, split};
+use embrasure::camera::CameraParameters;
+use embrasure::color::Spectrum;
+use embrasure::film::Film;
+use embrasure::math::{UVec2, Vec3};
+use embrasure::scene::SceneBuilder;
+use embrasure::{
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session,
+    Settings, read_checkpoint,
+};
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tempfile::TempDir;
+
+/// A box corner with a smooth edge, whose material leaves its reading to a dialect.
+fn scene() -> TempDir {
+    folder(&[
+        ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 1\n"),
+        (
+            "a.obj",
+            "mtllib a.mtl\nusemtl a\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 0.5 -2\nv 1 0.5 -2\nf 4 3 2 1\nf 1 2 6 5\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0.5, 2, 3]\nlook_at = [0, 0, -0.5]\n[image]\nwidth = 24\nheight = 16\n\
+             [render]\nsamples = 128\nsmooth = 60.0\nmtl_dialect = \"max\"\ntexture_filter = \"bilinear\"\nseed = 7\n\
+             [[light]]\ntype = \"point\"\nposition = [1, 2, 1]\nintensity = [9, 9, 9]\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
+}
+
+fn session(path: &Path, change: impl FnOnce(&mut Settings)) -> Result<Session, Error> {
+    let file = SceneFile::load(path)?;
+    let mut settings = Settings::of(&file);
+    change(&mut settings);
+    Session::load(&file, settings, &())
+}
+
+/// Stops after so many samples.
+struct Patience(AtomicU64);
+
+impl Observer for Patience {
+    fn progress(&self, samples: u64) {
+        let _ = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| {
+            Some(n.saturating_sub(samples))
+        });
+    }
+
+    fn should_stop(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn pictures_are_those_of_the_command_line() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    done(
+        folder.path(),
+        &split("render s.toml -q -o program.exr --stats program.json"),
+    );
+
+    let session = session(&path("s.toml"), |_| {}).unwrap();
+    assert_eq!(session.scene_hash(), read_json(&path("program.json"))["scene_hash"]);
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    assert_eq!(renderer.render(&mut state, &()), Outcome::Complete);
+    let outputs = [(
+        Format::Exr(ExrFormat::default()),
+        Output::prepare(&path("library.exr")).unwrap(),
+    )];
+    let failures = renderer.write(
+        &state,
+        &renderer.develop(&state),
+        &outputs,
+        &renderer.metadata(&state, true),
+    );
+    assert!(failures.is_empty(), "{failures:?}");
+    assert_same_bits(&path("program.exr"), &path("library.exr"));
+}
+
+/// A render that is stopped again and again, kept, and gone on with by the program
+#[test]
+fn renders_are_gone_on_with() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    let session = session(&path("s.toml"), |settings| settings.threads = 2).unwrap();
+    let renderer = session.renderer().unwrap();
+    let (mut whole, mut state) = (renderer.start(), renderer.start());
+    renderer.render(&mut whole, &());
+    let mut stops = 0;
+    let checkpoint = Output::prepare(&path("c.exr")).unwrap();
+    while renderer.render(&mut state, &Patience(AtomicU64::new(2000))) == Outcome::Stopped {
+        stops += 1;
+        state.keep(&checkpoint, &renderer.metadata(&state, false)).unwrap();
+        state = renderer.resume(read_checkpoint(&path("c.exr")).unwrap()).unwrap();
+    }
+    assert!(stops > 3, "{stops}");
+    let sums = |film: &Film| film.pixels().map(|(_, sums)| *sums).collect::<Vec<_>>();
+    assert_eq!(sums(&whole.film), sums(&state.film));
+    assert_eq!(state.statistics.samples, 128 * 24 * 16);
+
+    // By the program, and of another picture
+    let usual = split("render s.toml -q --checkpoint c.exr --resume -o program.exr");
+    done(folder.path(), &joined(&usual, &[]));
+    done(folder.path(), &split("render s.toml -q -o one.exr"));
+    assert_same_bits(&path("program.exr"), &path("one.exr"));
+    let other = self::session(&path("s.toml"), |settings| settings.seed = 8).unwrap();
+    let refused = other
+        .renderer()
+        .unwrap()
+        .resume(read_checkpoint(&path("c.exr")).unwrap());
+    let error = refused.unwrap_err().to_string();
+    assert!(error.contains("c.exr") && error.contains("seed 7 and 8"), "{error}");
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_before_any_work() {
+    let folder = scene();
+    let refused = |change: fn(&mut Settings), words: &[&str]| {
+        let error = session(&folder.path().join("s.toml"), change)
+            .err()
+            .expect("settings that cannot be")
+            .to_string();
+        assert!(
+            words.iter().all(|word| error.contains(word)) && error.contains("help:"),
+            "{error}"
+        );
+    };
+    refused(|s| s.spp = 0, &["spp 0"]);
+    refused(|s| s.resolution.y = 0, &["size 24x0"]);
+    refused(|s| s.part = Some(64..64), &["samples 64..64"]);
+    refused(|s| s.noise = Some(f64::NAN), &["noise NaN"]);
+    refused(|s| s.tone.exposure = f32::NAN, &["exposure NaN"]);
+    refused(|s| s.integrator.branching = Some(0), &["branching 0"]);
+    refused(|s| s.camera.vertical_fov = Some(200.0), &["vertical_fov"]);
+    refused(|s| s.aovs = vec![Aov::Lights], &["lights", "[[light_group]]"]);
+    let blind = |s: &mut Settings| {
+        (s.integrator.integrator, s.aovs) = (Some(IntegratorKind::AmbientOcclusion), vec![Aov::Lights])
+    };
+    refused(blind, &["ao gathers no light"]);
+    if !Backend::ALL.contains(&Backend::Obvhs) {
+        refused(
+            |s| s.backend = Backend::Obvhs,
+            &["backend obvhs: not built in", "brute"],
+        );
+    }
+}
+
+/// Radiance of a sky that nothing is in the way of
+#[test]
+fn scenes_need_no_file() {
+    let mut builder = SceneBuilder::new();
+    builder.add_constant_light(Spectrum::rgb(0.5, 1.0, 2.0)).unwrap();
+    let (scene, _) = builder.build().unwrap();
+    let camera = CameraParameters {
+        position: Vec3::ZERO,
+        look_at: Vec3::Z,
+        up: Vec3::Y,
+        vertical_fov: 40.0,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    };
+    let settings = Settings {
+        resolution: UVec2::new(5, 3),
+        spp: 4,
+        ..Settings::default()
+    };
+    let session = Session::new(scene, camera, settings).unwrap();
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    renderer.render(&mut state, &());
+    let image = renderer.develop(&state);
+    for (channel, radiance) in [("R", 0.5), ("G", 1.0), ("B", 2.0)] {
+        assert!(image.channel(channel).unwrap().values.iter().all(|v| *v == radiance));
+    }
+}
+
+/// A render that was stopped before its first sample has no picture to write.
+#[test]
+fn a_picture_of_no_sample_is_not_written() {
+    let folder = scene();
+    let path = folder.path().join("keep.png");
+    std::fs::write(&path, "good").unwrap();
+    let session = session(&folder.path().join("s.toml"), |settings| {
+        settings.integrator.integrator = Some(IntegratorKind::Bidirectional);
+    })
+    .unwrap();
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    assert_eq!(
+        renderer.render(&mut state, &Patience(AtomicU64::new(0))),
+        Outcome::Stopped
+    );
+    assert!(state.is_empty());
+    let outputs = [(Format::of_path(&path).unwrap(), Output::prepare(&path).unwrap())];
+    let write = |state: &embrasure::RenderState| {
+        renderer.write(
+            state,
+            &renderer.develop(state),
+            &outputs,
+            &renderer.metadata(state, false),
+        )
+    };
+    let failures = write(&state);
+    assert!(
+        failures.len() == 1 && failures[0].to_string().contains("no sample"),
+        "{failures:?}"
+    );
+    assert_eq!(std::fs::read(&path).unwrap(), b"good");
+    renderer.render(&mut state, &());
+    assert!(!state.is_empty() && write(&state).is_empty());
+}
+
+/// Sums of another build are of other bits, perhaps: they are neither gone on with nor joined with those of this one.
+#[test]
+fn builds_are_told_apart() {
+    let folder = scene();
+    let path = |name: &str| folder.path().join(name);
+    let session = session(&path("s.toml"), |_| {}).unwrap();
+    let renderer = session.renderer().unwrap();
+    let mut state = renderer.start();
+    renderer.render(&mut state, &());
+    let keep = |name: &str, build: &str| {
+        let mut metadata = renderer.metadata(&state, true);
+        assert_eq!(metadata.build, embrasure::BUILD);
+        metadata.build = build.into();
+        state.keep(&Output::prepare(&path(name)).unwrap(), &metadata).unwrap();
+    };
+    keep("own.exr", embrasure::BUILD);
+    keep("other.exr", "0123456789ab");
+    keep("unknown.exr", "");
+    renderer.resume(read_checkpoint(&path("own.exr")).unwrap()).unwrap();
+    let error = renderer
+        .resume(read_checkpoint(&path("other.exr")).unwrap())
+        .unwrap_err()
+        .to_string();
+    for word in ["other.exr", "build 0123456789ab", embrasure::BUILD, "help:"] {
+        assert!(error.contains(word), "{error}");
+    }
+    let error = read_checkpoint(&path("unknown.exr")).unwrap_err().to_string();
+    assert!(error.contains("which build") && error.contains("help:"), "{error}");
+    let error = Parts::describe(&[path("own.exr"), path("other.exr")])
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("build") && error.contains("0123456789ab"), "{error}");
+}

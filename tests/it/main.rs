@@ -1,0 +1,41 @@
+//! The tests of the whole library and of the program, in one test program, which links once: a module for each subject. `cargo test --test it lights::`
+//! runs those of one module.
+//!
+//! Tests stand in a program of their own, beside this folder, where they measure the memory of their process, start scripts that they have just
+//! written (which fails while another thread starts a process), or run by the thousand in release builds.
+
+#[path = "../support/chi_square.rs"]
+mod chi_square;
+#[path = "../support/mod.rs"]
+mod support;
+
+mod agreement;
+mod aovs;
+mod awkward_obj;
+mod backends;
+mod bidirectional;
+mod bsdf;
+mod check;
+mod closed_forms;
+mod command_line;
+mod compare;
+mod denoise;
+mod emission;
+mod exr_files;
+mod frames;
+mod fuzz_corpus;
+mod hostile_files;
+mod irradiance_cache;
+mod library;
+mod light_groups;
+mod lights;
+mod metropolis;
+mod mlt;
+mod motion;
+mod photons;
+mod reuse;
+mod rooms;
+mod same_pictures;
+mod suite;
+mod surfaces;
+mod textures;

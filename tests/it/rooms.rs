@@ -1,0 +1,381 @@
+//! Imports run one way: a module may use only what lies below it (docs/architecture.md).
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, Macro, Meta, UseTree};
+
+/// The modules of the crate from the ground up; those of one row do not depend on each other.
+const ROWS: &[&[&str]] = &[
+    &["math"],
+    &["sampling", "color"],
+    &["bsdf", "geometry", "sampler", "texture"],
+    &["material", "light", "camera", "film"],
+    &["scene", "denoise", "compare"],
+    &["accel"],
+    &["integrator"],
+    &["options"],
+    &["io", "render"],
+    &["lint"],
+    &["session"],
+    &["cli"],
+];
+
+/// Modules side by side that import each other, as `folder: module module …`. This list may only get shorter.
+const CIRCLES: &[&str] = &[
+    "accel::embree: device packet probe scene",
+    "cli: bench bench_tables",
+    "geometry: mesh placement",
+    "integrator: connection photon_grid photons",
+    "integrator: direct world",
+    "io: checkpoint cryptomatte exr output png",
+    "io: environment read_image",
+    "io: light_group_section light_section load_options map_section material_section option_section scene_file",
+    "io: machine memory",
+    "io::obj: faces parse",
+    "io::obj: groups smoothing",
+    "render: cancellation tiles",
+    "sampler: any perturbed",
+    "scene: builder freeze",
+    "session: method settings",
+];
+
+/// A module or an item by its full name, without `crate`.
+type Name = Vec<String>;
+
+/// What the files of src import, tests left out.
+struct Imports {
+    /// Each module with the names that it mentions, resolved as far as `crate`, `self` and `super` go.
+    mentions: BTreeMap<Name, Vec<Name>>,
+    /// What `use` brings into each module: the short name and the full one.
+    aliases: BTreeMap<Name, BTreeMap<String, Name>>,
+}
+
+impl Imports {
+    fn read() -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut imports = Self {
+            mentions: BTreeMap::new(),
+            aliases: BTreeMap::new(),
+        };
+        for file in files(&root) {
+            let mut name: Name = file
+                .strip_prefix(&root)
+                .unwrap()
+                .with_extension("")
+                .iter()
+                .map(|part| part.to_str().unwrap().to_string())
+                .collect();
+            if name.last().is_some_and(|last| last == "mod") {
+                name.pop();
+            }
+            if name == ["main"] || name == ["lib"] {
+                name.clear();
+            }
+            let code = syn::parse_file(&fs::read_to_string(&file).unwrap())
+                .unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+            let mut reader = Reader {
+                module: name.clone(),
+                mentions: Vec::new(),
+                aliases: BTreeMap::new(),
+            };
+            reader.visit_file(&code);
+            imports
+                .mentions
+                .entry(name.clone())
+                .or_default()
+                .extend(reader.mentions);
+            imports.aliases.entry(name).or_default().extend(reader.aliases);
+        }
+        imports
+    }
+
+    /// The module that defines what has this name.
+    fn home(&self, name: &[String], depth: usize) -> Name {
+        let mut module = Name::new();
+        for (i, part) in name.iter().enumerate() {
+            let child = [&module[..], std::slice::from_ref(part)].concat();
+            if self.mentions.contains_key(&child) {
+                module = child;
+            } else if let Some(full) = self.aliases.get(&module).and_then(|aliases| aliases.get(part))
+                && depth < 10
+            {
+                return self.home(&[full, &name[i + 1..]].concat(), depth + 1);
+            } else {
+                break;
+            }
+        }
+        module
+    }
+}
+
+/// Collects the names in one file that begin with `crate`, `self` or `super`.
+struct Reader {
+    module: Name,
+    mentions: Vec<Name>,
+    aliases: BTreeMap<String, Name>,
+}
+
+impl Reader {
+    /// The full name of a path, if it is one of this crate's.
+    fn resolve(&self, path: &[String]) -> Option<Name> {
+        let mut full = match path.first()?.as_str() {
+            "crate" => Name::new(),
+            "self" | "super" => self.module.clone(),
+            _ => return None,
+        };
+        for part in path {
+            match part.as_str() {
+                "crate" | "self" => {}
+                "super" => drop(full.pop()),
+                _ => full.push(part.clone()),
+            }
+        }
+        Some(full)
+    }
+
+    fn mention(&mut self, path: &[String]) {
+        // Methods call their own value `self`.
+        let is_value = path == ["self"];
+        self.mentions.extend(self.resolve(path).filter(|_| !is_value));
+    }
+
+    /// All paths of a `use` tree, with the names that they get.
+    fn leaves(tree: &UseTree, prefix: Name, leaves: &mut Vec<(String, Name)>) {
+        let with = |part: &syn::Ident| [&prefix[..], &[part.to_string()]].concat();
+        match tree {
+            UseTree::Path(path) => Self::leaves(&path.tree, with(&path.ident), leaves),
+            UseTree::Group(group) => group
+                .items
+                .iter()
+                .for_each(|tree| Self::leaves(tree, prefix.clone(), leaves)),
+            UseTree::Name(name) if name.ident == "self" => {
+                leaves.push((prefix.last().cloned().unwrap_or_default(), prefix));
+            }
+            UseTree::Name(name) => leaves.push((name.ident.to_string(), with(&name.ident))),
+            UseTree::Rename(rename) => leaves.push((rename.rename.to_string(), with(&rename.ident))),
+            UseTree::Glob(_) => leaves.push(("*".into(), prefix)),
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader {
+    fn visit_item(&mut self, item: &'ast Item) {
+        // Tests may use what they need.
+        if attributes(item).iter().any(is_for_tests) {
+            return;
+        }
+        visit::visit_item(self, item);
+    }
+
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        let mut leaves = Vec::new();
+        Self::leaves(&item.tree, Name::new(), &mut leaves);
+        for (short, path) in leaves {
+            // `use part::Item` without a prefix means a module below, or another crate.
+            let full = self.resolve(&path).unwrap_or([&self.module[..], &path].concat());
+            self.mention(&path);
+            self.aliases.insert(short, full);
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let parts: Name = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        self.mention(&parts);
+        visit::visit_path(self, path);
+    }
+
+    /// What macros are given is no syntax tree: its paths are looked for in its text.
+    fn visit_macro(&mut self, call: &'ast Macro) {
+        visit::visit_macro(self, call);
+        let text = call.tokens.to_string().replace(' ', "");
+        for start in ["crate::", "super::"] {
+            for (i, _) in text.match_indices(start) {
+                let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+                let path = text[i..].split(|c| !is_part(c)).next().unwrap();
+                let parts: Name = path.split("::").filter(|p| !p.is_empty()).map(String::from).collect();
+                self.mention(&parts);
+            }
+        }
+    }
+}
+
+fn attributes(item: &Item) -> &[Attribute] {
+    match item {
+        Item::Const(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        Item::Impl(item) => &item.attrs,
+        Item::Mod(item) => &item.attrs,
+        Item::Static(item) => &item.attrs,
+        Item::Struct(item) => &item.attrs,
+        Item::Trait(item) => &item.attrs,
+        Item::Type(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+/// `#[cfg(test)]`
+fn is_for_tests(attribute: &Attribute) -> bool {
+    match &attribute.meta {
+        Meta::List(list) => list.path.is_ident("cfg") && list.tokens.to_string() == "test",
+        _ => false,
+    }
+}
+
+/// A module whose file is declared as `#[cfg(test)] mod tests;`.
+fn is_test_file(path: &Path) -> bool {
+    path.ends_with("tests.rs")
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
+    entries
+        .flat_map(|p| if p.is_dir() { files(&p) } else { vec![p] })
+        .filter(|path| !is_test_file(path))
+        .collect()
+}
+
+#[test]
+fn imports_run_downwards() {
+    let imports = Imports::read();
+    let level = |room: &str| ROWS.iter().position(|row| row.contains(&room));
+    let mut checked = 0;
+    for (module, mentions) in &imports.mentions {
+        let Some(room) = module.first() else { continue };
+        let own = level(room).unwrap_or_else(|| panic!("src/{room} has no row in this test"));
+        for name in mentions {
+            let Some(other) = name.first() else { continue };
+            let Some(other_level) = level(other) else { continue };
+            checked += usize::from(other != room);
+            assert!(
+                other == room || other_level < own,
+                "{} uses {}",
+                module.join("::"),
+                name.join("::")
+            );
+        }
+    }
+    assert!(checked > 500, "only {checked} imports were seen");
+}
+
+/// What is behind the first `#[cfg(test)]` of a file is read too.
+#[test]
+fn imports_behind_tests_are_seen() {
+    let mut reader = Reader {
+        module: vec!["color".into(), "spectrum".into()],
+        mentions: Vec::new(),
+        aliases: BTreeMap::new(),
+    };
+    let code = "#[cfg(test)] mod tests; #[cfg(test)] use crate::cli; use super::srgb;
+        fn f() { crate::math::g(); assert!(super::tone::h() == crate::io::i::J); }";
+    reader.visit_file(&syn::parse_file(code).unwrap());
+    let names: Vec<String> = reader.mentions.iter().map(|name| name.join("::")).collect();
+    assert_eq!(names, ["color::srgb", "math::g", "io::i::J", "color::tone::h"]);
+}
+
+/// Modules that lie side by side in one folder do not import each other in a circle, straight or by way of others. A module and its parts may.
+#[test]
+fn modules_side_by_side_have_no_circles() {
+    let imports = Imports::read();
+    // For each folder the imports between the modules in it
+    let mut folders: BTreeMap<Name, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
+    for (module, mentions) in &imports.mentions {
+        for name in mentions {
+            let home = imports.home(name, 0);
+            let common = module.iter().zip(&home).take_while(|(a, b)| a == b).count();
+            if let (Some(from), Some(to)) = (module.get(common), home.get(common)) {
+                let folder = folders.entry(module[..common].to_vec()).or_default();
+                folder.entry(from.clone()).or_default().insert(to.clone());
+            }
+        }
+    }
+    let mut circles = Vec::new();
+    for (folder, edges) in &folders {
+        let reached: BTreeMap<&String, BTreeSet<&String>> =
+            edges.keys().map(|from| (from, reachable(edges, from))).collect();
+        let mut seen = BTreeSet::new();
+        for (from, to) in &reached {
+            if to.contains(from) && seen.insert(*from) {
+                let circle: Vec<&str> = to
+                    .iter()
+                    .filter(|other| reached.get(*other).is_some_and(|back| back.contains(from)))
+                    .map(|name| name.as_str())
+                    .collect();
+                seen.extend(to.iter().filter(|name| circle.contains(&name.as_str())));
+                circles.push(format!("{}: {}", folder.join("::"), circle.join(" ")));
+            }
+        }
+    }
+    for circle in &circles {
+        assert!(
+            CIRCLES.contains(&circle.as_str()),
+            "modules import each other in a circle: {circle}\nall there are: {circles:#?}"
+        );
+    }
+    for known in CIRCLES {
+        assert!(
+            circles.iter().any(|circle| circle == known),
+            "no circle any more: {known}"
+        );
+    }
+}
+
+/// All modules that `from` imports, straight or by way of others.
+fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> BTreeSet<&'a String> {
+    let mut reached = BTreeSet::new();
+    let mut next: Vec<&String> = edges.get(from).into_iter().flatten().collect();
+    while let Some(module) = next.pop() {
+        if reached.insert(module) {
+            next.extend(edges.get(module).into_iter().flatten());
+        }
+    }
+    reached
+}
+
+/// What renders, for everybody, stands on the library: commands that are no laboratory know nothing below it.
+#[test]
+fn the_command_line_stands_on_the_library() {
+    let imports = Imports::read();
+    let allowed = [
+        "accel::Auditor",
+        "accel::BackendInfo",
+        "session",
+        "io",
+        "render",
+        "compare",
+        "film",
+        "color",
+        "denoise",
+        "cli",
+    ];
+    for file in ["run", "keeper", "merge", "tev", "clock", "progress"] {
+        let mentions = &imports.mentions[&["cli".to_string(), file.to_string()][..]];
+        assert!(!mentions.is_empty());
+        for name in mentions {
+            let name = name.join("::");
+            let is_allowed = allowed
+                .iter()
+                .any(|a| name == *a || name.starts_with(&format!("{a}::")));
+            assert!(is_allowed, "cli/{file}.rs uses {name}");
+        }
+    }
+}
+
+/// The lint `unsafe_code` is denied everywhere, and allowed for Embree's folder alone.
+#[test]
+fn unsafe_code_is_allowed_in_one_folder() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).unwrap();
+    assert!(manifest.contains("unsafe_code = \"deny\""));
+    let folders = ["src", "tests", "benches", "examples"].map(|name| root.join(name));
+    let allowing: Vec<PathBuf> = folders
+        .iter()
+        .flat_map(|folder| files(folder))
+        .filter(|path| path.extension().is_some_and(|e| e == "rs") && !path.ends_with("rooms.rs"))
+        .filter(|path| fs::read_to_string(path).unwrap().contains("unsafe_code"))
+        .collect();
+    assert_eq!(allowing, [root.join("src/accel/embree/mod.rs")]);
+}

@@ -1,0 +1,82 @@
+//! The comparison suite: means against converged references, and convergence.
+#![cfg(feature = "embree")]
+
+use crate::support::program::{done, folder};
+use crate::support::{read_rgb, rel_mse, shared};
+use std::path::Path;
+
+/// Renders `toml` and reads the picture.
+fn render(toml: &Path, spp: u32, flags: &[&str]) -> [Vec<f32>; 3] {
+    let folder = folder(&[]);
+    let (toml, spp) = (toml.canonicalize().unwrap(), spp.to_string());
+    let usual = ["render", "-q", "--spp", &spp, "-o", "x.exr", toml.to_str().unwrap()];
+    done(folder.path(), &[&usual, flags].concat());
+    read_rgb(&folder.path().join("x.exr"))
+}
+
+fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], tolerance: f64) {
+    for c in 0..3 {
+        let mean = |x: &[f32]| x.iter().map(|&v| v as f64).sum::<f64>() / x.len() as f64;
+        let ratio = mean(&image[c]) / mean(&reference[c]);
+        println!("{what}: channel {c} has {ratio:.5} of the reference's mean");
+        assert!(
+            (ratio - 1.0).abs() < tolerance,
+            "{what}: channel {c} has {ratio} of the reference's mean"
+        );
+    }
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn cornell_converges_to_the_reference() {
+    let folder = shared("suite/cornell");
+    let (toml, reference) = (folder.join("cornell.toml"), read_rgb(&folder.join("reference.exr")));
+    let counts = [8, 32, 128];
+    let plain = ["--sampler", "independent", "--reuse", "none"];
+    let images = counts.map(|spp| render(&toml, spp, &plain));
+    assert_means("128 spp", &images[2], &reference, 0.003);
+
+    // The error of independent samples falls as 1/spp. The reference has 4096 samples and some error of its own, which
+    // is a 32nd part of that at 128: it is taken out before the slope is fitted in logarithms.
+    let raw = images.map(|image| rel_mse(&image, &reference));
+    println!("relMSE at {counts:?} spp: {raw:.5?}");
+    let floor = raw[2] / 33.0;
+    let points: Vec<(f64, f64)> = counts
+        .iter()
+        .zip(raw)
+        .map(|(&n, e)| ((n as f64).ln(), (e - floor).max(1e-12).ln()))
+        .collect();
+    let (mx, my) = (
+        points.iter().map(|p| p.0).sum::<f64>() / points.len() as f64,
+        points.iter().map(|p| p.1).sum::<f64>() / points.len() as f64,
+    );
+    let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
+        / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+    println!("slope {slope:.3}");
+    assert!((slope + 1.0).abs() < 0.05, "relMSE {raw:?} falls as spp^{slope}");
+
+    // Stratified samples, and then paths that are shared, have the same mean and less error.
+    for (flags, most) in [(&["--reuse", "none"][..], 0.8), (&[], 0.15)] {
+        let image = render(&toml, 32, flags);
+        assert_means(&format!("32 spp, {flags:?}"), &image, &reference, 0.003);
+        let error = rel_mse(&image, &reference);
+        println!("32 spp, {flags:?}: relMSE {error:.5}");
+        assert!(
+            error < most * raw[1],
+            "{flags:?}: relMSE {error} against {} of independent samples",
+            raw[1]
+        );
+    }
+}
+
+#[test]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn hall_and_sponza_have_the_means_of_their_references() {
+    for name in ["hall", "sponza"] {
+        let folder = shared(&format!("suite/{name}"));
+        let reference = read_rgb(&folder.join("reference.exr"));
+        let image = render(&folder.join(format!("{name}.toml")), 64, &[]);
+        // Fireflies of many small lights: the mean of 64 samples is good to some 0.1 %.
+        assert_means(name, &image, &reference, 0.006);
+    }
+}

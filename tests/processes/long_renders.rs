@@ -1,0 +1,609 @@
+//! Renders that are stopped, killed, cut into parts and joined: the bits are those of one render, and nothing that was written is lost.
+
+use crate::support::program::{
+    assert_same_bits, command, done, folder, joined, limited, read_json, refused, run, signal, split, words,
+};
+use crate::support::read_channel;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const SPP: u32 = 320;
+
+/// The scene's lamp as a group, beside a sky in none.
+const LIGHT_GROUPS: &str = "[[light_group]]\nname = \"lamps\"\nmaterials = [\"lamp\"]\n\
+                            [[light]]\ntype = \"constant\"\nradiance = [0.2, 0.3, 0.4]\n";
+
+/// A folder with a small scene, `s.toml`: a lit floor, a Phong panel, and nothing behind them.
+fn scene() -> TempDir {
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl panel\nKd 0.2 0.3 0.2\nKs 0.5 0.5 0.5\nNs 20\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\nv -1 1 1\n\
+             usemtl floor\nf 1 2 3 4\nusemtl panel\nf 1 4 5 7\nusemtl lamp\nf 4 3 6 5\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
+             [image]\nwidth = 44\nheight = 29\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
+}
+
+/// Asserts that two pictures in `folder` have the same bits.
+fn assert_same(folder: &TempDir, one: &str, other: &str) {
+    assert_same_bits(&folder.path().join(one), &folder.path().join(other));
+}
+
+/// Threads, interruptions and parts make no difference, nor does the order in which parts are joined.
+#[test]
+fn bits_are_those_of_one_render() {
+    let folder = scene();
+    let file = folder.path().join("s.toml");
+    let text = fs::read_to_string(&file).unwrap() + LIGHT_GROUPS;
+    fs::write(&file, text).unwrap();
+    let spp = SPP.to_string();
+    let usual: &[&str] = &["render", "s.toml", "-q", "--spp", &spp, "--aov", "lights"];
+    done(folder.path(), &joined(usual, &["-o", "one.exr", "--threads", "2"]));
+    let one = |name: &str| read_channel(&folder.path().join("one.exr"), name);
+    assert!(one("light_lamps.G") != one("G") && one("light_default.G") != one("G"));
+    assert!(one("samples").iter().all(|&n| n == SPP as f32));
+
+    let mut interruptions = 0;
+    for (threads, parts) in [("1", 1), ("2", 1), ("3", 1), ("1", 2), ("2", 5), ("3", 2), ("3", 5)] {
+        for interrupted in [false, true] {
+            let name = |part: u32, kind: &str| format!("{threads}-{parts}-{interrupted}-{part}-{kind}.exr");
+            let blocks = SPP / 64;
+            let mut files = Vec::new();
+            for part in 0..parts {
+                let range = format!("{}..{}", blocks * part / parts * 64, blocks * (part + 1) / parts * 64);
+                let (state, picture) = (name(part, "state"), name(part, "picture"));
+                let mut args = joined(usual, &["--threads", threads, "--checkpoint", &state, "-o", &picture]);
+                if parts > 1 {
+                    args.extend(["--samples", &range]);
+                }
+                if interrupted {
+                    // Ever longer, so that it ends
+                    let mut limit = 0.005;
+                    while run_for(folder.path(), &args, limit) {
+                        limit *= 1.5;
+                        interruptions += 1;
+                    }
+                } else {
+                    done(folder.path(), &args);
+                }
+                files.push(if parts > 1 && part % 2 == 0 { picture } else { state });
+            }
+            let merged = name(0, "merged");
+            for turn in 0..files.len() {
+                files.rotate_left(1);
+                if turn % 2 == 1 {
+                    files.reverse();
+                }
+                let mut args = vec!["merge", "-q", "-o", &merged];
+                args.extend(files.iter().map(String::as_str));
+                done(folder.path(), &args);
+                assert_same(&folder, &merged, "one.exr");
+            }
+        }
+    }
+    assert!(interruptions > 10, "{interruptions}");
+}
+
+/// Renders on for some seconds; whether anything is left to do.
+fn run_for(folder: &Path, args: &[&str], seconds: f64) -> bool {
+    limited(folder, &joined(args, &["--resume", "--stats", "stats.json"]), seconds);
+    let stats = read_json(&folder.join("stats.json"));
+    assert_eq!(stats["stop"] == "samples", stats["complete"] == true, "{stats}");
+    stats["complete"] == false
+}
+
+/// A crop has the pixels of the whole picture, and crops give it when they are joined; with sample ranges too.
+#[test]
+fn crops_and_ranges_are_joined() {
+    let folder = scene();
+    let usual = split("render s.toml -q --spp 128");
+    let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
+    render(&["-o", "one.exr"]);
+    render(&["--crop", "0,0,17,29", "-o", "left.exr"]);
+    render(&["--crop", "17,0,44,12", "-o", "top.exr"]);
+    render(&["--crop", "17,12,44,29", "--samples", "0..64", "-o", "first.exr"]);
+    render(&split("--crop 17,12,44,29 --samples 64..128 --checkpoint second.exr"));
+    let all = ["second.exr", "left.exr", "first.exr", "top.exr"];
+    done(
+        folder.path(),
+        &[&["merge", "-q", "-o", "all.exr", "-o", "all.png"], &all[..]].concat(),
+    );
+    assert_same(&folder, "all.exr", "one.exr");
+    assert!(folder.path().join("all.png").exists());
+
+    let merge = |parts: &[&str]| refused(folder.path(), &[&["merge", "-o", "no.exr"], parts].concat(), 1);
+    let said = merge(&["left.exr", "top.exr", "first.exr"]);
+    assert!(
+        said.contains("samples 64..128 of pixels 17,12 to 44,29 are in no part"),
+        "{said}"
+    );
+    let said = merge(&["left.exr", "first.exr", "second.exr"]);
+    assert!(
+        said.contains("samples 0..128 of pixels 17,0 to 44,12 are in no part"),
+        "{said}"
+    );
+    let said = merge(&["left.exr", "top.exr", "first.exr", "second.exr", "first.exr"]);
+    assert!(
+        said.contains("samples 0..64 of pixel 17,12 are in first.exr too"),
+        "{said}"
+    );
+    let said = merge(&["one.exr"]);
+    assert!(said.contains("not the sums"), "{said}");
+    assert!(!folder.path().join("no.exr").exists());
+    // What there is, if that is wanted
+    done(
+        folder.path(),
+        &split("merge -q --allow-gaps -o some.exr left.exr first.exr"),
+    );
+    let some = read_channel(&folder.path().join("some.exr"), "samples");
+    assert_eq!(some.len(), 44 * 29);
+    let count = |n: f32| some.iter().filter(|&&s| s == n).count();
+    assert_eq!((count(128.0), count(64.0), count(0.0)), (17 * 29, 27 * 17, 27 * 12));
+}
+
+/// Parts of parts: many may be joined by steps.
+#[test]
+fn parts_are_joined_by_steps() {
+    let folder = scene();
+    let usual = split("render s.toml -q --spp 256");
+    let render = |more: &[&str]| done(folder.path(), &joined(&usual, more));
+    let merged = |more: &[&str]| done(folder.path(), &[&["merge", "-q"], more].concat());
+    render(&["-o", "one.exr"]);
+    for (name, range) in [
+        ("a.exr", "0..64"),
+        ("b.exr", "64..128"),
+        ("c.exr", "128..192"),
+        ("d.exr", "192..256"),
+    ] {
+        render(&["--samples", range, "--checkpoint", name]);
+    }
+    merged(&["a.exr", "b.exr", "--checkpoint", "ab.exr"]);
+    merged(&["d.exr", "c.exr", "--checkpoint", "cd.exr"]);
+    merged(&["cd.exr", "ab.exr", "-o", "all.exr"]);
+    assert_same(&folder, "all.exr", "one.exr");
+    // A hole is one all the same, and a picture needs them all.
+    let said = refused(folder.path(), &["merge", "a.exr", "c.exr", "--checkpoint", "no.exr"], 1);
+    assert!(said.contains("samples 64..128"), "{said}");
+    let said = refused(folder.path(), &["merge", "cd.exr", "-o", "no.exr"], 1);
+    assert!(said.contains("samples 0..128"), "{said}");
+}
+
+#[test]
+fn strangers_are_not_joined_nor_gone_on_with() {
+    let folder = scene();
+    fs::write(
+        folder.path().join("other.toml"),
+        fs::read_to_string(folder.path().join("s.toml"))
+            .unwrap()
+            .replace("[0, 1, 4]", "[0, 1, 5]"),
+    )
+    .unwrap();
+    let render = |scene: &str, name: &str, more: &[&str]| {
+        let args = [
+            "render",
+            scene,
+            "-q",
+            "--spp",
+            "128",
+            "--samples",
+            "64..128",
+            "-o",
+            name,
+        ];
+        done(folder.path(), &joined(&args, more));
+    };
+    let first = split("render s.toml -q --spp 128 --samples 0..64 -o first.exr");
+    done(folder.path(), &first);
+    for (scene, more, word) in [
+        ("s.toml", &["--seed", "3"][..], "seed 0 and 3"),
+        ("s.toml", &["--max-depth", "3"], "settings max_depth=16 and max_depth=3"),
+        ("s.toml", &["--size", "40x29"], "image size [44, 29] and [40, 29]"),
+        ("other.toml", &[], "scene hash"),
+    ] {
+        render(scene, "second.exr", more);
+        let said = refused(folder.path(), &["merge", "first.exr", "second.exr", "-o", "no.exr"], 1);
+        assert!(said.contains("second.exr") && said.contains(word), "{said}");
+    }
+
+    let usual: &[&str] = &["render", "s.toml", "--checkpoint", "c.exr", "-o", "o.exr"];
+    done(folder.path(), &joined(usual, &["--spp", "100"]));
+    let before = fs::read(folder.path().join("c.exr")).unwrap();
+    let said = refused(folder.path(), &joined(usual, &["--spp", "100"]), 2);
+    assert!(said.contains("exists already"), "{said}");
+    for (more, word) in [
+        (
+            &["--resume", "--spp", "64"][..],
+            "has 100 samples a pixel already, 64 are wanted",
+        ),
+        (&["--resume", "--spp", "200", "--seed", "1"], "seed 0 and 1"),
+        (
+            &["--resume", "--spp", "200", "--crop", "0,0,9,9"],
+            "crop 0,0,44,29 and 0,0,9,9",
+        ),
+        (
+            &["--resume", "--spp", "200", "--sampler", "zsobol"],
+            "settings sampler=sobol and sampler=zsobol",
+        ),
+        (&["--resume", "--noise", "0.1"], "settings nothing and noise=0.1"),
+    ] {
+        let said = refused(folder.path(), &joined(usual, more), 1);
+        assert!(said.contains(word), "{said}");
+    }
+    assert_eq!(fs::read(folder.path().join("c.exr")).unwrap(), before);
+}
+
+/// More samples later give what all of them at once would have: also where the first render ended within a block.
+#[test]
+fn more_samples_later() {
+    let folder = scene();
+    let render = |more: &[&str]| done(folder.path(), &[&["render", "s.toml", "-q"], more].concat());
+    for (few, many) in [("3", "40"), ("100", "201"), ("64", "128")] {
+        let (state, later, once) = (
+            format!("{few}.exr"),
+            format!("{few}-later.exr"),
+            format!("{few}-once.exr"),
+        );
+        render(&["--checkpoint", &state, "--spp", few, "-o", "few.exr"]);
+        render(&[
+            "--checkpoint",
+            &state,
+            "--resume",
+            "--spp",
+            many,
+            "-o",
+            &later,
+            "--stats",
+            "s.json",
+        ]);
+        render(&["--spp", many, "-o", &once]);
+        assert_same(&folder, &later, &once);
+        let stats = read_json(&folder.path().join("s.json"));
+        assert_eq!(stats["samples"], many.parse::<u64>().unwrap() * 44 * 29);
+    }
+}
+
+/// A render to a noise level decides by rounds; one that was stopped within them decides alike.
+#[test]
+fn noise_is_gone_on_with() {
+    let folder = scene();
+    let usual: &[&str] = &["render", "s.toml", "-q", "--noise", "0.004", "--spp", "8192"];
+    done(folder.path(), &joined(usual, &["-o", "once.exr"]));
+    let args = joined(
+        usual,
+        &split("-o later.exr --checkpoint c.exr --resume --stats stats.json"),
+    );
+    let (mut limit, mut stops) = (0.02, 0);
+    loop {
+        limited(folder.path(), &args, limit);
+        let stats = read_json(&folder.path().join("stats.json"));
+        if stats["stop"] == "noise" {
+            break;
+        }
+        (limit, stops) = (limit * 1.3, stops + 1);
+    }
+    assert!(stops > 2, "{stops}");
+    assert_same(&folder, "later.exr", "once.exr");
+}
+
+/// Killed at any moment, also while it writes: the next run goes on, and ends in the same bits.
+#[cfg(unix)]
+#[test]
+fn kills_cost_nothing_that_was_kept() {
+    let kills = if cfg!(any(feature = "embree", feature = "obvhs")) {
+        50
+    } else {
+        5
+    };
+    let folder = scene();
+    let began = Instant::now();
+    done(folder.path(), &split("render s.toml -q --spp 6144 -o one.exr"));
+    let whole = began.elapsed();
+    let args = split("render s.toml -q --spp 6144 --resume --checkpoint c.exr");
+    let args = [&args[..], &["--checkpoint-interval", "0.01s", "-o", "later.exr"]].concat();
+    let (mut killed, mut runs) = (0, 0);
+    while killed < kills {
+        let mut child = command(folder.path(), &args).spawn().unwrap();
+        // Somewhere in the first half of what a render takes on this machine, at odd moments
+        std::thread::sleep(whole * (2 + 37 * runs % 97) / 200);
+        child.kill().unwrap();
+        let status = child.wait().unwrap();
+        // Whatever is there is whole.
+        if folder.path().join("c.exr").exists() {
+            let look = ["merge", "-q", "--allow-gaps", "c.exr", "-o", "look.exr"];
+            done(folder.path(), &look);
+        }
+        if status.code().is_none() {
+            killed += 1;
+        } else {
+            // One that came to its end in spite of the kills has the bits, and the next starts anew.
+            assert!(status.success(), "{status}");
+            assert_same(&folder, "later.exr", "one.exr");
+            fs::remove_file(folder.path().join("c.exr")).unwrap();
+        }
+        runs += 1;
+        assert!(runs < 20 * kills, "{killed} killed of {runs}");
+    }
+    done(folder.path(), &args);
+    assert_same(&folder, "later.exr", "one.exr");
+}
+
+/// A termination signal is an interrupt: what is done is written, and gone on with.
+#[cfg(unix)]
+#[test]
+fn signals_are_gone_on_from() {
+    let folder = scene();
+    done(folder.path(), &split("render s.toml -q --spp 2048 -o one.exr"));
+    let args = split("render s.toml -q --spp 2048 --checkpoint c.exr -o later.exr");
+    let child = command(folder.path(), &args).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    signal(&child, "TERM");
+    let out = child.wait_with_output().unwrap();
+    // A machine that is quick enough has finished, and one that is slow has not begun.
+    if out.status.code() == Some(130) && folder.path().join("c.exr").exists() {
+        assert!(words(&out).contains("interrupted"), "{}", words(&out));
+    }
+    done(folder.path(), &joined(&args, &["--resume"]));
+    assert_same(&folder, "later.exr", "one.exr");
+}
+
+/// What the program was started to ignore it ignores: `nohup` and `trap '' INT` hold. What it was not still ends it.
+#[cfg(unix)]
+#[test]
+fn ignored_signals_stay_ignored() {
+    let folder = scene();
+    let render = "exec \"$0\" render s.toml -q --spp 100000000 --time-limit 4s -o a.png --stats s.json";
+    for ignored in ["HUP", "INT", "TERM"] {
+        let script = format!("trap '' {ignored}; {render}");
+        let mut child = Command::new("sh");
+        let child = child
+            .current_dir(folder.path())
+            .args(["-c", &script, crate::support::program::PROGRAM]);
+        let mut child = child.spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(1500));
+        signal(&child, ignored);
+        std::thread::sleep(Duration::from_millis(500));
+        let ended = child.try_wait().unwrap();
+        assert!(ended.is_none(), "{ignored}: {ended:?}");
+        // Another one is an interrupt.
+        signal(&child, if ignored == "TERM" { "INT" } else { "TERM" });
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{ignored}");
+    }
+}
+
+/// A closed room that absorbs nothing, of one material; its lamp is small.
+fn furnace(material: &str) -> TempDir {
+    let mtl = format!("newmtl wall\n{material}\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n");
+    folder(&[
+        ("f.mtl", mtl.as_str()),
+        (
+            "f.obj",
+            "mtllib f.mtl\nv -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+             v -0.01 0.99 -0.01\nv 0.01 0.99 -0.01\nv 0.01 0.99 0.01\nv -0.01 0.99 0.01\n\
+             usemtl wall\nf 1 2 3 4\nf 6 5 8 7\nf 5 1 4 8\nf 2 6 7 3\nf 4 3 7 8\nf 5 6 2 1\nusemtl lamp\nf 9 10 11 12\n",
+        ),
+        (
+            "f.toml",
+            "version = 1\n[camera]\nposition = [0, 0, 0]\nlook_at = [0.3, 0.2, -1]\n[image]\nwidth = 64\nheight = 64\n\
+             [[object]]\nobj = \"f.obj\"\n",
+        ),
+    ])
+}
+
+/// A single sample may be seconds of work, and a path without roulette need not end: the time limit ends both.
+#[test]
+fn every_method_ends_by_its_time_limit() {
+    let white = furnace("Kd 1 1 1");
+    let endless = "--max-depth none --roulette-depth 4000000000";
+    let methods = [
+        format!("path {endless}"),
+        format!("naive {endless}"),
+        format!("light {endless}"),
+        format!("bdpt {endless}"),
+        format!("sppm {endless}"),
+        format!("vcm {endless}"),
+        format!("photon-map --gather-rays 100 --photon-count 65536 {endless}"),
+        format!("irradiance-cache --cache-rays 1048576 {endless}"),
+        "distributed --branching 3162 --max-depth 2".into(),
+        "mlt --chains 1 --size 1024x1024".into(),
+        "pssmlt --chains 1 --size 1024x1024".into(),
+        "path --light-samples 1024 --light-selection all".into(),
+    ];
+    for method in methods {
+        let line = format!("render f.toml -q --spp 1000000 -o a.png --integrator {method}");
+        let began = Instant::now();
+        limited(white.path(), &split(&line), 0.3);
+        let took = began.elapsed();
+        assert!(took < Duration::from_secs(20), "{method}: {took:?}");
+    }
+}
+
+/// Between mirrors that absorb nothing a branch has no end of its own: there is one all the same, and the stack is deep enough for it.
+#[test]
+fn branches_between_mirrors_end() {
+    let mirrors = furnace("Kd 0 0 0\nKs 1 1 1\nillum 3");
+    for method in [
+        "whitted --max-depth none",
+        "whitted --max-depth 1024",
+        "distributed --branching 1 --max-depth 1024",
+    ] {
+        let line = format!("render f.toml -q --size 16x16 --spp 1 -o a.png --integrator {method}");
+        done(mirrors.path(), &split(&line));
+    }
+    let said = refused(mirrors.path(), &split("render f.toml --max-depth 1025"), 2);
+    assert!(
+        said.contains("--max-depth 1025") && said.contains("1024 at most"),
+        "{said}"
+    );
+}
+
+/// Commands that have nothing to keep end at once, with the code of an interrupt: while they measure, too.
+#[cfg(unix)]
+#[test]
+fn commands_without_pictures_end_at_once() {
+    let folder = scene();
+    for line in [
+        "bench s.toml --repeat 100000 -q",
+        "audit s.toml --against brute --rays 4000000000 -q",
+    ] {
+        let child = command(folder.path(), &split(line)).spawn().unwrap();
+        std::thread::sleep(Duration::from_secs(1));
+        let began = Instant::now();
+        signal(&child, "TERM");
+        let out = child.wait_with_output().unwrap();
+        assert_eq!(out.status.code(), Some(130), "{line}: {}", words(&out));
+        assert!(began.elapsed() < Duration::from_secs(20), "{line}");
+    }
+}
+
+/// Cut short at every KiB, and with a bit that has flipped: refused in words, and the file stays.
+#[test]
+fn damaged_checkpoints_are_refused() {
+    let folder = scene();
+    let render = split("render s.toml -q --spp 64 --size 20x9 --checkpoint c.exr -o o.exr");
+    done(folder.path(), &render);
+    let path = folder.path().join("c.exr");
+    let sound = fs::read(&path).unwrap();
+    fs::rename(folder.path().join("o.exr"), folder.path().join("sound.exr")).unwrap();
+    let args = [&render[..], &["--resume"]].concat();
+    for length in (0..sound.len()).step_by(1024).chain([sound.len() - 1]) {
+        fs::write(&path, &sound[..length]).unwrap();
+        let said = refused(folder.path(), &args, 1);
+        assert!(said.contains("c.exr") && said.contains("help"), "{length}: {said}");
+        assert_eq!(fs::read(&path).unwrap(), &sound[..length]);
+    }
+    for i in 0..64 {
+        let mut bytes = sound.clone();
+        let at = (i * 7919 + 13 * i * i) % bytes.len();
+        bytes[at] ^= 1 << (i % 8);
+        fs::write(&path, &bytes).unwrap();
+        let out = run(folder.path(), &args);
+        // Some bytes mean nothing to a render, such as those of the picture so far; no other change goes unseen.
+        match out.status.code() {
+            Some(0) => assert_same(&folder, "o.exr", "sound.exr"),
+            Some(1) => assert!(words(&out).contains("c.exr"), "{}", words(&out)),
+            code => panic!("{at}: {code:?} {}", words(&out)),
+        }
+    }
+}
+
+/// Where nothing can be written any more, the render says so, goes on, and tries again.
+#[cfg(unix)]
+#[test]
+fn outputs_that_vanish_are_told() {
+    let folder = scene();
+    let out = folder.path().join("out");
+    fs::create_dir(&out).unwrap();
+    let args = split("render s.toml --spp 4096 --checkpoint out/c.exr --checkpoint-interval 0.05s");
+    let args = [
+        &args[..],
+        &["-o", "out/o.exr", "-o", "kept.exr", "--write-every", "0.05s"],
+    ]
+    .concat();
+    let child = command(folder.path(), &args).spawn().unwrap();
+    while !out.join("c.exr").exists() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    fs::rename(&out, folder.path().join("moved")).unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let said = words(&ended);
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("out/c.exr: cannot write") && said.contains("out/o.exr: cannot write"),
+        "{said}"
+    );
+    assert!(folder.path().join("kept.exr").exists());
+    // What was written before can be gone on with where it is now.
+    let args = split("render s.toml -q --spp 4096 --checkpoint moved/c.exr --resume -o later.exr");
+    done(folder.path(), &args);
+    assert_same(&folder, "later.exr", "kept.exr");
+}
+
+#[test]
+fn usage_of_parts_is_checked() {
+    let folder = scene();
+    for (args, word) in [
+        (&["--samples", "10..64"][..], "multiples of 64"),
+        (&["--samples", "0..100", "--spp", "200"], "multiples of 64"),
+        (&["--samples", "64..128", "--spp", "100"], "100 samples a pixel"),
+        (&["--samples", "64..64"], "64..128"),
+        (&["--samples", "0..64", "--noise", "0.1"], "cannot be used with"),
+        (&["--resume"], "--checkpoint"),
+        (&["--time-limit", "0s"], "above 0"),
+    ] {
+        let said = refused(folder.path(), &[&["render", "s.toml"], args].concat(), 2);
+        assert!(said.contains(word), "{args:?}: {said}");
+    }
+    // The last part may end where the picture does.
+    let usual = ["render", "s.toml", "-q", "--spp", "100"];
+    for more in [
+        &["--samples", "64..100", "-o", "b.exr"][..],
+        &["--samples", "0..64", "-o", "a.exr"],
+        &["-o", "one.exr"],
+    ] {
+        done(folder.path(), &joined(&usual, more));
+    }
+    done(folder.path(), &["merge", "-q", "a.exr", "b.exr", "-o", "all.exr"]);
+    assert_same(&folder, "all.exr", "one.exr");
+}
+
+/// A disk that fills up costs neither the checkpoint before nor the picture on another one. Needs the right to mount one.
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disks_lose_nothing() {
+    let folder = scene();
+    let disk = folder.path().join("disk");
+    fs::create_dir(&disk).unwrap();
+    let mount = ["-t", "tmpfs", "-o", "size=1m", "tmpfs", "disk"];
+    let mounted = Command::new("mount").current_dir(folder.path()).args(mount).output();
+    if !mounted.is_ok_and(|out| out.status.success()) {
+        println!("skipped: a disk of 1 MB cannot be mounted here");
+        return;
+    }
+    let checked = std::panic::catch_unwind(|| {
+        let args = split("render s.toml --checkpoint disk/c.exr --checkpoint-interval 0.02s");
+        let args = [&args[..], &["-o", "disk/o.exr", "-o", "kept.exr"]].concat();
+        done(folder.path(), &joined(&args, &["-q", "--spp", "64"]));
+        let before = fs::read(disk.join("c.exr")).unwrap();
+        // Room for what is there, not for another one beside it
+        fs::write(disk.join("rest"), vec![0; 1 << 20]).unwrap_err();
+        let said = refused(folder.path(), &joined(&args, &["--resume", "--spp", "1024"]), 1);
+        assert!(
+            said.contains("disk/c.exr: cannot write") && said.contains("disk/o.exr: cannot write"),
+            "{said}"
+        );
+        assert!(said.contains("the render goes on"), "{said}");
+        assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
+        let samples = read_channel(&folder.path().join("kept.exr"), "samples");
+        assert!(samples.iter().all(|&n| n == 1024.0));
+        // With room again, it goes on.
+        fs::remove_file(disk.join("rest")).unwrap();
+        done(folder.path(), &joined(&args, &["-q", "--resume", "--spp", "1024"]));
+        assert_same(&folder, "disk/o.exr", "kept.exr");
+
+        // A disk that only lets itself be read is found before any work.
+        let remount = ["-o", "remount,ro", "disk"];
+        let remounted = Command::new("mount").current_dir(folder.path()).args(remount).status();
+        assert!(remounted.is_ok_and(|status| status.success()));
+        let before = fs::read(disk.join("c.exr")).unwrap();
+        let said = refused(folder.path(), &joined(&args, &["--resume", "--spp", "1000000"]), 1);
+        assert!(said.contains("read-only") && said.contains("help:"), "{said}");
+        assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
+    });
+    let unmounted = Command::new("umount").arg(&disk).status();
+    assert!(unmounted.is_ok_and(|status| status.success()));
+    if let Err(panic) = checked {
+        std::panic::resume_unwind(panic);
+    }
+}

@@ -1,0 +1,268 @@
+//! `render --tev`: a stand-in for the viewer takes what is sent, and rebuilds the picture from it.
+//!
+//! The protocol as tev's README and `IpcPacket` have it: packets of [length in bytes, itself included: u32][kind: u8][payload], little-endian,
+//! strings ended by a zero.
+
+use crate::support::program::{CHANNELS, code, folder, run, words};
+use crate::support::read_channel;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::Output;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+const CREATE_IMAGE: u8 = 4;
+const UPDATE_IMAGE_V3: u8 = 6;
+
+/// Renders the Cornell box in `folder`.
+fn render(folder: &Path, address: &str, args: &str) -> Output {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
+    let args = [
+        &["render", scene.to_str().unwrap()],
+        &*args.split_whitespace().collect::<Vec<_>>(),
+        &["--tev", address],
+    ];
+    run(folder, &args.concat())
+}
+
+/// A stand-in that treats its first client as `serve` says, and its address.
+fn viewer<T: Send + 'static>(serve: impl FnOnce(TcpStream) -> T + Send + 'static) -> (String, thread::JoinHandle<T>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    (address, thread::spawn(move || serve(listener.accept().unwrap().0)))
+}
+
+/// What is left of a packet.
+struct Fields<'a>(&'a [u8]);
+
+impl<'a> Fields<'a> {
+    fn bytes(&mut self, count: usize) -> &'a [u8] {
+        let (taken, rest) = self.0.split_at(count);
+        self.0 = rest;
+        taken
+    }
+
+    fn u32(&mut self) -> u32 {
+        u32::from_le_bytes(self.bytes(4).try_into().unwrap())
+    }
+
+    fn index(&mut self) -> usize {
+        i64::from_le_bytes(self.bytes(8).try_into().unwrap())
+            .try_into()
+            .unwrap()
+    }
+
+    fn string(&mut self) -> String {
+        let length = self.0.iter().position(|&b| b == 0).unwrap();
+        let text = String::from_utf8(self.bytes(length).to_vec()).unwrap();
+        assert_eq!(self.bytes(1), [0]);
+        text
+    }
+
+    fn strings(&mut self, count: usize) -> Vec<String> {
+        (0..count).map(|_| self.string()).collect()
+    }
+}
+
+/// What a viewer knows of its image.
+struct Shown {
+    name: String,
+    size: [usize; 2],
+    /// Values as bits, and how often each has been set.
+    channels: BTreeMap<String, Vec<(u32, u32)>>,
+}
+
+impl Shown {
+    fn create(mut packet: Fields) -> Self {
+        assert_eq!(packet.bytes(2), [CREATE_IMAGE, 1]);
+        let name = packet.string();
+        let size = [packet.u32() as usize, packet.u32() as usize];
+        let count = packet.u32() as usize;
+        let names = packet.strings(count);
+        assert!(packet.0.is_empty());
+        Self {
+            name,
+            size,
+            channels: names
+                .into_iter()
+                .map(|n| (n, vec![(0, 0); size[0] * size[1]]))
+                .collect(),
+        }
+    }
+
+    fn update(&mut self, mut packet: Fields) {
+        assert_eq!(packet.bytes(2), [UPDATE_IMAGE_V3, 0]);
+        assert_eq!(packet.string(), self.name);
+        let count = packet.u32() as usize;
+        let names = packet.strings(count);
+        let [x, y, width, height] = [(); 4].map(|()| packet.u32() as usize);
+        assert!(x + width <= self.size[0] && y + height <= self.size[1]);
+        let offsets: Vec<usize> = (0..count).map(|_| packet.index()).collect();
+        let strides: Vec<usize> = (0..count).map(|_| packet.index()).collect();
+        let data: Vec<u32> = packet
+            .0
+            .chunks(4)
+            .map(|b| u32::from_le_bytes(b.try_into().unwrap()))
+            .collect();
+        for ((name, offset), stride) in names.iter().zip(offsets).zip(strides) {
+            let channel = self.channels.get_mut(name).unwrap();
+            for i in 0..width * height {
+                let at = &mut channel[(y + i / width) * self.size[0] + x + i % width];
+                *at = (data[offset + i * stride], at.1 + 1);
+            }
+        }
+    }
+}
+
+/// What is shown when the client has gone, and the lengths of all packets.
+fn watch(mut client: TcpStream) -> (Shown, Vec<usize>) {
+    let mut bytes = Vec::new();
+    client.read_to_end(&mut bytes).unwrap();
+    let mut stream = Fields(&bytes);
+    let mut next = || {
+        let length = (!stream.0.is_empty()).then(|| stream.u32() as usize)?;
+        Some(Fields(stream.bytes(length - 4)))
+    };
+    let mut shown = Shown::create(next().unwrap());
+    let mut lengths = Vec::new();
+    while let Some(packet) = next() {
+        lengths.push(packet.0.len() + 4);
+        shown.update(packet);
+    }
+    (shown, lengths)
+}
+
+/// The crop has the bits of the file at the end, and was shown before.
+#[test]
+fn the_viewer_has_the_picture() {
+    let folder = folder(&[]);
+    let (address, shown) = viewer(watch);
+    let args = "--size 400x260 --crop 7,5,390,250 --spp 65536 --time-limit 2.5s -o a.exr";
+    let out = render(folder.path(), &address, args);
+    assert_eq!(code(&out), 0, "{}", words(&out));
+    assert!(!words(&out).contains("warning"), "{}", words(&out));
+    let (shown, lengths) = shown.join().unwrap();
+    assert!(shown.name.contains("cornell-box.toml"), "{}", shown.name);
+    assert_eq!(shown.size, [400, 260]);
+    assert!(lengths.iter().all(|&length| length <= 1 << 20), "{lengths:?}");
+    let names: Vec<&str> = shown.channels.keys().map(String::as_str).collect();
+    let mut expected = CHANNELS;
+    expected.sort_unstable();
+    assert_eq!(names, expected);
+
+    let times = shown.channels["R"][5 * 400 + 7].1;
+    assert!(times >= 2, "{times}");
+    for (name, channel) in &shown.channels {
+        let file = read_channel(&folder.path().join("a.exr"), name);
+        let mut file = file.iter().map(|v| v.to_bits());
+        let times = if ["R", "G", "B"].contains(&name.as_str()) {
+            times
+        } else {
+            1
+        };
+        for (y, row) in channel.chunks(400).enumerate() {
+            for (x, &(bits, set)) in row.iter().enumerate() {
+                if (7..390).contains(&x) && (5..250).contains(&y) {
+                    assert_eq!((bits, set), (file.next().unwrap(), times), "{name} at {x},{y}");
+                } else {
+                    assert_eq!(set, 0, "{name} at {x},{y}");
+                }
+            }
+        }
+        assert_eq!(file.next(), None);
+    }
+    let middle = shown.channels["R"][130 * 400 + 200].0;
+    assert!(f32::from_bits(middle) > 0.0, "{middle}");
+}
+
+/// One that closes while it is sent to costs a warning, and not the render.
+#[test]
+fn a_viewer_that_goes_away_is_told_once() {
+    let folder = folder(&[]);
+    let (address, served) = viewer(|mut client| client.read_exact(&mut [0; 1000]).unwrap());
+    let args = "--size 400x260 --spp 65536 --time-limit 2.3s -o a.exr --stats s.json";
+    let out = render(folder.path(), &address, args);
+    served.join().unwrap();
+    let said = words(&out);
+    assert_eq!(code(&out), 0, "{said}");
+    assert_eq!(said.matches("warning").count(), 1, "{said}");
+    assert!(said.contains(&format!("warning: {address}: lost the viewer")), "{said}");
+    let stats = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    assert!(stats.contains("\"stop\": \"time-limit\""), "{stats}");
+    assert!(
+        read_channel(&folder.path().join("a.exr"), "samples")
+            .iter()
+            .all(|&n| n >= 1.0)
+    );
+}
+
+#[test]
+fn a_viewer_that_is_not_there_is_told_before_any_work() {
+    let folder = folder(&[]);
+    let address = TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap()
+        .to_string();
+    // A render of this size would take hours.
+    let out = render(folder.path(), &address, "--spp 65536 --size 4096x4096 -o a.exr");
+    let said = words(&out);
+    assert_eq!(code(&out), 1, "{said}");
+    assert!(said.contains(&address) && said.contains("help: start tev"), "{said}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+
+    for wrong in ["localhost", ":14158", "localhost:tev", "localhost:0", "localhost:65536"] {
+        let out = render(folder.path(), wrong, "-o a.exr");
+        assert_eq!(code(&out), 2, "{wrong}: {}", words(&out));
+        assert!(
+            words(&out).contains("a host and a port are expected"),
+            "{}",
+            words(&out)
+        );
+    }
+}
+
+/// One that never reads is given up once the system takes no more for it.
+#[test]
+fn a_viewer_that_never_reads_blocks_nothing() {
+    let folder = folder(&[]);
+    let (over, wait) = mpsc::channel::<()>();
+    let (address, served) = viewer(move |client| {
+        let _ = wait.recv();
+        drop(client);
+    });
+    // 27 MB of channels: more than systems keep for a connection
+    let out = render(folder.path(), &address, "--size 800x600 --spp 1 -o a.png");
+    drop(over);
+    served.join().unwrap();
+    let said = words(&out);
+    assert_eq!(code(&out), 0, "{said}");
+    assert_eq!(
+        said.matches("lost the viewer: it reads too slowly").count(),
+        1,
+        "{said}"
+    );
+    assert!(folder.path().join("a.png").exists());
+}
+
+/// One that reads a byte now and then always has something left to read: it holds up neither the render nor its end.
+#[test]
+fn a_viewer_that_trickles_blocks_nothing() {
+    let folder = folder(&[]);
+    let (address, _) = viewer(|mut client| {
+        while client.read(&mut [0; 64]).is_ok_and(|read| read > 0) {
+            thread::sleep(Duration::from_millis(50));
+        }
+    });
+    let began = Instant::now();
+    let args = "--size 800x600 --spp 65536 --time-limit 2s -o a.png";
+    let out = render(folder.path(), &address, args);
+    let (said, took) = (words(&out), began.elapsed());
+    assert_eq!(code(&out), 0, "{said}");
+    assert_eq!(said.matches("lost the viewer").count(), 1, "{said}");
+    assert!(took < Duration::from_secs(20), "{took:?}");
+    assert!(folder.path().join("a.png").exists());
+}

@@ -108,8 +108,8 @@ pub trait Sink: RaySink {
     fn first_surface(&mut self, surface: FirstSurface);
 }
 
-/// Dynamic dispatch, for sinks that look at single samples.
-impl<R: Gathered> Sink for Box<dyn Sink<Radiance = R> + '_> {
+/// Dynamic dispatch, for what is not compiled once more for a sink of its own.
+impl<R: Gathered> Sink for &mut (dyn Sink<Radiance = R> + '_) {
     type Radiance = R;
 
     fn weight(&mut self, weight: f32) {
@@ -125,7 +125,7 @@ impl<R: Gathered> Sink for Box<dyn Sink<Radiance = R> + '_> {
     }
 }
 
-impl<R: Gathered> RaySink for Box<dyn Sink<Radiance = R> + '_> {
+impl<R: Gathered> RaySink for &mut (dyn Sink<Radiance = R> + '_) {
     fn ray(&mut self, kind: RayKind) {
         (**self).ray(kind);
     }

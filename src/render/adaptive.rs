@@ -1,8 +1,8 @@
+use super::dispatch::SampleIntegrator;
 use super::schedule::passes;
 use super::statistics::Statistics;
 use super::tiles::{Observer, Outcome, advance, render, should_leave};
 use crate::film::{BLOCK, Film, Tile};
-use crate::integrator::Integrator;
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
@@ -21,8 +21,8 @@ const GROWTH: f64 = 0.25;
 /// Decisions are made between rounds and from the film alone, so bits do not depend on threads. They look at the samples that they then
 /// keep, which moves means a little (Kirk and Arvo 1991): a tile that by chance has seen too little light is likely to get
 /// too few samples. A tile decides by all its pixels together, so that no single one decides for itself.
-pub fn render_to_noise<I: Integrator, S: Sampler>(
-    integrator: &I,
+pub fn render_to_noise<S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     film: &mut Film,
     level: f64,
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::color::Spectrum;
     use crate::film::Rect;
-    use crate::integrator::Sink;
+    use crate::integrator::{Integrator, Sink};
     use crate::math::UVec2;
     use crate::sampler::{Dimension, Independent, SampleKey};
 

@@ -1,5 +1,5 @@
 use crate::film::{BLOCK, Film, Rect};
-use crate::integrator::{Integrator, SAMPLES_AT_ONCE};
+use crate::integrator::SAMPLES_AT_ONCE;
 use crate::math::UVec2;
 use crate::math::hash::mix;
 use crate::sampler::SampleKey;
@@ -20,14 +20,15 @@ pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     pixels
 }
 
-/// The samples that a render traces together with `key`, itself among them: what it takes to repeat that sample.
-pub fn companions(integrator: &impl Integrator, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
-    if integrator.pixels_at_once() == 1 {
+/// The samples that a render traces together with `key`, itself among them, by an integrator that traces those of so many pixels at once: what it takes to
+/// repeat that sample.
+pub fn companions(pixels_at_once: usize, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
+    if pixels_at_once == 1 {
         return vec![key];
     }
     let cell = Film::cell(resolution, key.pixel());
     let pixels = shuffled(cell, key.sample);
-    let mut groups = pixels.chunks(integrator.pixels_at_once().min(SAMPLES_AT_ONCE));
+    let mut groups = pixels.chunks(pixels_at_once.min(SAMPLES_AT_ONCE));
     let group = groups.find(|group| group.contains(&key.pixel())).unwrap_or_default();
     group.iter().map(|p| SampleKey::new(p.x, p.y, key.sample)).collect()
 }

@@ -5,6 +5,7 @@
 
 mod adaptive;
 mod cancellation;
+mod dispatch;
 mod frames;
 mod groups;
 mod irradiance;
@@ -16,6 +17,7 @@ mod test_picture;
 mod tiles;
 
 pub use adaptive::render_to_noise;
+pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
 pub use frames::{FrameLight, frame_bytes, render_frames};
 pub use groups::companions;
 pub use irradiance::Irradiance;
@@ -23,4 +25,4 @@ pub use photons::photon_maps;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
 pub use test_picture::test_picture;
-pub use tiles::{Observer, Outcome, render};
+pub use tiles::{Observer, Outcome, PixelSample, render};

@@ -1,10 +1,11 @@
 use super::cancellation::Cancellation;
+use super::dispatch::SampleIntegrator;
 use super::groups::shuffled;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, RayCounts, Statistics};
 use crate::color::Spectrum;
 use crate::film::{Block, FeatureBlock, Film, FirstSurface, PartBlock, Tile};
-use crate::integrator::{ByGroup, Gathered, Integrator, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
+use crate::integrator::{ByGroup, Gathered, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -88,8 +89,8 @@ pub enum Outcome {
 ///
 /// The result is the same to the bit for any number of threads: each tile of a pass is the work of one task, and what a
 /// task computes depends on nothing but its pixels and sample indices. Nor does it depend on how often the render was stopped before.
-pub fn render<I: Integrator, S: Sampler>(
-    integrator: &I,
+pub fn render<S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     film: &mut Film,
     end: u32,
@@ -120,8 +121,8 @@ pub fn render<I: Integrator, S: Sampler>(
 }
 
 /// Adds the samples that `tile` lacks before the one with index `end`; `None`, and the tile is as it was, where the observer asked to stop.
-pub(super) fn advance<I: Integrator, S: Sampler>(
-    integrator: &I,
+pub(super) fn advance<S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
     end: u32,
@@ -130,8 +131,8 @@ pub(super) fn advance<I: Integrator, S: Sampler>(
     let before = tile.clone();
     // A film that does not tell lights apart pays nothing for it.
     let done = match tile.parts() {
-        0 => advance_gathering::<Spectrum, _, _>(integrator, sampler, tile, end, observer),
-        _ => advance_gathering::<ByGroup, _, _>(integrator, sampler, tile, end, observer),
+        0 => advance_gathering::<Spectrum, _>(integrator, sampler, tile, end, observer),
+        _ => advance_gathering::<ByGroup, _>(integrator, sampler, tile, end, observer),
     };
     if done.is_none() {
         *tile = before;
@@ -139,8 +140,8 @@ pub(super) fn advance<I: Integrator, S: Sampler>(
     done
 }
 
-fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
-    integrator: &I,
+fn advance_gathering<R: Traced, S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
     end: u32,
@@ -150,7 +151,7 @@ fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
     let start = last_cut(next).max(tile.first_sample());
     // A render that has ended between cuts goes on: what it took last comes again, in one sum with what follows.
     let again = match start < next {
-        true => Some(render_tile::<R, _, _>(
+        true => Some(render_tile::<R, _>(
             integrator,
             sampler,
             tile,
@@ -161,7 +162,7 @@ fn advance_gathering<R: Gathered, I: Integrator, S: Sampler>(
     };
     let mut statistics = Statistics::default();
     for pass in passes(start..end) {
-        let taken = render_tile::<R, _, _>(integrator, sampler, tile, (pass, Turn::Add), observer)?;
+        let taken = render_tile::<R, _>(integrator, sampler, tile, (pass, Turn::Add), observer)?;
         statistics = statistics.merge(taken);
     }
     Some(match again {
@@ -183,8 +184,8 @@ pub(super) const MANY_RAYS: u64 = 64;
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to it or takes them out again; `None`, and the tile is of no use, where the observer
 /// asked to stop.
-fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
-    integrator: &I,
+fn render_tile<R: Traced, S: Sampler>(
+    integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
     (samples, turn): (Range<u32>, Turn),
@@ -238,7 +239,7 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
             }
             let (keys, taken) = (&keys[..count], &mut taken[..count]);
             taken.fill_with(|| PixelSample::new(observer));
-            integrator.samples(keys, &mut sampler, taken);
+            R::trace(integrator, keys, &mut sampler, taken);
             // Those in which the integrator was asked to leave are not whole.
             if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
                 return None;
@@ -297,8 +298,40 @@ fn render_tile<R: Gathered, I: Integrator, S: Sampler>(
     Some(statistics)
 }
 
+/// Kinds of light for which integrators behind dynamic dispatch have a call.
+trait Traced: Gathered {
+    fn trace<S>(
+        integrator: &dyn SampleIntegrator<S>,
+        keys: &[SampleKey],
+        sampler: &mut S,
+        out: &mut [PixelSample<Self>],
+    );
+}
+
+impl Traced for Spectrum {
+    fn trace<S>(
+        integrator: &dyn SampleIntegrator<S>,
+        keys: &[SampleKey],
+        sampler: &mut S,
+        out: &mut [PixelSample<Self>],
+    ) {
+        integrator.samples(keys, sampler, out);
+    }
+}
+
+impl Traced for ByGroup {
+    fn trace<S>(
+        integrator: &dyn SampleIntegrator<S>,
+        keys: &[SampleKey],
+        sampler: &mut S,
+        out: &mut [PixelSample<Self>],
+    ) {
+        integrator.samples_by_group(keys, sampler, out);
+    }
+}
+
 /// What one sample gave.
-struct PixelSample<'a, R> {
+pub struct PixelSample<'a, R> {
     weight: f32,
     radiance: R,
     surface: Option<FirstSurface>,
@@ -352,6 +385,7 @@ impl<R> RaySink for PixelSample<'_, R> {
 mod tests {
     use super::*;
     use crate::film::Rect;
+    use crate::integrator::Integrator;
     use crate::math::UVec2;
     use crate::sampler::{Dimension, SamplerKind};
     use std::sync::atomic::{AtomicU64, Ordering};

@@ -10,7 +10,9 @@ use crate::integrator::{
 };
 use crate::math::UVec2;
 use crate::options::{IrradianceCacheSettings, MaxDepth, Method, PathReuse};
-use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
+use crate::render::{
+    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, SampleIntegrator, Statistics, companions,
+};
 use crate::sampler::{SampleKey, Sampler};
 use std::sync::OnceLock;
 
@@ -93,7 +95,8 @@ impl Method {
         }
         impl<S: Sampler> Task for Render<'_, S> {
             type Output = (Outcome, Statistics);
-            fn run(self, integrator: &impl Integrator) -> Self::Output {
+            type Sampler = S;
+            fn run(self, integrator: &dyn SampleIntegrator<S>) -> Self::Output {
                 let Self {
                     sampler,
                     film,
@@ -204,10 +207,12 @@ impl Method {
         }
         impl<S: Sampler> Task for Sample<'_, '_, S> {
             type Output = bool;
-            fn run(self, integrator: &impl Integrator) -> bool {
-                let keys = companions(integrator, self.resolution, self.key);
+            type Sampler = S;
+            fn run(self, integrator: &dyn SampleIntegrator<S>) -> bool {
+                let keys = companions(integrator.pixels_at_once(), self.resolution, self.key);
                 let mut sinks: Vec<_> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
-                integrator.samples(&keys, self.sampler, &mut sinks);
+                let mut sinks: Vec<DynSink<Spectrum>> = sinks.iter_mut().map(|sink| &mut **sink as _).collect();
+                integrator.samples_into(&keys, self.sampler, &mut sinks);
                 true
             }
             fn run_frames(self, _: &impl FrameIntegrator) -> bool {
@@ -358,6 +363,7 @@ fn search_radius(fixed: Option<f32>, pixels: f32) -> SearchRadius {
 /// What is done with an integrator, whichever it is.
 trait Task {
     type Output;
-    fn run(self, integrator: &impl Integrator) -> Self::Output;
+    type Sampler: Sampler;
+    fn run(self, integrator: &dyn SampleIntegrator<Self::Sampler>) -> Self::Output;
     fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output;
 }

@@ -1021,16 +1021,15 @@ fn light_through_rough_glass_is_found_both_ways() {
     let size = embrasure::math::UVec2::splat(24);
     let mean = |directions, direct, reuse| {
         support::with_world(&scene, camera, size, |world| {
-            let integrator = PathIntegrator {
+            let path = PathIntegrator {
                 strategy: Strategy {
                     directions,
                     direct,
                     ..Strategy::default()
                 },
-                reuse,
                 ..support::path_tracer(world, Some(6))
             };
-            let film = support::film_of(&integrator, size, 1024, 3);
+            let film = support::film_of(&support::MaybeReusing { path, reuse }, size, 1024, 3);
             (support::film_mean(&film, 0), support::film_error(&film, 0))
         })
     };

@@ -1,15 +1,16 @@
-use super::strategy::Scattered;
+use super::strategy::PrevVertex;
 use super::{Gathered, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
+use crate::color::Spectrum;
 use crate::geometry::{Hit, Side, SurfacePoint, offset_to};
 use crate::light::{LightId, Receiver};
-use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::{Incident, Scene};
 
 /// A surface point with the local frame and the scattering that hold there.
+#[derive(Clone, Copy)]
 pub(super) struct Vertex<'a> {
     pub point: SurfacePoint,
     pub frame: Frame,
@@ -77,36 +78,36 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
     }
 }
 
-/// The light that `ray` meets, weighed against sampling it at the scattering that the ray comes from, if it comes from one; and the surface that it
-/// meets at `hit`, if there is one.
-pub(super) fn met<'v, R: Gathered, A: Accel>(
-    world: &'v World<A>,
-    strategy: &Strategy,
-    (ray, scattered): (&Ray, Option<&Scattered>),
-    hit: Option<Hit>,
-    slot: &'v BsdfSlot,
-) -> (R, Option<Vertex<'v>>) {
-    let from = scattered.map_or(Receiver::any_side(ray.origin), |s| s.from);
-    let counted = |light: Incident| {
-        let radiance = light.radiance * strategy.emission_weight(scattered, &light);
-        R::of_light(radiance, light.id, world.scene)
-    };
-    let mut radiance = R::default();
-    let Some(hit) = hit else {
-        // Escaped: infinitely distant lights
-        for light in world.scene.escaped(from, ray.direction) {
-            radiance += counted(light);
+impl Strategy {
+    /// Gives `add` the light that `ray` finds, times the throughput `beta`: emitted by the surface `met`, or by infinitely distant lights where it
+    /// meets none. It is weighed against the light samples of the previous vertex.
+    #[inline(always)]
+    pub(super) fn emitted<R: Gathered>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        prev: Option<&PrevVertex>,
+        beta: Spectrum,
+        met: Option<(&Hit, &Vertex)>,
+        mut add: impl FnMut(R),
+    ) {
+        let from = prev.map_or(Receiver::any_side(ray.origin), |prev| prev.from);
+        let mut add = |light: Incident| {
+            let weight = self.emission_weight(prev, &light);
+            add(R::of_light(beta * light.radiance * weight, light.id, scene));
+        };
+        match met {
+            Some((hit, vertex)) => {
+                let light = scene.emitted(hit, &from, vertex.point.p, ray.direction, ray.time);
+                light.into_iter().for_each(add);
+            }
+            None => {
+                for light in scene.escaped(from, ray.direction) {
+                    add(light);
+                }
+            }
         }
-        return (radiance, None);
-    };
-    let vertex = world.vertex(&hit, ray, slot);
-    if let Some(light) = world
-        .scene
-        .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
-    {
-        radiance = counted(light);
     }
-    (radiance, Some(vertex))
 }
 
 /// Lights between two looks at whether the work is cancelled, where all are sampled.

@@ -1,9 +1,8 @@
 use super::direct::{Direct, LightNumbers};
-use super::strategy::Scattered;
-use super::{Gathered, Integrator, RayKind, Sink, Strategy, World};
+use super::strategy::PrevVertex;
+use super::{Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -30,7 +29,8 @@ struct Branch {
     node: u32,
     /// Share of the pixel.
     beta: Spectrum,
-    scattered: Option<Scattered>,
+    /// The vertex that `ray` comes from; `None` at the camera.
+    prev: Option<PrevVertex>,
 }
 
 impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
@@ -40,7 +40,7 @@ impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
             depth: 0,
             node: 0,
             beta: Spectrum::ONE,
-            scattered: None,
+            prev: None,
         };
         self.follow(&root, sampler, out);
     }
@@ -52,39 +52,28 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             return;
         }
         let (world, strategy) = (&self.world, &self.strategy);
-        let (ray, scattered) = (&branch.ray, branch.scattered.as_ref());
+        let (ray, prev) = (&branch.ray, branch.prev.as_ref());
         let kind = if branch.depth == 0 {
             RayKind::Camera
         } else {
             RayKind::Bounce
         };
-        let from = scattered.map_or(Receiver::any_side(ray.origin), |s| s.from);
-        let Some(hit) = world.intersect(ray, kind, out) else {
-            for light in world.scene.escaped(from, ray.direction) {
-                let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
-                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
-            }
-            return;
-        };
+        let hit = world.intersect(ray, kind, out);
 
         // Emission and direct light, as along a path
         let slot = BsdfSlot::new();
-        let vertex = world.vertex(&hit, ray, &slot);
+        let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
+        let met = hit.as_ref().zip(vertex.as_ref());
+        strategy.emitted(world.scene, ray, prev, branch.beta, met, |light| out.radiance(light));
+        let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            out.first_surface(world.first_surface(&hit, &vertex));
-        }
-        if let Some(light) = world
-            .scene
-            .emitted(&hit, &from, vertex.point.p, ray.direction, ray.time)
-        {
-            let radiance = branch.beta * light.radiance * strategy.emission_weight(scattered, &light);
-            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
+            out.first_surface(world.first_surface(hit, vertex));
         }
         if branch.depth >= self.max_depth {
             return;
         }
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = Direct::sample(world, &vertex, strategy, 1, &u, out).arrives(world, out);
+        let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
         out.radiance(direct * branch.beta);
 
         // Several rays in place of one
@@ -100,12 +89,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                 depth: branch.depth + 1,
                 node,
                 beta: branch.beta * sample.weight / self.branching as f32,
-                scattered: Some(Scattered {
-                    from: vertex.receiver(),
-                    pdf: sample.pdf,
-                    is_delta: sample.is_delta(),
-                    light_samples: 1,
-                }),
+                prev: Some(PrevVertex::new(vertex, &sample, 1)),
             };
             if !child.beta.is_black() {
                 self.follow(&child, sampler, out);

@@ -1,12 +1,10 @@
-use super::{Gathered, Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
+use super::{Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
-use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
-use crate::scene::Incident;
 
 /// How Metropolis light transport is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +94,6 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
             roulette: self.roulette,
             light_samples: self.light_samples,
-            reuse: false,
         };
         direct.sample(key, sampler, out);
         self.sample_lamps(key, sampler, out);
@@ -104,27 +101,18 @@ impl<A: Accel> OrdinaryLight<'_, A> {
 
     /// Adds the light that comes along the sample's ray by two delta lobes or more, and by nothing else.
     fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        let (world, scene) = (&self.world, self.world.scene);
+        let world = &self.world;
         let mut ray = world.camera_ray(key, None, sampler, out);
         let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
         for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
-            let from = Receiver::any_side(ray.origin);
-            let add = |light: Incident, out: &mut _| {
-                if depth > 1 {
-                    Sink::radiance(out, Gathered::of_light(beta * light.radiance, light.id, scene));
-                }
-            };
-            let Some(hit) = world.intersect(&ray, RayKind::Bounce, out) else {
-                for light in scene.escaped(from, ray.direction) {
-                    add(light, out);
-                }
-                return;
-            };
+            let hit = world.intersect(&ray, RayKind::Bounce, out);
             let slot = BsdfSlot::new();
-            let vertex = world.vertex(&hit, &ray, &slot);
-            if let Some(light) = scene.emitted(&hit, &from, vertex.point.p, ray.direction, ray.time) {
-                add(light, out);
+            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+            let met = hit.as_ref().zip(vertex.as_ref());
+            if depth > 1 {
+                Strategy::default().emitted(world.scene, &ray, None, beta, met, |light| out.radiance(light));
             }
+            let Some(vertex) = vertex else { return };
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = vertex.bsdf.sample(vertex.wo, u_lobe, u, TransportMode::Radiance);

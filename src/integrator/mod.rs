@@ -48,6 +48,7 @@ pub use photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
 pub use photon_tree::{Nearest, PhotonTree};
 pub use photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
 pub use pssmlt::PrimarySpaceIntegrator;
+pub use reuse::ReusingPathIntegrator;
 pub use roulette::Roulette;
 pub use sppm::{FramePhotons, ProgressivePhotonIntegrator};
 pub use strategy::{DirectLight, Directions, Heuristic, Strategy};

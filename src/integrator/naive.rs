@@ -1,4 +1,4 @@
-use super::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, World};
+use super::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::light::Receiver;
@@ -28,10 +28,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let Some(hit) = world.intersect(&ray, kind, out) else {
-                // Escaped: infinitely distant lights
-                for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                    out.radiance(Gathered::of_light(beta * light.radiance, light.id, world.scene));
-                }
+                Strategy::default().emitted(world.scene, &ray, None, beta, None, |light| out.radiance(light));
                 return;
             };
             let slot = BsdfSlot::new();

@@ -1,8 +1,8 @@
 use super::density::Density;
-use super::direct::{Direct, LightNumbers, Vertex, met};
+use super::direct::{Direct, LightNumbers, Vertex};
 use super::photon_tree::PhotonTree;
 use super::photons::Photon;
-use super::strategy::Scattered;
+use super::strategy::PrevVertex;
 use super::{Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -100,7 +100,7 @@ struct Segment {
     beta: Spectrum,
     /// Squared indices of refraction that `beta` has been divided by.
     roulette_scale: f32,
-    scattered: Option<Scattered>,
+    prev: Option<PrevVertex>,
 }
 
 impl Segment {
@@ -121,7 +121,7 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
             strand: 0,
             beta: Spectrum::ONE,
             roulette_scale: 1.0,
-            scattered: None,
+            prev: None,
         }];
         while let Some(segment) = segments.pop().filter(|_| !out.is_cancelled()) {
             let radiance = self.follow(segment, sampler, &mut segments, out);
@@ -144,14 +144,16 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
         let hit = world.intersect(&ray, kind, out);
         let slot = BsdfSlot::new();
-        let (emitted, vertex) = met::<R, _>(world, strategy, (&ray, segment.scattered.as_ref()), hit, &slot);
+        let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+        let met = hit.as_ref().zip(vertex.as_ref());
+        let mut emitted = R::default();
+        let prev = segment.prev.as_ref();
+        strategy.emitted(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
         let is_caustic = matches!(segment.purpose, Purpose::Gather { after_delta: true, .. });
         let mut radiance = if is_caustic { R::default() } else { emitted * beta };
-        let (Some(vertex), Some(hit)) = (vertex, hit) else {
-            return radiance;
-        };
+        let Some((hit, vertex)) = met else { return radiance };
         if depth == 0 {
-            out.first_surface(world.first_surface(&hit, &vertex));
+            out.first_surface(world.first_surface(hit, vertex));
         }
         if self.max_depth.is_some_and(|max| depth >= max) {
             return radiance;
@@ -164,7 +166,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let length = length + hit.t;
             let (found, radius) = match is_delta {
                 true => (R::default(), 0.0),
-                false => self.density(&self.maps.global, FAR_SHARE, &vertex, depth),
+                false => self.density(&self.maps.global, FAR_SHARE, vertex, depth),
             };
             if length > radius {
                 radiance += found * beta;
@@ -176,9 +178,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let block = segment.block();
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
-            radiance += Direct::sample(world, &vertex, strategy, 1, &u, out).arrives(world, out) * beta;
+            radiance += Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out) * beta;
             if vertex.bsdf.is_wide() {
-                radiance += self.density::<R>(&self.maps.caustics, NEAR_SHARE, &vertex, depth).0 * beta;
+                radiance += self.density::<R>(&self.maps.caustics, NEAR_SHARE, vertex, depth).0 * beta;
             }
         }
 
@@ -228,12 +230,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 strand,
                 beta: beta * factor,
                 roulette_scale: roulette_scale * if parts { rays as f32 } else { 1.0 },
-                scattered: Some(Scattered {
-                    from: vertex.receiver(),
-                    pdf: sample.pdf,
-                    is_delta: sample.is_delta(),
-                    light_samples: 1,
-                }),
+                prev: Some(PrevVertex::new(vertex, &sample, 1)),
             });
         }
         radiance

@@ -1,13 +1,123 @@
 use super::direct::Vertex;
+use super::path::{CameraPacket, PathIntegrator, PathState};
 use super::strategy::Directions;
-use super::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
+use super::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin, segment};
+use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec3};
+use crate::sampler::{SampleKey, Sampler};
+use std::array::from_fn;
+
+/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that are matte (Bekaert, Sbert and
+/// Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
+#[derive(Debug)]
+pub struct ReusingPathIntegrator<'a, A> {
+    /// How each path is followed. Its roulette ends no path before the second vertex.
+    pub path: PathIntegrator<'a, A>,
+}
+
+/// Minimum throughput that roulette assumes for a shared path.
+const MIN_SHARED_BETA: f32 = 0.5;
+
+impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        let world = &self.path.world;
+        // That one pixel's surface is dark says nothing of those with which it shares its path.
+        let path = PathIntegrator {
+            roulette: Roulette {
+                depth: self.path.roulette.depth.max(1),
+            },
+            ..self.path
+        };
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            // Paths that are shared must be of one time.
+            let packet = CameraPacket::trace(world, keys, sampler, true, out);
+
+            // Follow each path by itself
+            let slots: [BsdfSlot; SAMPLES_AT_ONCE] = from_fn(|_| BsdfSlot::new());
+            let mut firsts = [const { None }; SAMPLES_AT_ONCE];
+            let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            for (i, out) in out.iter_mut().enumerate() {
+                let mut ours = Shared::default();
+                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut ours, out);
+                firsts[i] = ours.first;
+                match ours.end {
+                    Some(end) => {
+                        out.radiance(radiance.head);
+                        ends[i] = Some((end, radiance.tail));
+                    }
+                    None => out.radiance(radiance.sum()),
+                }
+            }
+
+            // All first vertices look at the shared ends.
+            for (owner, end) in ends.iter().enumerate() {
+                if let Some((end, radiance)) = end {
+                    end.light_all(*radiance, world, path.strategy.directions, &firsts, owner, out);
+                }
+            }
+        }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        SAMPLES_AT_ONCE
+    }
+}
+
+/// What path reuse asks of a path on its way.
+pub(super) trait Reuse<'v> {
+    /// Takes note of the first vertex, and gives it back.
+    #[inline(always)]
+    fn first_vertex(&mut self, vertex: Vertex<'v>) -> Vertex<'v> {
+        vertex
+    }
+
+    /// Decides whether pixels share the light that is scattered at `vertex`, where `path` has come to the depth
+    /// [`tail_depth`](super::path::PathStart::tail_depth); then the path goes on for all of them.
+    #[inline(always)]
+    fn tail_vertex(&mut self, _vertex: &Vertex, _path: &mut PathState) {}
+}
+
+/// Each path for its own pixel.
+pub(super) struct NoReuse;
+
+impl Reuse<'_> for NoReuse {}
+
+/// What a path shares with others.
+#[derive(Default)]
+struct Shared<'v> {
+    first: Option<Vertex<'v>>,
+    end: Option<End>,
+}
+
+impl<'v> Reuse<'v> for Shared<'v> {
+    #[inline(always)]
+    fn first_vertex(&mut self, vertex: Vertex<'v>) -> Vertex<'v> {
+        self.first = Some(vertex);
+        vertex
+    }
+
+    #[inline(always)]
+    fn tail_vertex(&mut self, vertex: &Vertex, path: &mut PathState) {
+        if path.is_delta() || !End::can_be(vertex) {
+            return;
+        }
+        self.end = Some(End::new(vertex));
+        // The light that comes back along the path counts in several pixels, in each by a factor of its own, which is not known yet. Roulette
+        // goes by the pixel that follows the path, as long as that is not a dark one.
+        path.roulette_scale *= path.beta.max_component().max(MIN_SHARED_BETA);
+        path.beta = Spectrum::ONE;
+    }
+}
 
 /// Where a path has been led by its first scattering, if that is a matte surface: it sends the same light to the first vertices
-/// of all paths of a group (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
+/// of all paths of a group.
 ///
 /// Any of the paths might have found the point. By the balance heuristic over all of them (Veach 1997, §9.2.2), the light
 /// `L` of an end `y` counts in the pixel whose first vertex is `xᵢ` as
@@ -18,7 +128,7 @@ use crate::math::{Ray, Vec3};
 ///
 /// which is never more than `f |cos θ| / pdf · L` of the pixel's own path. What is emitted at `y`, and what is scattered there by
 /// other than matte surfaces, stays with the path that found it.
-pub(super) struct End<R> {
+struct End {
     /// The point, clear of its surface.
     p: Vec3,
     /// When the path is there; all paths of a group have the same time.
@@ -27,8 +137,6 @@ pub(super) struct End<R> {
     n: Vec3,
     /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
     curved: Option<SurfacePoint>,
-    /// Estimate of the radiance that is scattered to that side.
-    radiance: R,
 }
 
 /// A first vertex that could have found the end.
@@ -43,14 +151,14 @@ struct Candidate {
     origin: Vec3,
 }
 
-impl<R: Gathered> End<R> {
+impl End {
     /// Whether `vertex` scatters to all directions alike.
-    pub fn can_be(vertex: &Vertex) -> bool {
+    fn can_be(vertex: &Vertex) -> bool {
         vertex.bsdf.is_lambert() && !vertex.is_bent
     }
 
-    /// At `vertex`, whose scattered light is `radiance`.
-    pub fn new(vertex: &Vertex, radiance: R) -> Self {
+    /// The end at `vertex`.
+    fn new(vertex: &Vertex) -> Self {
         let point = vertex.point;
         let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
@@ -58,24 +166,25 @@ impl<R: Gathered> End<R> {
             time: point.time,
             n,
             curved: point.is_curved().then_some(point),
-            radiance,
         }
     }
 
-    /// Gives each path whose first vertex sees the end its share; the path `owner` has found it.
-    pub fn light_all<A: Accel>(
+    /// Gives each path whose first vertex sees the end its share of `radiance`, which is an estimate of what is scattered to its side; the
+    /// path `owner` has found it.
+    fn light_all<A: Accel, R: Gathered>(
         &self,
+        radiance: R,
         world: &World<A>,
         directions: Directions,
         firsts: &[Option<Vertex>; SAMPLES_AT_ONCE],
         owner: usize,
         out: &mut [impl Sink<Radiance = R>],
     ) {
-        if self.radiance.sum().is_black() {
+        if radiance.sum().is_black() {
             return;
         }
 
-        // Who could have found it. That the owner sees it is known.
+        // Vertices that could have found it. That the owner's sees it is known.
         let Some(own) = firsts[owner]
             .as_ref()
             .and_then(|v| self.candidate(v, owner, directions))
@@ -94,7 +203,7 @@ impl<R: Gathered> End<R> {
             }
         }
 
-        // Who sees it, and how much of it where there are holes
+        // Their visibility; where surfaces have alpha, their transmittance
         let (others, rays) = (&others[..count], &rays[..count]);
         let mut seen = [1.0; SAMPLES_AT_ONCE];
         let mut own_seen = 1.0;
@@ -119,7 +228,7 @@ impl<R: Gathered> End<R> {
         if pdf <= 0.0 {
             return;
         }
-        let light = self.radiance * (1.0 / pdf);
+        let light = radiance * (1.0 / pdf);
         out[owner].radiance(light * own.f * own_seen);
         for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
             out[other.index].radiance(light * other.f * seen);

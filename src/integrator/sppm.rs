@@ -1,12 +1,14 @@
 use super::density::Density;
-use super::direct::{Direct, LightNumbers, Vertex, met};
+use super::direct::{Direct, LightNumbers, Vertex};
 use super::photon_grid::{PhotonGrid, Radii, SearchRadius};
 use super::photons::{Photon, PhotonTracer};
-use super::strategy::Scattered;
+use super::strategy::PrevVertex;
 use super::{FrameIntegrator, Gathered, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::geometry::Hit;
 use crate::material::BsdfSlot;
+use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
@@ -127,6 +129,15 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
 }
 
 impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
+    /// The emitted light that `ray` finds.
+    fn emitted<R: Gathered>(&self, ray: &Ray, prev: Option<&PrevVertex>, met: Option<(&Hit, &Vertex)>) -> R {
+        let mut sum = R::default();
+        let scene = self.world.scene;
+        self.strategy
+            .emitted(scene, ray, prev, Spectrum::ONE, met, |light| sum += light);
+        sum
+    }
+
     fn follow<S: Sampler, R: Gathered>(
         &self,
         prepared: &FramePhotons,
@@ -136,21 +147,20 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     ) -> R {
         let (world, strategy) = (&self.world, &self.strategy);
         let mut ray = world.camera_ray(key, Some(prepared.time), sampler, out);
-        let mut scattered: Option<Scattered> = None;
+        let mut prev: Option<PrevVertex> = None;
         let (mut beta, mut roulette_scale) = (Spectrum::ONE, 1.0);
         let mut radiance = R::default();
         for depth in 0.. {
-            // What is met, and its light
+            // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let hit = world.intersect(&ray, kind, out);
             let slot = BsdfSlot::new();
-            let (emitted, vertex) = met::<R, _>(world, strategy, (&ray, scattered.as_ref()), hit, &slot);
-            radiance += emitted * beta;
-            let (Some(vertex), Some(hit)) = (vertex, hit) else {
-                break;
-            };
+            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+            let met = hit.as_ref().zip(vertex.as_ref());
+            radiance += self.emitted::<R>(&ray, prev.as_ref(), met) * beta;
+            let Some((hit, vertex)) = met else { break };
             if depth == 0 {
-                out.first_surface(world.first_surface(&hit, &vertex));
+                out.first_surface(world.first_surface(hit, vertex));
             }
             if self.max_depth.is_some_and(|max| depth >= max) {
                 break;
@@ -158,11 +168,11 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
 
             // Direct light, and that of photons
             let u = LightNumbers::draw(sampler, depth);
-            let direct = Direct::sample(world, &vertex, strategy, 1, &u, out).arrives(world, out);
+            let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
             radiance += direct * beta;
             let is_last = vertex.bsdf.is_wide();
             if is_last {
-                radiance += self.photons::<R>(prepared, &vertex, depth) * beta;
+                radiance += self.photons::<R>(prepared, vertex, depth) * beta;
             }
 
             // On
@@ -173,18 +183,14 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             };
             beta *= sample.weight;
             ray = vertex.ray_along(sample.wi);
-            let from = Scattered {
-                from: vertex.receiver(),
-                pdf: sample.pdf,
-                is_delta: sample.is_delta(),
-                light_samples: 1,
-            };
+            let from = PrevVertex::new(vertex, &sample, 1);
             if is_last && !sample.is_delta() {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
                     let hit = world.intersect(&ray, RayKind::Bounce, out);
                     let slot = BsdfSlot::new();
-                    radiance += met::<R, _>(world, strategy, (&ray, Some(&from)), hit, &slot).0 * beta;
+                    let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+                    radiance += self.emitted::<R>(&ray, Some(&from), hit.as_ref().zip(vertex.as_ref())) * beta;
                 }
                 break;
             }
@@ -194,7 +200,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 break;
             };
             beta *= factor;
-            scattered = Some(from);
+            prev = Some(from);
         }
         radiance
     }

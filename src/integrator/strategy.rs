@@ -1,3 +1,4 @@
+use super::direct::Vertex;
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::light::Receiver;
 use crate::math::{Vec2, Vec3};
@@ -54,17 +55,30 @@ pub struct Strategy {
     pub heuristic: Heuristic,
 }
 
-/// The scattering that a ray comes from: what MIS needs when the ray meets a light.
+/// The vertex that a ray comes from: what MIS needs when the ray meets a light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Scattered {
+pub(super) struct PrevVertex {
     /// Where it happened.
     pub from: Receiver,
     /// Density of the ray's direction.
     pub pdf: f32,
     /// Whether no light sampling could have drawn this direction.
     pub is_delta: bool,
-    /// How many light samples were taken there.
+    /// Light samples that were taken there.
     pub light_samples: u32,
+}
+
+impl PrevVertex {
+    /// `vertex`, left in the direction of `sample`.
+    #[inline(always)]
+    pub fn new(vertex: &Vertex, sample: &BsdfSample, light_samples: u32) -> Self {
+        Self {
+            from: vertex.receiver(),
+            pdf: sample.pdf,
+            is_delta: sample.is_delta(),
+            light_samples,
+        }
+    }
 }
 
 impl Directions {
@@ -127,16 +141,14 @@ impl Strategy {
 
     /// Weight of light that a ray from the camera, or from a scattering, meets.
     #[inline(always)]
-    pub(super) fn emission_weight(&self, from: Option<&Scattered>, light: &Incident) -> f32 {
-        let Some(scattered) = from.filter(|s| !s.is_delta) else {
+    pub(super) fn emission_weight(&self, prev: Option<&PrevVertex>, light: &Incident) -> f32 {
+        let Some(prev) = prev.filter(|prev| !prev.is_delta) else {
             return 1.0;
         };
         match self.direct {
             DirectLight::None => 1.0,
             DirectLight::Light => 0.0,
-            DirectLight::Mis => self
-                .heuristic
-                .weight(scattered.pdf, scattered.light_samples as f32 * light.pdf),
+            DirectLight::Mis => self.heuristic.weight(prev.pdf, prev.light_samples as f32 * light.pdf),
         }
     }
 

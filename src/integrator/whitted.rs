@@ -1,9 +1,8 @@
 use super::direct::{Direct, LightNumbers};
-use super::{DirectLight, Gathered, Integrator, RayKind, Sink, Strategy, World};
+use super::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
-use crate::light::Receiver;
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
@@ -58,39 +57,26 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         } else {
             RayKind::Bounce
         };
-        let Some(hit) = world.intersect(ray, kind, out) else {
-            for light in world.scene.escaped(Receiver::any_side(ray.origin), ray.direction) {
-                let radiance = branch.beta * light.radiance;
-                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
-            }
-            return;
-        };
+        let hit = world.intersect(ray, kind, out);
 
         // Emission and direct light
-        let slot = BsdfSlot::new();
-        let vertex = world.vertex(&hit, ray, &slot);
-        if branch.depth == 0 {
-            out.first_surface(world.first_surface(&hit, &vertex));
-        }
-        if let Some(light) = world.scene.emitted(
-            &hit,
-            &Receiver::any_side(ray.origin),
-            vertex.point.p,
-            ray.direction,
-            ray.time,
-        ) {
-            let radiance = branch.beta * light.radiance;
-            out.radiance(Gathered::of_light(radiance, light.id, world.scene));
-        }
-        if self.max_depth.is_some_and(|max| branch.depth >= max) {
-            return;
-        }
         let strategy = Strategy {
             direct: DirectLight::Light,
             ..Strategy::default()
         };
+        let slot = BsdfSlot::new();
+        let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
+        let met = hit.as_ref().zip(vertex.as_ref());
+        strategy.emitted(world.scene, ray, None, branch.beta, met, |light| out.radiance(light));
+        let Some((hit, vertex)) = met else { return };
+        if branch.depth == 0 {
+            out.first_surface(world.first_surface(hit, vertex));
+        }
+        if self.max_depth.is_some_and(|max| branch.depth >= max) {
+            return;
+        }
         let u = LightNumbers::draw(sampler, branch.node);
-        let direct = Direct::sample(world, &vertex, &strategy, 1, &u, out).arrives(world, out);
+        let direct = Direct::sample(world, vertex, &strategy, 1, &u, out).arrives(world, out);
         out.radiance(direct * branch.beta);
 
         // Mirror and refracted directions, all of them

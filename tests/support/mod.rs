@@ -4,18 +4,20 @@
 
 pub mod program;
 
+use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
+    FrameIntegrator, Heuristic, Integrator, PathIntegrator, ReusingPathIntegrator, Roulette, Sink, Strategy,
+    TestPicture, TestPictureMaker, World,
 };
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::{Outcome, render, render_frames, test_picture};
-use embrasure::sampler::{Independent, Sampler};
+use embrasure::sampler::{Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
@@ -67,7 +69,34 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
         max_depth,
         roulette: Roulette::default(),
         light_samples: 1,
-        reuse: false,
+    }
+}
+
+/// The path tracer, with path reuse between pixels or without.
+pub struct MaybeReusing<'a, A> {
+    pub path: PathIntegrator<'a, A>,
+    pub reuse: bool,
+}
+
+impl<A: Accel> Integrator for MaybeReusing<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        let path = self.path;
+        match self.reuse {
+            true => ReusingPathIntegrator { path }.samples(keys, sampler, out),
+            false => path.samples(keys, sampler, out),
+        }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        let path = self.path;
+        match self.reuse {
+            true => ReusingPathIntegrator { path }.pixels_at_once(),
+            false => path.pixels_at_once(),
+        }
     }
 }
 

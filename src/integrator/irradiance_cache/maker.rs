@@ -5,7 +5,8 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::integrator::direct::Vertex;
-use crate::integrator::path::Segment;
+use crate::integrator::path::PathStart;
+use crate::integrator::reuse::NoReuse;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
@@ -120,12 +121,15 @@ impl<A: Accel> RecordMaker<'_, A> {
             if out.is_cancelled() {
                 return Seen::NOTHING;
             }
-            let sample = index;
-            sampler.start(SampleKey { sample, ..place.key });
+            let key = SampleKey {
+                sample: index,
+                ..place.key
+            };
+            sampler.start(key);
             let u = sampler.get_2d(Dimension::bounce(place.depth, Bounce::Direction));
             let direction = frame.to_world(strata.direction(index, u));
             let ray = Ray::new(origin, direction).when(place.point.time);
-            let mut seen = self.look(&ray, place.depth + 1, sampler, out);
+            let mut seen = self.look((key, sampler), &ray, place.depth + 1, out);
             // What is nearer than that changes within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
@@ -158,18 +162,28 @@ impl<A: Accel> RecordMaker<'_, A> {
         (is_usable.then_some(record), dropped)
     }
 
-    /// What `ray`, which has left a surface after `depth` scatterings, that one included, meets.
-    fn look<S: Sampler>(&self, ray: &Ray, depth: u32, sampler: &S, out: &mut impl Sink<Radiance = Spectrum>) -> Seen {
+    /// The surface that `ray` meets, which has left another one after `depth` scattering events, that one included.
+    fn look<S: Sampler>(
+        &self,
+        (key, sampler): (SampleKey, &S),
+        ray: &Ray,
+        depth: u32,
+        out: &mut impl Sink<Radiance = Spectrum>,
+    ) -> Seen {
         let world = &self.path.world;
         let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
             return Seen::NOTHING;
         };
-        let slot = BsdfSlot::new();
-        let vertex = world.vertex(&hit, ray, &slot);
+        let start = PathStart {
+            key,
+            sampler,
+            ray: *ray,
+            hit: Some(hit),
+            depth,
+            tail_depth: depth,
+        };
         Seen {
-            radiance: self
-                .path
-                .scattered(&vertex, Segment::from_camera(*ray), depth, sampler, out),
+            radiance: self.path.li(&start, &BsdfSlot::new(), &mut NoReuse, out).tail,
             distance: hit.t,
         }
     }

@@ -6,8 +6,8 @@ use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic,
     Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator,
     PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, RecordMaker, Roulette, SearchRadius, Sink, TestPicture, TestPictureMaker,
-    VertexMergingIntegrator, WhittedIntegrator, World,
+    ProgressivePhotonIntegrator, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink, TestPicture,
+    TestPictureMaker, VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
@@ -154,7 +154,6 @@ impl Estimator {
             max_depth: self.most_scatterings(),
             roulette: self.roulette,
             light_samples: self.light_samples(),
-            reuse: false,
         }
     }
 
@@ -206,13 +205,12 @@ impl Estimator {
     fn with_integrator<A: Accel, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
         let Self { strategy, roulette, .. } = *self;
         let (max_depth, light_samples) = (self.most_scatterings(), self.light_samples());
-        let path = |max_depth, reuse| PathIntegrator {
+        let path = |max_depth| PathIntegrator {
             world,
             strategy,
             max_depth,
             roulette,
             light_samples,
-            reuse,
         };
         // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
         let accel: &dyn Accel = world.accel;
@@ -220,11 +218,12 @@ impl Estimator {
         let even = TestPicture::even();
         let test = prepared.test.get().unwrap_or(&even);
         match self.kind {
-            IntegratorKind::Path => task.run(&path(max_depth, self.reuse)),
+            IntegratorKind::Path if self.reuse => task.run(&ReusingPathIntegrator { path: path(max_depth) }),
+            IntegratorKind::Path => task.run(&path(max_depth)),
             // One scattering is a path of depth 1, which has nothing to share, and for roulette nothing to end.
             IntegratorKind::Direct => task.run(&PathIntegrator {
                 roulette: Roulette::default(),
-                ..path(Some(1), false)
+                ..path(Some(1))
             }),
             IntegratorKind::Naive => task.run(&NaiveIntegrator {
                 world,

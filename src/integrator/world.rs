@@ -1,5 +1,5 @@
-use super::direct::Vertex;
 use super::layers::{Layers, stops};
+use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;

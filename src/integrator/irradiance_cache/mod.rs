@@ -14,9 +14,9 @@ pub use hemisphere::{GatheredHemisphere, Seen, Strata};
 pub use maker::{Place, RecordMaker};
 pub use record::{Gradients, Record};
 
-use super::direct::Vertex;
-use super::path::{PathState, VertexNumbers};
-use super::strategy::PrevVertex;
+use super::path::integrator::{PathState, VertexNumbers};
+use super::path::strategy::PrevVertex;
+use super::vertex::Vertex;
 use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;

@@ -5,6 +5,7 @@ use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Features, Filter, FirstSurface};
 use crate::geometry::{Hit, SurfacePoint};
+use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
@@ -81,10 +82,32 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// A random time, where anything moves.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        self.time_at(|| sampler.get_1d(Dimension::TIME))
+    }
+
+    /// The time at `u` of the shutter interval; `u` is drawn only where anything moves.
+    pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
         match self.scene.is_moving() || self.camera.is_moving() {
-            true => self.camera.time(sampler.get_1d(Dimension::TIME)),
+            true => self.camera.time(u()),
             false => 0.0,
         }
+    }
+
+    /// Light that sets out from a light of the scene, which `choice` draws by power, with the probability of that light.
+    pub(super) fn sample_emission(
+        &self,
+        time: f32,
+        choice: f32,
+        u: impl FnOnce() -> [Vec2; 2],
+    ) -> Option<(LightId, f32, Emission)> {
+        let (id, pmf) = self.scene.emission_selection().sample(choice)?;
+        Some((id, pmf, self.emission_of(id, time, u())?))
+    }
+
+    /// Light that sets out from the light `id` at a point and in a direction that the numbers draw.
+    pub(super) fn emission_of(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
+        let light = &self.scene.lights()[id.0 as usize];
+        light.sample_emission(time, u_position, u_direction, self.scene.textures(), &self.scene.ball())
     }
 
     /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.

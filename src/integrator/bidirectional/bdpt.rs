@@ -41,13 +41,7 @@ impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
     }
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        let connector = Connector {
-            world: &self.world,
-            heuristic: self.heuristic,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
-            merging: None,
-        };
+        let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         // Both subpaths
         let ray = self.world.camera_ray(key, None, sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);

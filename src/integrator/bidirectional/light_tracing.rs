@@ -33,13 +33,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
     }
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        let connector = Connector {
-            world: &self.world,
-            heuristic: Heuristic::Balance,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
-            merging: None,
-        };
+        let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         // What the camera sees first, for the auxiliary channels alone
         let ray = self.world.camera_ray(key, None, sampler, out);
         if let Some(hit) = self.world.intersect(&ray, RayKind::Camera, out) {

@@ -3,7 +3,7 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::Connector;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::math::{UVec2, Vec2};
-use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler};
+use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
 /// How bright the picture is, roughly and by places, over its mean.
 ///
@@ -31,8 +31,6 @@ const ESTIMATES: u32 = 5;
 const SAMPLES: u32 = 12;
 /// Share of the mean that is mixed in: paths that bring light where none was found are that much more frequent than their light, at most.
 const EVEN: f32 = 0.2;
-/// Row of sample keys, below all images, that names what belongs to no pixel and no frame.
-const TEST_ROW: u32 = u32::MAX - 2;
 
 impl TestPicture {
     /// One that is as bright everywhere: chains are after luminance itself.
@@ -95,17 +93,11 @@ impl<A: Accel> TestPictureMaker<'_, A> {
 
     /// One of them: luminance by cells, of a sample of each cell.
     pub fn piece<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
-        let connector = Connector {
-            world: &self.world,
-            heuristic: self.heuristic,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
-            merging: None,
-        };
+        let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = TestPicture::of(self.world.camera.resolution());
         let mut light = vec![0.0; picture.values.len()];
         for cell in 0..light.len() {
-            sampler.start(SampleKey::new(cell as u32, TEST_ROW, index));
+            sampler.start(SampleKey::of_stream(Stream::ImportanceImage, cell as u32, index));
             let numbers = PrimarySampler::new(name(sampler));
             let corner = UVec2::new(cell as u32 % picture.size.x, cell as u32 / picture.size.x);
             let film = (corner.as_vec2() + numbers.get_2d(Dimension::PIXEL)) / picture.scale;

@@ -23,6 +23,12 @@ pub struct Metropolis {
     pub mutation_size: f32,
 }
 
+/// Mutations, one for each pixel of the image in an iteration, for which there is a chain.
+const MUTATIONS_PER_CHAIN: u64 = 256;
+
+/// Minimum number of chains, where none is given.
+const MIN_CHAINS: u64 = 16;
+
 impl Default for Metropolis {
     /// Steps as Kelemen et al. have them.
     fn default() -> Self {
@@ -62,6 +68,13 @@ impl Metropolis {
     /// Whether chains carry all light, and not only what [`OrdinaryLight`] does not find.
     pub(crate) fn carries_all(&self) -> bool {
         self.direct == MetropolisDirect::Metropolis
+    }
+
+    /// Chains of an iteration that has `mutations` mutations, one for each pixel of the image.
+    pub(crate) fn chains(&self, mutations: u64) -> u32 {
+        let usual = (mutations / MUTATIONS_PER_CHAIN).max(MIN_CHAINS);
+        let chains = self.chains.map_or(usual, u64::from);
+        chains.clamp(1, mutations) as u32
     }
 
     /// Vertices, at least, of the paths that chains carry.
@@ -136,9 +149,4 @@ pub(crate) fn name(sampler: &impl Sampler) -> u64 {
     let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
     let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;
     mix(mix(word(a.x, a.y).wrapping_add(GOLDEN_GAMMA)) ^ word(b.x, b.y))
-}
-
-/// A number in [0, 1) made of a hash.
-pub(crate) fn unit(hash: u64) -> f64 {
-    (mix(hash) >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }

@@ -1,4 +1,4 @@
-use super::options::{OrdinaryLight, name, unit};
+use super::options::{OrdinaryLight, name};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::{
@@ -7,8 +7,8 @@ use crate::integrator::{
 };
 use crate::material::BsdfSlot;
 use crate::math::Vec2;
-use crate::math::hash::{GOLDEN_GAMMA, mix};
-use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step};
+use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f64};
+use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step, Stream};
 use std::ops::RangeInclusive;
 
 /// Metropolis light transport in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and Csonka 2002), multiplexed (Hachisuka, Kaplanyan and
@@ -43,21 +43,14 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub test: &'a TestPicture,
 }
 
-/// Mutations, one for each pixel of the image in a frame, for which there is a chain.
-const MUTATIONS_PER_CHAIN: u64 = 256;
 /// Mutations for which there is a bootstrap path.
 const MUTATIONS_PER_BOOTSTRAP: u64 = 4;
-/// Of either, so many in a frame at least.
-const LEAST_CHAINS: u64 = 16;
-const LEAST_BOOTSTRAP: u64 = 1024;
+/// Minimum number of bootstrap paths in an iteration.
+const MIN_BOOTSTRAP: u64 = 1024;
 /// Bootstrap paths that are traced together.
 const PIECE: u32 = 1024;
 /// How many times as many bootstrap paths there are of a length as of the one before.
 const LENGTH_RATIO: f64 = 0.8;
-
-/// Rows of sample keys, below all images, that name what belongs to no pixel.
-const CHAIN_ROW: u32 = u32::MAX;
-const BOOTSTRAP_ROW: u32 = u32::MAX - 1;
 
 /// A bootstrap path that has found light.
 #[derive(Debug)]
@@ -93,13 +86,13 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Seed> {
-        sampler.start(SampleKey::new(index, BOOTSTRAP_ROW, frame));
+        sampler.start(SampleKey::of_stream(Stream::Bootstrap, index, frame));
         let (name, count) = (name(sampler), self.bootstrap_paths());
         let first = index * PIECE;
         let mut seeds = Vec::new();
         for i in first..(first + PIECE).min(count) {
             let origin = mix(name.wrapping_add((i as u64 + 1).wrapping_mul(GOLDEN_GAMMA)));
-            let (length, probability) = self.length((i as f64 + unit(origin)) / count as f64);
+            let (length, probability) = self.length((i as f64 + unit_f64(mix(origin))) / count as f64);
             let state = self.state(length, &PrimarySampler::new(origin), out);
             if state.target > 0.0 {
                 let weight = state.target as f64 / (probability * count as f64);
@@ -136,17 +129,15 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn chains(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_CHAIN).max(LEAST_CHAINS);
-        let chains = self.metropolis.chains.map_or(usual, u64::from);
-        chains.clamp(1, self.mutations()) as u32
+        self.metropolis.chains(self.mutations())
     }
 
     fn chain<S: Sampler>(&self, seeds: &Vec<Seed>, frame: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
         // Where it starts: each chain has a stratum of all the weight.
-        sampler.start(SampleKey::new(index, CHAIN_ROW, frame));
+        sampler.start(SampleKey::of_stream(Stream::Chains, index, frame));
         let (name, chains) = (name(sampler), self.chains());
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
-        let target = light * (index as f64 + unit(name)) / chains as f64;
+        let target = light * (index as f64 + unit_f64(mix(name))) / chains as f64;
         let start = seeds.partition_point(|seed| seed.weight <= target);
         let Some(&Seed { origin, length, .. }) = seeds.get(start.min(seeds.len().saturating_sub(1))) else {
             return;
@@ -200,7 +191,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Bootstrap paths in a frame.
     fn bootstrap_paths(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_BOOTSTRAP).max(LEAST_BOOTSTRAP);
+        let usual = (self.mutations() / MUTATIONS_PER_BOOTSTRAP).max(MIN_BOOTSTRAP);
         let most = u32::MAX - PIECE;
         self.metropolis
             .bootstrap
@@ -236,13 +227,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Joins subpaths of paths that scatter `max_depth` times at most. Their lengths are given: there is nothing for roulette to decide.
     fn connector(&self, max_depth: Option<u32>) -> Connector<'_, 'a, A> {
-        Connector {
-            world: &self.world,
-            heuristic: self.heuristic,
-            roulette: Roulette { depth: u32::MAX },
-            max_depth,
-            merging: None,
-        }
+        Connector::new(&self.world, self.heuristic, Roulette { depth: u32::MAX }, max_depth)
     }
 
     /// What the path of `length` vertices that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.

@@ -5,7 +5,7 @@ use crate::integrator::bidirectional::subpath::PathVertex;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::light::LightId;
 use crate::math::Vec3;
-use crate::sampler::{SampleKey, Sampler};
+use crate::sampler::{SampleKey, Sampler, Stream};
 
 /// Light that has arrived at a surface, at the end of a path from a light (Jensen 1996, "Global Illumination using Photon Maps").
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,12 +79,6 @@ pub struct PhotonTracer<'a, A> {
 /// Paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
 pub const PHOTON_PATHS_A_PIECE: u32 = 1024;
 
-/// The row of the samplers' pixels in which pieces of photon paths have their numbers: below all pictures.
-const ROW_OF_PHOTONS: u32 = u32::MAX - 1;
-
-/// The row in which frames have numbers that all of their paths share.
-const ROW_OF_FRAMES: u32 = u32::MAX - 2;
-
 impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// Pieces of work that `paths` paths come in.
     pub fn pieces(paths: u32) -> u32 {
@@ -133,20 +127,11 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         out: &mut impl RaySink,
         mut found: impl FnMut(Vec<PathVertex<'a>>),
     ) {
-        let connector = Connector {
-            world: &self.world,
-            heuristic: Heuristic::Balance,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
-            merging: None,
-        };
+        let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         let first = index * PHOTON_PATHS_A_PIECE;
         for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
-            sampler.start(SampleKey {
-                x: index,
-                y: ROW_OF_PHOTONS,
-                sample: frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path),
-            });
+            let sample = frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
+            sampler.start(SampleKey::of_stream(Stream::Photons, index, sample));
             let time = time.unwrap_or_else(|| self.world.time(sampler));
             found(connector.light_path(time, sampler, out));
         }
@@ -156,11 +141,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
 impl<A: Accel> World<'_, A> {
     /// The time of all paths of the frame `frame`, where photons and those who look at them must be of one time.
     pub(crate) fn time_of_frame<S: Sampler>(&self, frame: u32, sampler: &mut S) -> f32 {
-        sampler.start(SampleKey {
-            x: 0,
-            y: ROW_OF_FRAMES,
-            sample: frame,
-        });
+        sampler.start(SampleKey::of_stream(Stream::Iteration, 0, frame));
         self.time(sampler)
     }
 }

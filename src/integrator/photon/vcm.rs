@@ -138,14 +138,11 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
     fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let scene = self.world.scene;
         let connector = Connector {
-            world: &self.world,
-            heuristic: self.heuristic,
-            roulette: self.roulette,
-            max_depth: self.max_depth,
             merging: Some(Merging {
                 paths: self.paths() as f32,
                 radii: &prepared.radii,
             }),
+            ..Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth)
         };
         // Both subpaths
         let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);

@@ -72,7 +72,18 @@ pub(crate) struct Contribution {
     pub light: LightId,
 }
 
-impl<'a, A: Accel> Connector<'_, 'a, A> {
+impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
+    /// A connector of subpaths that are never merged.
+    pub fn new(world: &'w World<'a, A>, heuristic: Heuristic, roulette: Roulette, max_depth: Option<u32>) -> Self {
+        Self {
+            world,
+            heuristic,
+            roulette,
+            max_depth,
+            merging: None,
+        }
+    }
+
     /// Paths of a frame: each pixel has one from the camera, and sends one from a light into the scene.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
@@ -117,15 +128,10 @@ impl<'a, A: Accel> Connector<'_, 'a, A> {
 
     /// The subpath of a light at `time`; empty where nothing emits.
     pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
-        let scene = self.world.scene;
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
-        let Some((id, pmf)) = scene.emission_selection().sample(choice) else {
-            return Vec::new();
-        };
-        let u = [Bounce::LightPoint, Bounce::Direction].map(|what| sampler.get_2d(number(what)));
-        let light = &scene.lights()[id.0 as usize];
-        let Some(emission) = light.sample_emission(time, u[0], u[1], scene.textures(), &scene.ball()) else {
+        let u = || [Bounce::LightPoint, Bounce::Direction].map(|what| sampler.get_2d(number(what)));
+        let Some((id, pmf, emission)) = self.world.sample_emission(time, choice, u) else {
             return Vec::new();
         };
         let first = Segment {

@@ -134,11 +134,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
     ) -> Option<Proposal<'a>> {
         let n = numbers.choose(self.lengths.0.iter().copied())?;
         let t = split(0, n, numbers);
-        let world = self.space.world;
-        let time = match world.scene.is_moving() || world.camera.is_moving() {
-            true => world.camera.time(numbers.next()),
-            false => 0.0,
-        };
+        let time = self.space.world.time_at(|| numbers.next());
         let all = Cut {
             kept: 0,
             count: x.len(),

@@ -16,7 +16,7 @@ use crate::integrator::{
     FrameIntegrator, Gathered, Heuristic, Metropolis, RaySink, Roulette, SplatSink, TestPicture, World,
 };
 use crate::material::BsdfSlot;
-use crate::sampler::{SampleKey, Sampler};
+use crate::sampler::{SampleKey, Sampler, Stream};
 use bidirectional::{Bidirectional, Lengths};
 use numbers::Numbers;
 use path::Path;
@@ -45,18 +45,12 @@ pub struct PathSpaceIntegrator<'a, A> {
     pub test: &'a TestPicture,
 }
 
-/// Mutations, one for each pixel of the image in a frame, for which there is a chain.
-const MUTATIONS_PER_CHAIN: u64 = 256;
 /// Mutations for which there is a sample of bidirectional path tracing, all of whose paths a chain may start from.
 const MUTATIONS_PER_SEED: u64 = 8;
-/// Of either, so many in a frame at least.
-const LEAST_CHAINS: u64 = 16;
-const LEAST_SEEDS: u64 = 512;
+/// Minimum number of such samples in an iteration.
+const MIN_SEEDS: u64 = 512;
 /// Samples of bidirectional path tracing that are made together.
 const SEEDS_AT_ONCE: u32 = 64;
-/// Rows beyond all pictures, by which random numbers of samples and of chains have names of their own.
-const SEED_ROW: u32 = u32::MAX - 1;
-const CHAIN_ROW: u32 = u32::MAX;
 
 /// Kinds of mutations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -142,7 +136,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     }
 
     fn seeds(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_SEED).max(LEAST_SEEDS) as u32;
+        let usual = (self.mutations() / MUTATIONS_PER_SEED).max(MIN_SEEDS) as u32;
         self.metropolis.bootstrap.unwrap_or(usual)
     }
 
@@ -155,7 +149,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         sampler: &mut S,
         out: &mut impl RaySink,
     ) -> Vec<(Path<'a>, f64)> {
-        let mut numbers = Numbers::of(SampleKey::new(index, SEED_ROW, frame), sampler);
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Bootstrap, index, frame), sampler);
         seed::sample(space, self.roulette, &mut numbers, out)
     }
 }
@@ -215,16 +209,14 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn chains(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_CHAIN).max(LEAST_CHAINS);
-        let chains = self.metropolis.chains.map_or(usual, u64::from);
-        chains.clamp(1, self.mutations()) as u32
+        self.metropolis.chains(self.mutations())
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, frame: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
         // A path to start with, from the chain's own part of all
         let space = self.space();
         let chains = self.chains() as u64;
-        let mut numbers = Numbers::of(SampleKey::new(index, CHAIN_ROW, frame), sampler);
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Chains, index, frame), sampler);
         let place = (index as f64 + numbers.next() as f64) / chains as f64;
         let Some(seed) = seeds.at(place) else { return };
         let found = self.seed(&space, frame, seed.sample, sampler, out);

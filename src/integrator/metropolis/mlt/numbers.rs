@@ -1,5 +1,5 @@
 use crate::math::Vec2;
-use crate::math::hash::{GOLDEN_GAMMA, mix};
+use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Random numbers of a Markov chain, which nobody can tell in advance how many it needs: SplitMix64.
@@ -25,7 +25,7 @@ impl Numbers {
     /// The next one, in [0, 1).
     pub fn next(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(GOLDEN_GAMMA);
-        (mix(self.0) >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+        unit_f32(mix(self.0))
     }
 
     /// The next two.

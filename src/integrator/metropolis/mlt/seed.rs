@@ -127,10 +127,7 @@ pub(super) fn sample<'a, A: Accel>(
 
     // A subpath from the camera, and each light that it meets
     let (lens, world) = (numbers.next_2d(), space.world);
-    let time = match world.scene.is_moving() || world.camera.is_moving() {
-        true => world.camera.time(numbers.next()),
-        false => 0.0,
-    };
+    let time = world.time_at(|| numbers.next());
     let mut camera = Subpath::new(Some(space.lens(lens, time)));
     while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.most) {
         let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, (lens, time), numbers) else {

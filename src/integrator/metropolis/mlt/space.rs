@@ -6,7 +6,7 @@ use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::bidirectional::subpath::Surface;
 use crate::integrator::{RayKind, RaySink, TestPicture, World};
-use crate::light::{Emission, Light, LightId, Receiver};
+use crate::light::{Light, LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
 use std::ops::Range;
@@ -109,8 +109,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     fn light(&self, time: f32, numbers: &mut Numbers) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
         let (choice, u) = (numbers.next(), [numbers.next_2d(), numbers.next_2d()]);
-        let (id, _) = scene.emission_selection().sample(choice)?;
-        let emission = self.emission(id, time, u)?;
+        let (id, _, emission) = self.world.sample_emission(time, choice, || u)?;
         let kind = match (emission.is_infinite, &scene.lights()[id.0 as usize]) {
             (true, Light::Directional(_)) => SourceKind::Parallel,
             (true, _) => SourceKind::Far,
@@ -126,12 +125,6 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         // Infinitely far away there are directions, and no places.
         let p = if kind.is_infinite() { Vec3::ZERO } else { emission.p };
         Some(Vertex::new(Place::Light(source), p, emission.ng))
-    }
-
-    fn emission(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
-        let scene = self.world.scene;
-        let light = &scene.lights()[id.0 as usize];
-        light.sample_emission(time, u_position, u_direction, scene.textures(), &scene.ball())
     }
 
     /// Adds `count` vertices to a subpath from the camera; if `to_light`, the last of them is where it meets a light. `None` where that cannot be.
@@ -211,7 +204,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
             SourceKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
-            SourceKind::Point => (source.origin, self.emission(source.id, time, [Vec2::ZERO, u])?.w),
+            SourceKind::Point => (
+                source.origin,
+                self.world.emission_of(source.id, time, [Vec2::ZERO, u])?.w,
+            ),
             SourceKind::Far | SourceKind::Parallel => {
                 (self.world.scene.ball().before(vertex.ng, uniform_disk(u)), vertex.ng)
             }

@@ -289,7 +289,7 @@ mod tests {
                             false => firsts = rays.each_ref().map(|ray| world.accel.intersect(ray)),
                         }
                         for (ray, first) in rays.iter().zip(firsts) {
-                            let hit = world.past_holes(*ray, first, RayKind::Bounce, &mut counts);
+                            let hit = world.first_opaque(*ray, first, RayKind::Bounce, &mut counts);
                             let transmittance = f64::from(world.transmittance(ray, &mut counts));
                             difference += f64::from(u8::from(hit.is_none())) - transmittance;
                             variance += transmittance * (1.0 - transmittance);

@@ -18,9 +18,10 @@ pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
 pub use bidirectional::light_tracing::LightIntegrator;
 pub use gathered::{ByGroup, Gathered};
 pub use irradiance_cache::{
-    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Place, Record, RecordMaker, Seen, Strata,
+    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker, RecordSite, Seen,
+    Strata,
 };
-pub use metropolis::importance_image::{TestPicture, TestPictureMaker};
+pub use metropolis::importance_image::{ImportanceImage, ImportanceImageMaker};
 pub use metropolis::mlt::PathSpaceIntegrator;
 pub use metropolis::options::{Metropolis, MetropolisDirect, MetropolisTarget};
 pub use metropolis::pssmlt::PrimarySpaceIntegrator;

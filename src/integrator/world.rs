@@ -145,8 +145,8 @@ impl<'a, A: Accel> World<'a, A> {
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
-        if self.scene.has_holes() {
-            return self.past_holes(*ray, hit, kind, out);
+        if self.scene.has_alpha() {
+            return self.first_opaque(*ray, hit, kind, out);
         }
         hit
     }
@@ -154,7 +154,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// The first surface along `ray` that is opaque where the ray meets it; `first` is the ray's closest hit. A surface of opacity α stops the
     /// share α of all rays, by [`stops`].
     #[inline(never)]
-    pub(super) fn past_holes(
+    pub(super) fn first_opaque(
         &self,
         ray: Ray,
         first: Option<Hit>,
@@ -179,15 +179,15 @@ impl<'a, A: Accel> World<'a, A> {
     /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.
     #[inline(always)]
     pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> f32 {
-        if self.scene.has_holes() {
-            return self.transmittance_of_holes(*ray, out);
+        if self.scene.has_alpha() {
+            return self.alpha_transmittance(*ray, out);
         }
         out.ray(RayKind::Shadow);
         f32::from(u8::from(!self.accel.occluded(ray)))
     }
 
     #[inline(never)]
-    fn transmittance_of_holes(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
+    fn alpha_transmittance(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
         let mut layers = Layers::along(self.accel, ray);
         let mut transmittance = 1.0;
         while let Some(hit) = layers.next(RayKind::Shadow, out) {

@@ -10,13 +10,13 @@ use embrasure::color::Spectrum;
 use embrasure::film::{Errors, Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, Integrator, PathIntegrator, ReusingPathIntegrator, Roulette, Sink, Strategy,
-    TestPicture, TestPictureMaker, World,
+    FrameIntegrator, Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, PathIntegrator,
+    ReusingPathIntegrator, Roulette, Sink, Strategy, World,
 };
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Outcome, render, render_frames, test_picture};
+use embrasure::render::{Outcome, importance_image, render, render_frames};
 use embrasure::sampler::{Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
@@ -123,14 +123,14 @@ pub fn own(name: &str) -> Scene {
 }
 
 /// What chains compare light with, made as a render makes it.
-pub fn rough_picture(world: World<Backend>, max_depth: u32) -> TestPicture {
-    let maker = TestPictureMaker {
+pub fn rough_picture(world: World<Backend>, max_depth: u32) -> ImportanceImage {
+    let maker = ImportanceImageMaker {
         world,
         heuristic: Heuristic::Power,
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
     };
-    test_picture(&maker, &Independent::new(0x7e57), &()).unwrap().0
+    importance_image(&maker, &Independent::new(0x7e57), &()).unwrap().0
 }
 
 /// Renders by any integrator, with independent samples.

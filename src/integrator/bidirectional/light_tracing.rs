@@ -47,7 +47,7 @@ impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
             ..Subpaths::default()
         };
         let mut found = Vec::new();
-        for s in 1..=paths.light.len().max(1).min(connector.most_vertices() - 1) {
+        for s in 1..=paths.light.len().max(1).min(connector.max_vertices() - 1) {
             connector.strategy((s, 1), &paths, sampler, out, &mut |c| found.push(c));
         }
         for c in found {

@@ -15,7 +15,7 @@ use std::f32::consts::FRAC_1_PI;
 use std::ops::Deref;
 
 /// Vertices of a path at most, both ends counted: what is scattered more often than this cannot be seen.
-pub(crate) const MOST_VERTICES: usize = 66;
+pub(crate) const MAX_VERTICES: usize = 66;
 
 /// A vertex of a subpath, which starts at the camera or at a light.
 ///
@@ -23,7 +23,7 @@ pub(crate) const MOST_VERTICES: usize = 66;
 /// strategies that can make the path draw it. They tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
-    pub place: Place<'a>,
+    pub kind: VertexKind<Surface<'a>, LightEnd>,
     /// World space; without meaning at infinity.
     pub p: Vec3,
     /// Unit geometric normal; zero at single points, the direction of travel at infinity.
@@ -38,20 +38,21 @@ pub(crate) struct PathVertex<'a> {
     pub is_delta: bool,
 }
 
-/// Where a vertex is.
-#[derive(Clone, Debug)]
-pub(crate) enum Place<'a> {
-    /// On the lens.
+/// What a vertex of a path is on: `S` describes surfaces, and `L` lights.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum VertexKind<S, L> {
+    /// The lens.
     Lens,
-    /// On a light, where light sets out.
-    Light(LightId, LightEnd),
-    /// On a surface that scatters.
-    Surface(Surface<'a>),
+    /// A surface that scatters.
+    Surface(S),
+    /// A light, where a path starts or ends.
+    Light(L),
 }
 
-/// What kind of an end a light is.
+/// The light that a vertex is on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightEnd {
+    pub id: LightId,
     pub is_infinite: bool,
     /// Whether no ray can meet it.
     pub is_delta: bool,
@@ -244,7 +245,7 @@ impl<'a> Surface<'a> {
     /// 1 over the share of the surface that is there: what light that has met it by that chance counts to others who have met it by the same chance. Both
     /// ends of a merged path are one vertex of it.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
-        match scene.has_holes() {
+        match scene.has_alpha() {
             true => 1.0 / scene.opacity(&self.hit),
             false => 1.0,
         }
@@ -278,7 +279,7 @@ impl<'a> PathVertex<'a> {
         A: Accel,
     {
         Self {
-            place: Place::Lens,
+            kind: VertexKind::Lens,
             p,
             ng: world.camera.forward(time),
             beta: Spectrum::ONE,
@@ -295,13 +296,11 @@ impl<'a> PathVertex<'a> {
             false => emission.pdf_position,
         };
         Self {
-            place: Place::Light(
+            kind: VertexKind::Light(LightEnd {
                 id,
-                LightEnd {
-                    is_infinite: emission.is_infinite,
-                    is_delta: emission.is_delta_position || emission.is_delta_direction,
-                },
-            ),
+                is_infinite: emission.is_infinite,
+                is_delta: emission.is_delta_position || emission.is_delta_direction,
+            }),
             p: emission.p,
             ng: emission.ng,
             beta: emission.radiance * (1.0 / (pmf * pdf)),
@@ -314,11 +313,12 @@ impl<'a> PathVertex<'a> {
     /// The end of a path from the camera that has met the infinitely distant light `id` in direction `w`, drawn with density `pdf`.
     pub fn far_away(id: LightId, w: Vec3, pdf: f32) -> Self {
         let end = LightEnd {
+            id,
             is_infinite: true,
             is_delta: false,
         };
         Self {
-            place: Place::Light(id, end),
+            kind: VertexKind::Light(end),
             p: Vec3::ZERO,
             ng: -w,
             beta: Spectrum::ZERO,
@@ -330,21 +330,21 @@ impl<'a> PathVertex<'a> {
 
     /// Whether it is an infinitely distant light.
     pub fn is_infinite(&self) -> bool {
-        matches!(&self.place, Place::Light(_, end) if end.is_infinite)
+        matches!(&self.kind, VertexKind::Light(end) if end.is_infinite)
     }
 
     /// The light that it is on; any, if it is on none.
     pub fn light_id(&self) -> LightId {
-        match &self.place {
-            Place::Light(id, _) => *id,
+        match &self.kind {
+            VertexKind::Light(end) => end.id,
             _ => LightId(0),
         }
     }
 
     /// The surface that it is on, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
-        match &self.place {
-            Place::Surface(surface) => Some(surface),
+        match &self.kind {
+            VertexKind::Surface(surface) => Some(surface),
             _ => None,
         }
     }
@@ -375,7 +375,7 @@ impl<'a> PathVertex<'a> {
 
 /// The way on from a vertex.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Segment {
+pub(crate) struct PathRay {
     pub ray: Ray,
     /// Throughput.
     pub beta: Spectrum,
@@ -397,11 +397,11 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
     pub fn follow(
         &self,
         path: &mut Vec<PathVertex<'a>>,
-        first: Segment,
+        first: PathRay,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
-    ) -> Option<Segment> {
-        let Segment {
+    ) -> Option<PathRay> {
+        let PathRay {
             mut ray,
             mut beta,
             mut pdf,
@@ -415,7 +415,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let mut roulette_scale = 1.0;
         while path.len() < self.most {
             let Some(hit) = self.world.intersect(&ray, kind, out) else {
-                return Some(Segment { ray, beta, pdf });
+                return Some(PathRay { ray, beta, pdf });
             };
             kind = RayKind::Bounce;
             let surface = Surface::new(self.world, hit, &ray);
@@ -423,7 +423,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             let mut vertex = PathVertex {
                 p: surface.point.p,
                 ng: surface.point.ng,
-                place: Place::Surface(surface),
+                kind: VertexKind::Surface(surface),
                 beta,
                 forward: 0.0,
                 reverse: 0.0,

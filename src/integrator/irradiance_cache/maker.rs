@@ -1,6 +1,6 @@
 use super::hemisphere::{Seen, Strata};
 use super::record::Record;
-use super::{MOST_MIRRORS, layer};
+use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
@@ -27,7 +27,7 @@ pub struct RecordMaker<'a, A> {
 
 /// Where a record may be.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct RecordSite {
     point: SurfacePoint,
     /// The side of the shading normal from which it is seen: 1 or −1.
     side: f32,
@@ -39,7 +39,7 @@ pub struct Place {
     key: SampleKey,
 }
 
-impl Place {
+impl RecordSite {
     /// Its position in world space.
     pub fn p(&self) -> Vec3 {
         self.point.p
@@ -58,26 +58,32 @@ impl Place {
 
 impl<A: Accel> RecordMaker<'_, A> {
     /// Number of scatterings as [`IrradianceCache`](super::IrradianceCache) tells them apart.
-    pub fn layer(&self, place: &Place) -> u32 {
+    pub fn layer(&self, place: &RecordSite) -> u32 {
         layer(self.path.max_depth, place.depth)
     }
 
     /// The first matte surface that is seen in the sample `key` through the point `film` (pixels), behind mirrors and glass; `None` where light comes
     /// another way.
-    pub fn find<S: Sampler>(&self, key: SampleKey, film: Vec2, sampler: &mut S, out: &mut impl Sink) -> Option<Place> {
+    pub fn find<S: Sampler>(
+        &self,
+        key: SampleKey,
+        film: Vec2,
+        sampler: &mut S,
+        out: &mut impl Sink,
+    ) -> Option<RecordSite> {
         let world = &self.path.world;
         sampler.start(key);
         let time = world.time(sampler);
         let first = world.camera.ray(film, sampler.get_2d(Dimension::LENS), time);
         let (mut ray, mut length) = (first, 0.0);
-        for depth in 0..=MOST_MIRRORS {
+        for depth in 0..=MAX_MIRRORS {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let hit = world.intersect(&ray, kind, out)?;
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             length += hit.t;
             if is_cached(&vertex, depth, self.path.max_depth) {
-                return Some(Place {
+                return Some(RecordSite {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
@@ -103,7 +109,7 @@ impl<A: Accel> RecordMaker<'_, A> {
     /// Lights that rays meet first are left out: they are direct light.
     pub fn make<S: Sampler>(
         &self,
-        place: &Place,
+        place: &RecordSite,
         sampler: &mut S,
         out: &mut impl Sink<Radiance = Spectrum>,
     ) -> (Option<Record>, u64) {
@@ -192,5 +198,5 @@ impl<A: Accel> RecordMaker<'_, A> {
 /// Whether the indirect light of `vertex`, which was met after `depth` scatterings by mirrors and the like, may be in a cache: it is the same for all
 /// directions, and there is any.
 pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
-    depth <= MOST_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
+    depth <= MAX_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
 }

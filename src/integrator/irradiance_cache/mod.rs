@@ -11,7 +11,7 @@ mod record;
 
 pub use cache::IrradianceCache;
 pub use hemisphere::{GatheredHemisphere, Seen, Strata};
-pub use maker::{Place, RecordMaker};
+pub use maker::{RecordMaker, RecordSite};
 pub use record::{Gradients, Record};
 
 use super::path::integrator::{PathState, VertexNumbers};
@@ -27,7 +27,7 @@ use maker::is_cached;
 use std::f32::consts::FRAC_1_PI;
 
 /// Mirrors and panes behind which surfaces have records at most.
-const MOST_MIRRORS: u32 = 8;
+const MAX_MIRRORS: u32 = 8;
 
 /// Path tracing in which the indirect light of the first matte surface, behind mirrors and glass too, comes from a cache, if that knows it.
 ///

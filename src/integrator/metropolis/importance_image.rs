@@ -7,12 +7,12 @@ use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
 /// How bright the picture is, roughly and by places, over its mean.
 ///
-/// Chains that are after a path's light over that of the test picture visit dark places about as often as bright ones (two-stage Metropolis light
-/// transport, Veach and Guibas 1997). Any test picture above 0 that is made apart from the chains is right. The one that makes the relative error of
-/// the whole least has all light, also what chains do not carry: of paths of light I at a place of the picture, T in the test picture and L in all,
+/// Chains that are after a path's light over that of the importance image visit dark places about as often as bright ones (two-stage Metropolis light
+/// transport, Veach and Guibas 1997). Any importance image above 0 that is made apart from the chains is right. The one that makes the relative error of
+/// the whole least has all light, also what chains do not carry: of paths of light I at a place of the picture, T in the importance image and L in all,
 /// I / T fall there and each brings T, so that the sum of variances I T / L² is least, for a given number of paths, where T is proportional to L.
 #[derive(Clone, Debug)]
-pub struct TestPicture {
+pub struct ImportanceImage {
     /// Cells across and down.
     size: UVec2,
     /// Cells for a pixel, across and down.
@@ -24,7 +24,7 @@ pub struct TestPicture {
 /// Cells of a picture, about.
 const CELLS: f32 = 1024.0;
 /// Pixels that a cell has in width and height, at least.
-const LEAST_SIDE: f32 = 4.0;
+const MIN_SIDE: f32 = 4.0;
 /// Independent estimates of each cell, of which the one in the middle counts: a single path that is very bright makes no cell bright.
 const ESTIMATES: u32 = 5;
 /// Samples of a cell in each of them.
@@ -32,7 +32,7 @@ const SAMPLES: u32 = 12;
 /// Share of the mean that is mixed in: paths that bring light where none was found are that much more frequent than their light, at most.
 const EVEN: f32 = 0.2;
 
-impl TestPicture {
+impl ImportanceImage {
     /// One that is as bright everywhere: chains are after luminance itself.
     pub fn even() -> Self {
         Self {
@@ -45,7 +45,7 @@ impl TestPicture {
     /// One of a picture of `resolution` pixels, not filled yet.
     fn of(resolution: UVec2) -> Self {
         let resolution = resolution.as_vec2();
-        let side = (resolution.x * resolution.y / CELLS).sqrt().max(LEAST_SIDE);
+        let side = (resolution.x * resolution.y / CELLS).sqrt().max(MIN_SIDE);
         let size = (resolution / side).ceil().as_uvec2().max(UVec2::ONE);
         Self {
             size,
@@ -74,9 +74,9 @@ impl TestPicture {
     }
 }
 
-/// Makes test pictures, by bidirectional path tracing with few samples.
+/// Makes importance images, by bidirectional path tracing with few samples.
 #[derive(Debug)]
-pub struct TestPictureMaker<'a, A> {
+pub struct ImportanceImageMaker<'a, A> {
     /// What light meets, and from where it is seen.
     pub world: World<'a, A>,
     /// How strategies are weighed.
@@ -87,14 +87,14 @@ pub struct TestPictureMaker<'a, A> {
     pub roulette: Roulette,
 }
 
-impl<A: Accel> TestPictureMaker<'_, A> {
+impl<A: Accel> ImportanceImageMaker<'_, A> {
     /// Pieces that the work comes in.
     pub const PIECES: u32 = ESTIMATES * SAMPLES;
 
     /// One of them: luminance by cells, of a sample of each cell.
     pub fn piece<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
-        let picture = TestPicture::of(self.world.camera.resolution());
+        let picture = ImportanceImage::of(self.world.camera.resolution());
         let mut light = vec![0.0; picture.values.len()];
         for cell in 0..light.len() {
             sampler.start(SampleKey::of_stream(Stream::ImportanceImage, cell as u32, index));
@@ -115,8 +115,8 @@ impl<A: Accel> TestPictureMaker<'_, A> {
     }
 
     /// Joins all of them, in their order.
-    pub fn join(&self, pieces: &[Vec<f64>]) -> TestPicture {
-        let mut picture = TestPicture::of(self.world.camera.resolution());
+    pub fn join(&self, pieces: &[Vec<f64>]) -> ImportanceImage {
+        let mut picture = ImportanceImage::of(self.world.camera.resolution());
         let estimates = pieces.chunks(SAMPLES as usize);
         let median = |cell: usize| {
             let sum = |estimate: &[Vec<f64>]| estimate.iter().map(|light| light[cell]).sum::<f64>();

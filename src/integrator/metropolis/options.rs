@@ -58,7 +58,7 @@ pub enum MetropolisDirect {
 pub enum MetropolisTarget {
     /// The luminance that a path brings to the picture.
     Luminance,
-    /// That over what a [`TestPicture`](crate::integrator::TestPicture) shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
+    /// That over what a [`ImportanceImage`](crate::integrator::ImportanceImage) shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
     /// transport, Veach and Guibas 1997).
     #[default]
     Relative,
@@ -78,7 +78,7 @@ impl Metropolis {
     }
 
     /// Vertices, at least, of the paths that chains carry.
-    pub(crate) fn least_vertices(&self) -> usize {
+    pub(crate) fn min_vertices(&self) -> usize {
         if self.carries_all() { 2 } else { 4 }
     }
 }

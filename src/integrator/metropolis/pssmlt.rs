@@ -2,7 +2,7 @@ use super::options::{OrdinaryLight, name};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::{
-    FrameIntegrator, Gathered, Heuristic, Metropolis, MetropolisDirect, RaySink, Roulette, SplatSink, TestPicture,
+    FrameIntegrator, Gathered, Heuristic, ImportanceImage, Metropolis, MetropolisDirect, RaySink, Roulette, SplatSink,
     World,
 };
 use crate::material::BsdfSlot;
@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 ///
 /// The state of a chain is the random numbers u of a path of a fixed number of vertices n; one of them chooses among the n ways in which
 /// bidirectional path tracing makes such a path. What the way finds, times its weight and n, is f(u), which integrates to the light that comes by
-/// paths of n vertices. The chain's target f*(u) is its luminance, over that of the test picture where it falls, and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
+/// paths of n vertices. The chain's target f*(u) is its luminance, over that of the importance image where it falls, and b the integral of f* over all u and n. With probability a = min(1, f*(v) /
 /// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
 /// (Veach and Guibas 1997).
 ///
@@ -40,7 +40,7 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     /// How chains go.
     pub metropolis: Metropolis,
     /// What the light of paths is compared with.
-    pub test: &'a TestPicture,
+    pub importance: &'a ImportanceImage,
 }
 
 /// Mutations for which there is a bootstrap path.
@@ -68,7 +68,7 @@ pub struct Seed {
 struct State {
     /// Each with its place on the film.
     found: Vec<Contribution>,
-    /// Luminance of all that, over that of the test picture.
+    /// Luminance of all that, over that of the importance image.
     target: f32,
     /// The share of the chain's mean that the path has, so far.
     share: f64,
@@ -200,7 +200,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Numbers of vertices of the paths that chains carry.
     fn lengths(&self) -> RangeInclusive<usize> {
-        self.metropolis.least_vertices()..=self.connector(self.max_depth).most_vertices()
+        self.metropolis.min_vertices()..=self.connector(self.max_depth).max_vertices()
     }
 
     /// The number of vertices of a bootstrap path, drawn with `u`, and its probability: a geometric distribution.
@@ -238,7 +238,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         for contribution in &state.found {
             let film = contribution.film.unwrap_or_default();
             match contribution.radiance.is_valid() {
-                true => target += contribution.radiance.luminance() / self.test.at(film),
+                true => target += contribution.radiance.luminance() / self.importance.at(film),
                 false => return state,
             }
         }

@@ -244,9 +244,9 @@ impl<S: Sampler> CameraPacket<S> {
         let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-        if world.scene.has_holes() {
+        if world.scene.has_alpha() {
             for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
-                *hit = world.past_holes(*ray, *hit, RayKind::Camera, out);
+                *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
             }
         }
         packet

@@ -207,7 +207,7 @@ impl End {
         let (others, rays) = (&others[..count], &rays[..count]);
         let mut seen = [1.0; SAMPLES_AT_ONCE];
         let mut own_seen = 1.0;
-        if world.scene.has_holes() {
+        if world.scene.has_alpha() {
             for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
                 *seen = world.transmittance(ray, &mut out[other.index]);
             }

@@ -8,7 +8,7 @@ use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Branches that carry less than this share of the pixel are not followed (Hall and Greenberg 1983).
-const LEAST_SHARE: f32 = 1e-3;
+const MIN_SHARE: f32 = 1e-3;
 
 /// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light (Whitted 1980).
 ///
@@ -84,7 +84,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         for (i, sample) in directions.enumerate() {
             let beta = branch.beta * sample.f * sample.wi.z.abs();
             let eta_squared = branch.eta_squared * sample.eta * sample.eta;
-            if beta.max_component() * eta_squared < LEAST_SHARE {
+            if beta.max_component() * eta_squared < MIN_SHARE {
                 continue;
             }
             let child = Branch {

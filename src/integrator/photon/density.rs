@@ -6,11 +6,11 @@ use crate::scene::Scene;
 use std::f32::consts::PI;
 
 /// Cosine between the normals of two points of one surface, at least: a wall that meets another one at a corner is another surface.
-const LEAST_COSINE: f32 = 0.7;
+const MIN_COSINE: f32 = 0.7;
 
 /// Whether points with these unit geometric normals, near to each other, are of one surface.
 pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
-    ng.dot(other).abs() >= LEAST_COSINE
+    ng.dot(other).abs() >= MIN_COSINE
 }
 
 /// Light that photons about a vertex have brought, scattered to its viewer: an estimate of the density of flux (Jensen 1996, eq. 6).

@@ -90,7 +90,7 @@ enum Purpose {
 }
 
 /// A path on its way from one vertex to the next.
-struct Segment {
+struct QueuedRay {
     ray: Ray,
     purpose: Purpose,
     /// Scatterings so far.
@@ -104,7 +104,7 @@ struct Segment {
     prev: Option<PrevVertex>,
 }
 
-impl Segment {
+impl QueuedRay {
     /// The block of random numbers of the vertex where it ends.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
@@ -115,7 +115,7 @@ impl Segment {
 impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let ray = self.world.camera_ray(key, None, sampler, out);
-        let mut segments = vec![Segment {
+        let mut segments = vec![QueuedRay {
             ray,
             purpose: Purpose::See,
             depth: 0,
@@ -135,13 +135,13 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     /// The light that `segment` finds where it ends; what goes on from there is added to `segments`.
     fn follow<S: Sampler, R: Gathered>(
         &self,
-        segment: Segment,
+        segment: QueuedRay,
         sampler: &S,
-        segments: &mut Vec<Segment>,
+        segments: &mut Vec<QueuedRay>,
         out: &mut impl Sink<Radiance = R>,
     ) -> R {
         let (world, strategy) = (&self.world, &self.strategy);
-        let Segment { ray, depth, beta, .. } = segment;
+        let QueuedRay { ray, depth, beta, .. } = segment;
         let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
         let hit = world.intersect(&ray, kind, out);
         let slot = BsdfSlot::new();
@@ -224,7 +224,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 continue;
             };
-            segments.push(Segment {
+            segments.push(QueuedRay {
                 ray: vertex.ray_along(sample.wi),
                 purpose,
                 depth: depth + 1,

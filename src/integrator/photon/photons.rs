@@ -73,7 +73,7 @@ pub struct PhotonTracer<'a, A> {
     /// When paths end at random.
     pub roulette: Roulette,
     /// Which photons are kept: those that have been scattered so often at least.
-    pub least_scatterings: u16,
+    pub min_scatterings: u16,
 }
 
 /// Paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
@@ -102,7 +102,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
             let mut is_specular = true;
             for (scatterings, vertex) in path.iter().skip(1).enumerate() {
                 let Some(surface) = vertex.surface() else { continue };
-                let is_seen = !surface.bsdf.is_delta() && scatterings >= self.least_scatterings as usize;
+                let is_seen = !surface.bsdf.is_delta() && scatterings >= self.min_scatterings as usize;
                 if is_seen && vertex.beta.is_valid() && !vertex.beta.is_black() {
                     let power = vertex.beta * surface.over_opacity(self.world.scene);
                     photons.push(Photon {

@@ -99,7 +99,7 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
             max_depth: self.max_depth,
             roulette: self.roulette,
             // What comes straight from lights is sampled where it is seen.
-            least_scatterings: 1,
+            min_scatterings: 1,
         };
         let time = self.world.time_of_frame(frame, sampler);
         (

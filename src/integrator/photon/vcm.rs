@@ -93,7 +93,7 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
             world: self.world,
             max_depth: self.max_depth,
             roulette: self.roulette,
-            least_scatterings: 0,
+            min_scatterings: 0,
         };
         let time = self.world.time_of_frame(frame, sampler);
         let mut paths = Vec::new();
@@ -174,7 +174,7 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
             prepared.grid.each_within(last.p, radius, |visit| {
                 let path = &prepared.paths[visit.path as usize];
                 let (before, end) = (&path[..visit.vertex as usize], &path[visit.vertex as usize]);
-                let Some(arrived) = end.surface().filter(|_| t + before.len() <= connector.most_vertices()) else {
+                let Some(arrived) = end.surface().filter(|_| t + before.len() <= connector.max_vertices()) else {
                     return;
                 };
                 let wi = arrived.back;

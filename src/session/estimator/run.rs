@@ -4,10 +4,10 @@ use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     AmbientOcclusion, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic,
-    Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MetropolisTarget, NaiveIntegrator,
-    PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink, TestPicture,
-    TestPictureMaker, VertexMergingIntegrator, WhittedIntegrator, World,
+    ImportanceImage, ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator,
+    MetropolisTarget, NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps,
+    PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker, ReusingPathIntegrator, Roulette,
+    SearchRadius, Sink, VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::render::{self, Irradiance, Observer, Outcome, Statistics, companions};
@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 pub(crate) struct Prepared {
     irradiance: Irradiance,
     photons: OnceLock<PhotonMaps>,
-    test: OnceLock<TestPicture>,
+    importance: OnceLock<ImportanceImage>,
 }
 
 impl Prepared {
@@ -28,7 +28,7 @@ impl Prepared {
         Self {
             irradiance: Irradiance::new(resolution, seed),
             photons: OnceLock::new(),
-            test: OnceLock::new(),
+            importance: OnceLock::new(),
         }
     }
 }
@@ -90,7 +90,7 @@ impl Estimator {
         (outcome, preparing.merge(statistics))
     }
 
-    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, a test picture, or nothing.
+    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, an importance image, or nothing.
     pub(crate) fn prepare<A: Accel>(
         &self,
         (world, prepared): (World<A>, &Prepared),
@@ -113,7 +113,7 @@ impl Estimator {
                     world,
                     max_depth: self.most_scatterings(),
                     roulette: self.roulette,
-                    least_scatterings: 0,
+                    min_scatterings: 0,
                 };
                 let mut statistics = Statistics::default();
                 let Some((maps, rays)) = render::photon_maps(&tracer, self.mapped_photons(), sampler, observer) else {
@@ -125,21 +125,21 @@ impl Estimator {
                 (Outcome::Complete, statistics)
             }
             IntegratorKind::PrimarySpace | IntegratorKind::PathSpace
-                if self.metropolis.target == MetropolisTarget::Relative && prepared.test.get().is_none() =>
+                if self.metropolis.target == MetropolisTarget::Relative && prepared.importance.get().is_none() =>
             {
                 // Its own switches are no business of the chains.
-                let maker = TestPictureMaker {
+                let maker = ImportanceImageMaker {
                     world,
                     heuristic: Heuristic::default(),
                     max_depth: self.most_scatterings(),
                     roulette: Roulette::default(),
                 };
                 let mut statistics = Statistics::default();
-                let Some((picture, rays)) = render::test_picture(&maker, sampler, observer) else {
+                let Some((picture, rays)) = render::importance_image(&maker, sampler, observer) else {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                drop(prepared.test.set(picture));
+                drop(prepared.importance.set(picture));
                 (Outcome::Complete, statistics)
             }
             _ => (Outcome::Complete, Statistics::default()),
@@ -215,8 +215,8 @@ impl Estimator {
         // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);
-        let even = TestPicture::even();
-        let test = prepared.test.get().unwrap_or(&even);
+        let even = ImportanceImage::even();
+        let importance = prepared.importance.get().unwrap_or(&even);
         match self.kind {
             IntegratorKind::Path if self.reuse => task.run(&ReusingPathIntegrator { path: path(max_depth) }),
             IntegratorKind::Path => task.run(&path(max_depth)),
@@ -259,7 +259,7 @@ impl Estimator {
                 max_depth,
                 light_samples,
                 metropolis: self.metropolis,
-                test,
+                importance,
             }),
             IntegratorKind::ProgressivePhotons => task.run_frames(&ProgressivePhotonIntegrator {
                 world: any,
@@ -302,7 +302,7 @@ impl Estimator {
                 roulette,
                 light_samples,
                 metropolis: self.metropolis,
-                test,
+                importance,
             }),
         }
     }

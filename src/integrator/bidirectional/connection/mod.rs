@@ -1,6 +1,6 @@
 mod weights;
 
-use super::subpath::{EMISSION_BLOCK, LightEnd, MOST_VERTICES, PathVertex, Place, Segment, Walk, block};
+use super::subpath::{EMISSION_BLOCK, LightEnd, MAX_VERTICES, PathRay, PathVertex, VertexKind, Walk, block};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
@@ -52,7 +52,7 @@ pub(crate) struct Subpaths<'a> {
     pub camera: Vec<PathVertex<'a>>,
     pub light: Vec<PathVertex<'a>>,
     /// How the one from the camera leaves the scene, if it does.
-    pub escape: Option<Segment>,
+    pub escape: Option<PathRay>,
     /// When.
     pub time: f32,
 }
@@ -91,9 +91,9 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// Vertices of a path at most.
-    pub fn most_vertices(&self) -> usize {
+    pub fn max_vertices(&self) -> usize {
         self.max_depth
-            .map_or(MOST_VERTICES, |depth| MOST_VERTICES.min(depth as usize + 2))
+            .map_or(MAX_VERTICES, |depth| MAX_VERTICES.min(depth as usize + 2))
     }
 
     /// Follows both subpaths, the camera's along `ray`.
@@ -113,15 +113,15 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         ray: Ray,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
-    ) -> (Vec<PathVertex<'a>>, Option<Segment>) {
+    ) -> (Vec<PathVertex<'a>>, Option<PathRay>) {
         let lens = PathVertex::lens(self.world, ray.origin, ray.time);
-        let first = Segment {
+        let first = PathRay {
             ray,
             beta: Spectrum::ONE,
             pdf: self.pdf_of_camera(ray.origin, ray.direction, ray.time),
         };
         let mut path = vec![lens];
-        let walk = self.walk(TransportMode::Radiance, self.most_vertices());
+        let walk = self.walk(TransportMode::Radiance, self.max_vertices());
         let escape = walk.follow(&mut path, first, sampler, out);
         (path, escape)
     }
@@ -134,7 +134,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let Some((id, pmf, emission)) = self.world.sample_emission(time, choice, u) else {
             return Vec::new();
         };
-        let first = Segment {
+        let first = PathRay {
             ray: Ray::new(emission.origin, emission.w).when(time),
             beta: emission.weight() * (1.0 / pmf),
             pdf: match emission.is_infinite {
@@ -143,7 +143,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             },
         };
         let mut path = vec![PathVertex::light(id, pmf, &emission)];
-        let walk = self.walk(TransportMode::Importance, self.most_vertices() - 1);
+        let walk = self.walk(TransportMode::Importance, self.max_vertices() - 1);
         walk.follow(&mut path, first, sampler, out);
         path
     }
@@ -165,7 +165,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         out: &mut impl RaySink,
         mut found: impl FnMut(Contribution),
     ) {
-        let most = self.most_vertices();
+        let most = self.max_vertices();
         for t in 1..=paths.camera.len() {
             for s in 0..=most - t {
                 // s = 1 needs no subpath.
@@ -220,7 +220,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     /// The same where it leaves the scene, and meets what is infinitely far away.
     pub fn escape(&self, paths: &mut Subpaths<'a>, found: &mut impl FnMut(Contribution)) {
         let (camera, time) = (&mut paths.camera, paths.time);
-        let (Some(Segment { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {
+        let (Some(PathRay { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {
             return;
         };
         let from = self.receiver(last);
@@ -487,11 +487,12 @@ impl<'a> Sampled<'a> {
         };
         let [position, direction] = light.emission_pdfs(ng, -sample.wi, self.time, &self.scene.ball());
         let end = LightEnd {
+            id: self.id,
             is_infinite,
             is_delta: sample.is_delta,
         };
         PathVertex {
-            place: Place::Light(self.id, end),
+            kind: VertexKind::Light(end),
             p: sample.target.unwrap_or(Vec3::ZERO),
             ng,
             beta: Spectrum::ZERO,

@@ -1,7 +1,7 @@
 use super::Connector;
 use crate::accel::Accel;
 use crate::integrator::Heuristic;
-use crate::integrator::bidirectional::subpath::{MOST_VERTICES, PathVertex, Place};
+use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, VertexKind};
 use crate::light::{LightId, Receiver};
 use crate::math::Vec3;
 
@@ -16,8 +16,8 @@ impl<A: Accel> Connector<'_, '_, A> {
     /// Density with which a path from the camera that comes from the direction `wo` goes on from `at` to `to`.
     fn pdf_from_camera(&self, wo: Option<Vec3>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
-        let pdf = match (&at.place, wo) {
-            (Place::Surface(surface), Some(wo)) => surface.pdf_from_camera(self.world.scene, wo, w),
+        let pdf = match (&at.kind, wo) {
+            (VertexKind::Surface(surface), Some(wo)) => surface.pdf_from_camera(self.world.scene, wo, w),
             _ => self.pdf_of_camera(at.p, w, time),
         };
         at.density_at(pdf, to)
@@ -26,10 +26,10 @@ impl<A: Accel> Connector<'_, '_, A> {
     /// The same of a path from a light.
     fn pdf_from_light(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
-        let pdf = match (&at.place, before) {
-            (Place::Surface(surface), Some(before)) => surface.pdf_from_light(at.direction_to(before), w),
-            (Place::Light(id, end), _) => {
-                let [position, direction] = self.emission_pdfs(*id, at.ng, w, time);
+        let pdf = match (&at.kind, before) {
+            (VertexKind::Surface(surface), Some(before)) => surface.pdf_from_light(at.direction_to(before), w),
+            (VertexKind::Light(end), _) => {
+                let [position, direction] = self.emission_pdfs(end.id, at.ng, w, time);
                 if end.is_infinite { position } else { direction }
             }
             _ => 0.0,
@@ -134,18 +134,18 @@ impl<A: Accel> Connector<'_, '_, A> {
     /// from itself.
     fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> (f32, bool) {
         let scene = self.world.scene;
-        let Place::Light(id, end) = &light.place else {
+        let VertexKind::Light(end) = &light.kind else {
             return (0.0, false);
         };
         let receiver = match (at.surface(), wo) {
             (Some(surface), Some(wo)) => surface.receiver(scene, wo),
             _ => Receiver::any_side(at.p),
         };
-        let pmf = scene.light_selection().pmf(scene.lights(), &receiver, *id);
+        let pmf = scene.light_selection().pmf(scene.lights(), &receiver, end.id);
         if end.is_delta {
             return (pmf, true);
         }
-        let pdf = scene.lights()[id.0 as usize].pdf(receiver.p, light.p, at.direction_to(light), time);
+        let pdf = scene.lights()[end.id.0 as usize].pdf(receiver.p, light.p, at.direction_to(light), time);
         (pmf * at.density_at(pdf, light), false)
     }
 }
@@ -153,22 +153,22 @@ impl<A: Accel> Connector<'_, '_, A> {
 /// With which densities each vertex of a path, from the camera on, is drawn from either side.
 struct Densities {
     n: usize,
-    from_camera: [f32; MOST_VERTICES],
-    from_light: [f32; MOST_VERTICES],
+    from_camera: [f32; MAX_VERTICES],
+    from_light: [f32; MAX_VERTICES],
     /// Where the path goes on by a delta lobe, to which nothing can be joined.
-    is_delta: [bool; MOST_VERTICES],
+    is_delta: [bool; MAX_VERTICES],
     /// [`super::Merging::acceptance`] at the vertex; 0 where nothing is merged.
-    acceptance: [f64; MOST_VERTICES],
+    acceptance: [f64; MAX_VERTICES],
 }
 
 impl Densities {
     fn new(n: usize) -> Self {
         Self {
             n,
-            from_camera: [0.0; MOST_VERTICES],
-            from_light: [0.0; MOST_VERTICES],
-            is_delta: [false; MOST_VERTICES],
-            acceptance: [0.0; MOST_VERTICES],
+            from_camera: [0.0; MAX_VERTICES],
+            from_light: [0.0; MAX_VERTICES],
+            is_delta: [false; MAX_VERTICES],
+            acceptance: [0.0; MAX_VERTICES],
         }
     }
 

@@ -177,8 +177,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Added {
             deleted: cut.count,
             // Either something else or nothing, but not what there was
-            least: usize::from(is_at_end || cut.count == 0).max(self.space.least.saturating_sub(others)),
-            most: self.space.most.saturating_sub(others),
+            least: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
+            most: self.space.max_vertices.saturating_sub(others),
         }
     }
 

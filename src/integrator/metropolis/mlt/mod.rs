@@ -11,9 +11,9 @@ mod tests;
 
 use super::options::OrdinaryLight;
 use crate::accel::Accel;
-use crate::integrator::bidirectional::subpath::MOST_VERTICES;
+use crate::integrator::bidirectional::subpath::MAX_VERTICES;
 use crate::integrator::{
-    FrameIntegrator, Gathered, Heuristic, Metropolis, RaySink, Roulette, SplatSink, TestPicture, World,
+    FrameIntegrator, Gathered, Heuristic, ImportanceImage, Metropolis, RaySink, Roulette, SplatSink, World,
 };
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler, Stream};
@@ -25,7 +25,7 @@ use seed::{Found, Seeds};
 use space::PathSpace;
 
 /// Metropolis light transport: Markov chains of paths, each of which is a mutation of the one before. Paths are visited in proportion to the luminance that
-/// they bring to the picture, over that of the test picture, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
+/// they bring to the picture, over that of the importance image, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
 /// Every frame has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
 /// found for the frame, which also tell how bright the picture is: every frame is an unbiased estimate by itself.
@@ -42,7 +42,7 @@ pub struct PathSpaceIntegrator<'a, A> {
     /// How chains go; the steps have sizes of their own here.
     pub metropolis: Metropolis,
     /// What the light of paths is compared with.
-    pub test: &'a TestPicture,
+    pub importance: &'a ImportanceImage,
 }
 
 /// Mutations for which there is a sample of bidirectional path tracing, all of whose paths a chain may start from.
@@ -122,11 +122,16 @@ impl<'a> Proposal<'a> {
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     /// The paths that chains go along.
     fn space(&self) -> PathSpace<'_, 'a, A> {
-        let least = self.metropolis.least_vertices();
-        let most = self.max_depth.map_or(MOST_VERTICES, |depth| {
-            MOST_VERTICES.min((depth as usize).saturating_add(2))
+        let least = self.metropolis.min_vertices();
+        let most = self.max_depth.map_or(MAX_VERTICES, |depth| {
+            MAX_VERTICES.min((depth as usize).saturating_add(2))
         });
-        PathSpace::new(&self.world, self.test, (least, most), self.metropolis.carries_all())
+        PathSpace::new(
+            &self.world,
+            self.importance,
+            (least, most),
+            self.metropolis.carries_all(),
+        )
     }
 
     /// Mutations of a frame: one for each pixel.
@@ -160,7 +165,7 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
 
     fn preparations(&self) -> u32 {
         let space = self.space();
-        match space.least <= space.most {
+        match space.min_vertices <= space.max_vertices {
             true => self.seeds().div_ceil(SEEDS_AT_ONCE),
             false => 0,
         }
@@ -184,7 +189,7 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
     fn join(&self, _: u32, parts: Vec<Vec<Found>>) -> Seeds {
         let space = self.space();
         let samples: Vec<Found> = parts.into_iter().flatten().collect();
-        Seeds::new(&samples, (space.least, space.most))
+        Seeds::new(&samples, (space.min_vertices, space.max_vertices))
     }
 
     fn sends_light(&self) -> bool {

@@ -1,6 +1,6 @@
 use crate::bsdf::{Bsdf, TransportMode};
 use crate::color::Spectrum;
-use crate::integrator::bidirectional::subpath::Surface;
+use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::scene::Scene;
@@ -21,7 +21,7 @@ pub(super) struct Path<'a> {
     pub time: f32,
     /// All values of its vertices, multiplied: what the path contributes but for factors that have no colour.
     pub color: Spectrum,
-    /// What chains are after: the luminance of [`Path::color`], over that of the test picture there. Above 0.
+    /// What chains are after: the luminance of [`Path::color`], over that of the importance image there. Above 0.
     pub target: f64,
 }
 
@@ -32,7 +32,7 @@ impl Path<'_> {
     }
 
     /// The light that it comes from.
-    pub fn source(&self) -> Option<&Source> {
+    pub fn source(&self) -> Option<&LightSource> {
         self.vertices.last().and_then(Vertex::source)
     }
 
@@ -45,7 +45,7 @@ impl Path<'_> {
 /// A vertex of a path.
 #[derive(Clone, Debug)]
 pub(super) struct Vertex<'a> {
-    pub place: Place<'a>,
+    pub kind: PathVertexKind<'a>,
     /// World space; without meaning at infinity.
     pub p: Vec3,
     /// Unit geometric normal; zero at single points, the direction of travel at infinity.
@@ -57,22 +57,14 @@ pub(super) struct Vertex<'a> {
     pub factors: Factors,
 }
 
-/// Where a vertex is.
-#[derive(Clone, Debug)]
-pub(super) enum Place<'a> {
-    /// On the lens.
-    Lens,
-    /// On a surface that scatters; paths that go on from there have it in common.
-    Surface(Rc<Surface<'a>>),
-    /// On a light.
-    Light(Source),
-}
+/// What a vertex is on. Paths that go on from a surface have it in common.
+pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
 
 /// Where the light of a path comes from.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source {
+pub(super) struct LightSource {
     pub id: LightId,
-    pub kind: SourceKind,
+    pub kind: LightSourceKind,
     /// Radiance, W·sr⁻¹·m⁻²; of parallel light irradiance, W·m⁻²; not of points.
     pub radiance: Spectrum,
     /// Where rays from it start and end, clear of its own surface.
@@ -81,7 +73,7 @@ pub(super) struct Source {
 
 /// What kind of a light it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SourceKind {
+pub(super) enum LightSourceKind {
     /// One that has an area.
     Area,
     /// A single point.
@@ -92,7 +84,7 @@ pub(super) enum SourceKind {
     Parallel,
 }
 
-impl SourceKind {
+impl LightSourceKind {
     /// Whether it is infinitely far away.
     pub fn is_infinite(self) -> bool {
         matches!(self, Self::Far | Self::Parallel)
@@ -143,9 +135,9 @@ impl Default for Factors {
 
 impl<'a> Vertex<'a> {
     /// One at `p`.
-    pub fn new(place: Place<'a>, p: Vec3, ng: Vec3) -> Self {
+    pub fn new(kind: PathVertexKind<'a>, p: Vec3, ng: Vec3) -> Self {
         Self {
-            place,
+            kind,
             p,
             ng,
             is_delta: false,
@@ -156,16 +148,16 @@ impl<'a> Vertex<'a> {
 
     /// The surface that it is on, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
-        match &self.place {
-            Place::Surface(surface) => Some(surface),
+        match &self.kind {
+            VertexKind::Surface(surface) => Some(surface),
             _ => None,
         }
     }
 
     /// The light that it is on, if it is on one.
-    pub fn source(&self) -> Option<&Source> {
-        match &self.place {
-            Place::Light(source) => Some(source),
+    pub fn source(&self) -> Option<&LightSource> {
+        match &self.kind {
+            VertexKind::Light(source) => Some(source),
             _ => None,
         }
     }
@@ -198,8 +190,8 @@ impl<'a> Vertex<'a> {
     /// Where rays start that go on in direction `w` to find light, on the path that comes from the camera by `before`; where that is not known, on the
     /// side that `w` points to.
     pub fn origin_towards_light(&self, scene: &Scene, before: Option<&Self>, w: Vec3) -> Vec3 {
-        match (&self.place, before) {
-            (Place::Surface(surface), Some(before)) => {
+        match (&self.kind, before) {
+            (VertexKind::Surface(surface), Some(before)) => {
                 surface.origin_towards_light(scene, self.direction_to(before), w)
             }
             _ => self.origin_towards_camera(w),
@@ -208,10 +200,10 @@ impl<'a> Vertex<'a> {
 
     /// Where rays start that carry light away in direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
-        match &self.place {
-            Place::Lens => self.p,
-            Place::Surface(surface) => surface.origin_towards_camera(w),
-            Place::Light(source) => source.origin,
+        match &self.kind {
+            VertexKind::Lens => self.p,
+            VertexKind::Surface(surface) => surface.origin_towards_camera(w),
+            VertexKind::Light(source) => source.origin,
         }
     }
 }

@@ -1,6 +1,6 @@
 use super::Proposal;
 use super::numbers::Numbers;
-use super::path::{Path, Single, SourceKind, Vertex};
+use super::path::{LightSourceKind, Path, Single, Vertex};
 use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -18,13 +18,13 @@ pub(super) struct Perturbation<'s, 'w, 'a, A> {
 }
 
 /// Least distance on the film by which a path is perturbed, pixels.
-const LEAST_STEP: f32 = 0.1;
+const MIN_STEP: f32 = 0.1;
 /// Share of the picture's area that lies within the greatest one.
-const GREATEST_SHARE: f32 = 0.05;
+const MAX_STEP_SHARE: f32 = 0.05;
 /// Least and greatest angle by which directions between two specular chains are perturbed, radians.
 const ANGLES: [f32; 2] = [0.0001, 0.1];
 /// Greatest angle by which a direction of light is, radians.
-const GREATEST_ANGLE: f32 = 0.5;
+const MAX_ANGLE: f32 = 0.5;
 
 /// What moves when the film point does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,10 +62,10 @@ pub(super) fn caustic_start(x: &Path) -> Option<usize> {
 
 impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     /// Greatest distance on the film, pixels.
-    fn greatest_step(&self) -> f32 {
-        (GREATEST_SHARE * self.space.film_area() / PI)
+    fn max_step(&self) -> f32 {
+        (MAX_STEP_SHARE * self.space.film_area() / PI)
             .sqrt()
-            .max(2.0 * LEAST_STEP)
+            .max(2.0 * MIN_STEP)
     }
 
     /// Moves the film point of `x`, and all that `chain` says. `chosen` is the probability with which this kind of mutation is chosen for a path.
@@ -78,7 +78,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
         // A film point near by
-        let film = x.film + on_ring(numbers, [LEAST_STEP, self.greatest_step()]);
+        let film = x.film + on_ring(numbers, [MIN_STEP, self.max_step()]);
         if !self.space.is_on_film(film) {
             return None;
         }
@@ -138,7 +138,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         let old = from.direction_to(&x.vertices[start - 1]);
         let range = self.range_of_light(x, start);
         let (origin, w, moved) = match from.source().map(|source| source.kind) {
-            Some(SourceKind::Far | SourceKind::Parallel) => {
+            Some(LightSourceKind::Far | LightSourceKind::Parallel) => {
                 let offset = on_ring(numbers, range);
                 let across = Frame::from_z(old).to_world(Vec3::new(offset.x, offset.y, 0.0));
                 let ball = self.space.world.scene.ball();
@@ -194,14 +194,14 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     /// infinitely distant lights scene units.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
         let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.time);
-        let steps = [LEAST_STEP, self.greatest_step()];
+        let steps = [MIN_STEP, self.max_step()];
         if x.vertices[start].is_infinite() {
             return steps.map(|step| step * pixel);
         }
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
         // The ratio of both is the same for all paths, and with it the density of what lies between.
-        let greatest = (steps[1] * pixel / distance).min(GREATEST_ANGLE);
+        let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }
 

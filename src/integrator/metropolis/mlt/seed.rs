@@ -129,7 +129,7 @@ pub(super) fn sample<'a, A: Accel>(
     let (lens, world) = (numbers.next_2d(), space.world);
     let time = world.time_at(|| numbers.next());
     let mut camera = Subpath::new(Some(space.lens(lens, time)));
-    while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.most) {
+    while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.max_vertices) {
         let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, (lens, time), numbers) else {
             break;
         };
@@ -142,7 +142,7 @@ pub(super) fn sample<'a, A: Accel>(
             space.note_through(&mut camera.vertices, next, time, out);
         }
         let n = camera.vertices.len();
-        if let Some(light) = light.filter(|_| n + 1 >= space.least) {
+        if let Some(light) = light.filter(|_| n + 1 >= space.min_vertices) {
             let vertices = camera.vertices.iter().cloned().chain([light]).collect();
             let path = space.join(vertices, std::iter::empty(), n..n + 1, (lens, time), out);
             find(path, weight);
@@ -159,7 +159,7 @@ pub(super) fn sample<'a, A: Accel>(
             .extend_from_light(&mut first, 1, time, numbers, out)
             .and(first.pop()),
     );
-    while light.next.is_some() && light.vertices.len() + 1 < space.most {
+    while light.next.is_some() && light.vertices.len() + 1 < space.max_vertices {
         if space
             .extend_from_light(&mut light.vertices, 1, time, numbers, out)
             .is_none()
@@ -176,7 +176,7 @@ pub(super) fn sample<'a, A: Accel>(
     let (camera_ends, light_ends) = (camera.vertices.iter().zip(1..), light.vertices.iter().zip(1..));
     for (a, t) in camera_ends {
         for (b, s) in light_ends.clone() {
-            let fits = (space.least..=space.most).contains(&(s + t));
+            let fits = (space.min_vertices..=space.max_vertices).contains(&(s + t));
             if fits && a.is_smooth_somewhere() && b.is_smooth_somewhere() {
                 let mut vertices = Vec::with_capacity(s + t);
                 vertices.extend_from_slice(&camera.vertices[..t]);

@@ -1,11 +1,11 @@
 use super::numbers::Numbers;
-use super::path::{Factors, Path, Place, Single, Source, SourceKind, Vertex};
+use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::geometry::segment;
-use crate::integrator::bidirectional::subpath::Surface;
-use crate::integrator::{RayKind, RaySink, TestPicture, World};
+use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
+use crate::integrator::{ImportanceImage, RayKind, RaySink, World};
 use crate::light::{Light, LightId, Receiver};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
@@ -17,13 +17,13 @@ use std::rc::Rc;
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     /// What the light of paths is compared with.
-    test: &'w TestPicture,
+    importance: &'w ImportanceImage,
     /// Whether lamps that are seen by delta lobes alone are in it.
     has_lamps: bool,
-    /// Vertices of a path at least, both ends counted.
-    pub least: usize,
-    /// Vertices of a path at most.
-    pub most: usize,
+    /// Minimum number of vertices of a path, both ends counted.
+    pub min_vertices: usize,
+    /// Maximum number of vertices of a path.
+    pub max_vertices: usize,
     /// The upper left corner of the film: all that pixels see, by filters as wide as they are.
     film_min: Vec2,
     /// Its width and height, pixels.
@@ -34,14 +34,19 @@ pub(super) struct PathSpace<'w, 'a, A> {
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// That of paths of such numbers of vertices.
-    pub fn new(world: &'w World<'a, A>, test: &'w TestPicture, (least, most): (usize, usize), has_lamps: bool) -> Self {
+    pub fn new(
+        world: &'w World<'a, A>,
+        importance: &'w ImportanceImage,
+        (min_vertices, max_vertices): (usize, usize),
+        has_lamps: bool,
+    ) -> Self {
         let beyond = Vec2::splat((world.filter.radius() - 0.5).max(0.0));
         Self {
             world,
-            test,
+            importance,
             has_lamps,
-            least,
-            most,
+            min_vertices,
+            max_vertices,
             film_min: -beyond,
             film_size: world.camera.resolution().as_vec2() + 2.0 * beyond,
             far_lights: world.scene.escaped(Receiver::any_side(Vec3::ZERO), Vec3::Z).count(),
@@ -62,7 +67,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// The vertex on the lens drawn with `u`.
     pub fn lens(&self, u: Vec2, time: f32) -> Vertex<'a> {
         let camera = self.world.camera;
-        Vertex::new(Place::Lens, camera.lens_point(u, time), camera.forward(time))
+        Vertex::new(VertexKind::Lens, camera.lens_point(u, time), camera.forward(time))
     }
 
     /// The surface that `ray` meets.
@@ -70,7 +75,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let hit = self.world.intersect(ray, kind, out)?;
         let surface = Surface::new(self.world, hit, ray);
         let (p, ng) = (surface.point.p, surface.point.ng);
-        Some(Vertex::new(Place::Surface(Rc::new(surface)), p, ng))
+        Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
     }
 
     /// The light that `ray` meets: on the surface `met`, or where it meets none an infinitely distant one, of which `u` chooses.
@@ -85,24 +90,24 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let surface = vertex.surface()?;
         let light = surface.emitted(scene, &from)?;
         let ng = scene.lights()[light.id.0 as usize].normal(ray.time)?;
-        let source = Source {
+        let source = LightSource {
             id: light.id,
-            kind: SourceKind::Area,
+            kind: LightSourceKind::Area,
             radiance: light.radiance,
             origin: surface.origin_towards_camera(ng),
         };
-        Some(Vertex::new(Place::Light(source), vertex.p, ng))
+        Some(Vertex::new(VertexKind::Light(source), vertex.p, ng))
     }
 
     /// The infinitely distant light `id` in the direction `w`.
     fn far_away(&self, id: LightId, radiance: Spectrum, w: Vec3) -> Vertex<'a> {
-        let source = Source {
+        let source = LightSource {
             id,
-            kind: SourceKind::Far,
+            kind: LightSourceKind::Far,
             radiance,
             origin: Vec3::ZERO,
         };
-        Vertex::new(Place::Light(source), Vec3::ZERO, -w)
+        Vertex::new(VertexKind::Light(source), Vec3::ZERO, -w)
     }
 
     /// A random point of a random light, chosen by power.
@@ -111,12 +116,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let (choice, u) = (numbers.next(), [numbers.next_2d(), numbers.next_2d()]);
         let (id, _, emission) = self.world.sample_emission(time, choice, || u)?;
         let kind = match (emission.is_infinite, &scene.lights()[id.0 as usize]) {
-            (true, Light::Directional(_)) => SourceKind::Parallel,
-            (true, _) => SourceKind::Far,
-            (false, _) if emission.is_delta_position => SourceKind::Point,
-            (false, _) => SourceKind::Area,
+            (true, Light::Directional(_)) => LightSourceKind::Parallel,
+            (true, _) => LightSourceKind::Far,
+            (false, _) if emission.is_delta_position => LightSourceKind::Point,
+            (false, _) => LightSourceKind::Area,
         };
-        let source = Source {
+        let source = LightSource {
             id,
             kind,
             radiance: emission.radiance,
@@ -124,7 +129,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         };
         // Infinitely far away there are directions, and no places.
         let p = if kind.is_infinite() { Vec3::ZERO } else { emission.p };
-        Some(Vertex::new(Place::Light(source), p, emission.ng))
+        Some(Vertex::new(VertexKind::Light(source), p, emission.ng))
     }
 
     /// Adds `count` vertices to a subpath from the camera; if `to_light`, the last of them is where it meets a light. `None` where that cannot be.
@@ -200,15 +205,15 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// The ray of light that sets out from `vertex`, on `source`, in a random direction; of light from infinity at a random place.
-    fn set_out(&self, vertex: &Vertex, source: &Source, time: f32, numbers: &mut Numbers) -> Option<Ray> {
+    fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
-            SourceKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
-            SourceKind::Point => (
+            LightSourceKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
+            LightSourceKind::Point => (
                 source.origin,
                 self.world.emission_of(source.id, time, [Vec2::ZERO, u])?.w,
             ),
-            SourceKind::Far | SourceKind::Parallel => {
+            LightSourceKind::Far | LightSourceKind::Parallel => {
                 (self.world.scene.ball().before(vertex.ng, uniform_disk(u)), vertex.ng)
             }
         };
@@ -258,7 +263,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         time: f32,
         out: &mut impl RaySink,
     ) -> f32 {
-        match self.world.scene.has_holes() {
+        match self.world.scene.has_alpha() {
             true => self.visibility((before, a), b, time, out),
             false => 1.0,
         }
@@ -336,7 +341,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let n = vertices.len();
         let source = vertices.last()?.source()?;
         // What has no size is not seen itself.
-        if n < self.least.max(2) || n > self.most || (n == 2 && source.kind.is_delta()) {
+        if n < self.min_vertices.max(2) || n > self.max_vertices || (n == 2 && source.kind.is_delta()) {
             return None;
         }
         if !self.has_lamps && vertices[1..n - 1].iter().all(|vertex| vertex.is_delta) {
@@ -355,7 +360,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
         let values = vertices.iter().map(|vertex| vertex.factors.value);
         let color = values.fold(Spectrum::ONE, |color, value| color * value);
-        let target = (color.luminance() / self.test.at(film)) as f64;
+        let target = (color.luminance() / self.importance.at(film)) as f64;
         (target > 0.0 && target.is_finite()).then_some(Path {
             vertices,
             film,
@@ -375,8 +380,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         time: f32,
     ) -> Option<Factors> {
         let joint = after[0].map_or(1.0, |next| edge(at, next, after[1]));
-        match &at.place {
-            Place::Lens => {
+        match &at.kind {
+            VertexKind::Lens => {
                 let camera = self.world.camera;
                 let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
                 // Per area of the lens and solid angle, over the density of film and lens
@@ -387,8 +392,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                     ..Factors::default()
                 })
             }
-            Place::Light(source) => self.factors_of_light(at, source, before?, time),
-            Place::Surface(surface) => {
+            VertexKind::Light(source) => self.factors_of_light(at, source, before?, time),
+            VertexKind::Surface(surface) => {
                 let (wo, wi) = (at.direction_to(before?), at.direction_to(after[0]?));
                 let factors = match at.is_delta {
                     true => self.factors_of_delta(surface, wo, wi)?,
@@ -431,7 +436,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         })
     }
 
-    fn factors_of_light(&self, at: &Vertex, source: &Source, before: &Vertex, time: f32) -> Option<Factors> {
+    fn factors_of_light(&self, at: &Vertex, source: &LightSource, before: &Vertex, time: f32) -> Option<Factors> {
         let scene = self.world.scene;
         let light = &scene.lights()[source.id.0 as usize];
         let w = at.direction_to(before);
@@ -441,15 +446,15 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             false => (position, direction),
         };
         let (value, towards_camera) = match source.kind {
-            SourceKind::Area => {
+            LightSourceKind::Area => {
                 let cos = w.dot(at.ng);
                 (cos > 0.0).then_some((source.radiance, cos as f64))?
             }
-            SourceKind::Point => {
+            LightSourceKind::Point => {
                 let sample = light.sample(before.p, time, Vec2::ZERO, scene.textures())?;
                 (sample.radiance * before.p.distance_squared(at.p), 1.0)
             }
-            SourceKind::Far | SourceKind::Parallel => (source.radiance, 1.0),
+            LightSourceKind::Far | LightSourceKind::Parallel => (source.radiance, 1.0),
         };
         Some(Factors {
             value,
@@ -461,11 +466,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Probability with which a ray that leaves the scene, or meets a surface, finds the light `source` there.
-    pub fn met(&self, source: &Source) -> f64 {
+    pub fn met(&self, source: &LightSource) -> f64 {
         match source.kind {
-            SourceKind::Area => 1.0,
-            SourceKind::Far => 1.0 / self.far_lights as f64,
-            SourceKind::Point | SourceKind::Parallel => 0.0,
+            LightSourceKind::Area => 1.0,
+            LightSourceKind::Far => 1.0 / self.far_lights as f64,
+            LightSourceKind::Point | LightSourceKind::Parallel => 0.0,
         }
     }
 

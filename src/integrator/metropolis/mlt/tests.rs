@@ -6,7 +6,7 @@ use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::Mesh;
-use crate::integrator::{Heuristic, MetropolisDirect, RayKind, TestPictureMaker};
+use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, RayKind};
 use crate::material::Material;
 use crate::math::{UVec2, Vec3};
 use crate::sampler::Independent;
@@ -130,22 +130,22 @@ fn look<T>(
         features: false,
         strategies: false,
     };
-    let maker = TestPictureMaker {
+    let maker = ImportanceImageMaker {
         world,
         heuristic: Heuristic::Power,
         max_depth: Some(4),
         roulette: Roulette::default(),
     };
     let piece = |index| maker.piece(index, &mut Independent::new(8), &mut Uncounted);
-    let pieces: Vec<_> = (0..TestPictureMaker::<BruteForce>::PIECES).map(piece).collect();
-    let test = maker.join(&pieces);
+    let pieces: Vec<_> = (0..ImportanceImageMaker::<BruteForce>::PIECES).map(piece).collect();
+    let importance = maker.join(&pieces);
     with(&PathSpaceIntegrator {
         world,
         max_depth: Some(4),
         roulette: Roulette::default(),
         light_samples: 1,
         metropolis,
-        test: &test,
+        importance: &importance,
     })
 }
 
@@ -175,7 +175,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
             seed.iter().map(light_of).collect()
         })
         .collect();
-    let seeds = Seeds::new(&found, (space.least, space.most));
+    let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
     let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
     let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
     for i in 0..SAMPLES {

@@ -54,6 +54,16 @@ pub trait Accel: Send + Sync {
 }
 
 /// Whoever it is: a call for each query, which is a hundredth of what a query takes. What is compiled for this is compiled once.
+/// How ray-tracing code reaches a backend.
+pub trait Dispatch: Accel {
+    /// Whether each query is a call through a table: code that is compiled for the backend itself gains nothing then.
+    const IS_DYNAMIC: bool;
+}
+
+impl Dispatch for &dyn Accel {
+    const IS_DYNAMIC: bool = true;
+}
+
 impl Accel for &dyn Accel {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         (**self).intersect(ray)

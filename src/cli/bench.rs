@@ -7,7 +7,7 @@ use super::flags::Flags;
 use super::job::Job;
 use super::progress::Progress;
 use super::words;
-use crate::accel::{Accel, Query, QueryKind, Recorder};
+use crate::accel::{Accel, Dispatch, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
 use crate::math::{Ray, UVec2};
@@ -193,7 +193,7 @@ struct Measure<'a> {
 impl AccelTask for Measure<'_> {
     type Output = Result<BackendReport, CliError>;
 
-    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
         let recording = self.session.install(|| self.record(accel));
         let mut threads = vec![1, self.session.settings().threads];
         threads.dedup();
@@ -224,7 +224,7 @@ const SHADOW: usize = 3;
 
 impl Measure<'_> {
     /// Renders once, and keeps the rays.
-    fn record<A: Accel>(&self, accel: &A) -> Recording {
+    fn record<A: Dispatch>(&self, accel: &A) -> Recording {
         let settings = self.session.settings();
         let (world, nobody) = (self.session.world(accel), Progress::new(0, true));
         settings
@@ -275,7 +275,7 @@ impl Measure<'_> {
         recording
     }
 
-    fn measure<A: Accel>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
+    fn measure<A: Dispatch>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
         let pool = thread_pool(threads)?;
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let closest = |ray: &Ray| accel.intersect(ray).is_some();
@@ -310,7 +310,7 @@ impl Measure<'_> {
         })
     }
 
-    fn render<A: Accel>(&self, accel: &A) {
+    fn render<A: Dispatch>(&self, accel: &A) {
         let settings = self.session.settings();
         let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
         let world = (self.session.world(accel), &self.prepared);

@@ -4,7 +4,7 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, load_options};
 use super::words;
-use crate::accel::Accel;
+use crate::accel::Dispatch;
 use crate::camera::Camera;
 use crate::io::{
     FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, SceneOptions, Severity, inspect_scene,
@@ -353,7 +353,7 @@ struct View<'a> {
 impl AccelTask for View<'_> {
     type Output = Option<Finding>;
 
-    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
         lint::inspect_view(accel, self.scene, self.camera, self.resolution, self.file)
     }
 }

@@ -7,7 +7,7 @@ use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::words;
-use crate::accel::Accel;
+use crate::accel::Dispatch;
 use crate::compare::Errors;
 use crate::film::{Film, RgbImage};
 use crate::integrator::{DirectLight, Directions, Heuristic};
@@ -294,7 +294,7 @@ impl AccelTask for Ladder<'_> {
     /// The rows, and the reference with its name, if it was not interrupted.
     type Output = Result<(Vec<Row>, Option<(String, RgbImage)>), CliError>;
 
-    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
         let settings = self.session.settings();
         let mut rows = Vec::new();
         for rung in &self.rungs {
@@ -344,7 +344,7 @@ impl AccelTask for Ladder<'_> {
 
 impl Ladder<'_> {
     /// Renders within the budget; the film, the samples of each pixel and the seconds that took.
-    fn spend<A: Accel>(
+    fn spend<A: Dispatch>(
         &self,
         accel: &A,
         estimator: &Method,

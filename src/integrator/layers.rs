@@ -4,7 +4,7 @@ use super::{RayKind, RaySink};
 use crate::accel::Accel;
 use crate::geometry::Hit;
 use crate::math::Ray;
-use crate::math::hash::mix;
+use crate::math::hash::{mix, unit_f32};
 
 /// Ray queries of one walk at most. What lies behind so many layers counts as opaque: a walk that is cut loses light and never hangs.
 /// Statistics count such walks.
@@ -95,7 +95,7 @@ fn uniform(hit: &Hit, ray: &Ray) -> f32 {
     let hash = pairs
         .iter()
         .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));
-    (hash >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+    unit_f32(hash)
 }
 
 #[cfg(test)]
@@ -132,7 +132,7 @@ mod tests {
     impl Random {
         fn next(&mut self) -> f32 {
             self.0 = self.0.wrapping_add(crate::math::hash::GOLDEN_GAMMA);
-            (mix(self.0) >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+            unit_f32(mix(self.0))
         }
 
         /// A point of the cube [-1, 1]³.
@@ -289,7 +289,7 @@ mod tests {
                             false => firsts = rays.each_ref().map(|ray| world.accel.intersect(ray)),
                         }
                         for (ray, first) in rays.iter().zip(firsts) {
-                            let hit = world.past_holes(*ray, first, RayKind::Bounce, &mut counts);
+                            let hit = world.first_opaque(*ray, first, RayKind::Bounce, &mut counts);
                             let transmittance = f64::from(world.transmittance(ray, &mut counts));
                             difference += f64::from(u8::from(hit.is_none())) - transmittance;
                             variance += transmittance * (1.0 - transmittance);

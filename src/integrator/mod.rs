@@ -1,59 +1,46 @@
 //! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
+//!
+//! One folder for each family of methods: `path`, `bidirectional`, `photon`, `metropolis` and `irradiance_cache`. All of them use the modules at the
+//! top. Families may use `path` and `bidirectional`; these two use no other family.
 
-mod ambient_occlusion;
-mod bdpt;
-mod connection;
-mod debug;
-mod density;
-mod direct;
-mod distributed;
+mod bidirectional;
 mod gathered;
 mod irradiance_cache;
 mod layers;
-mod light_tracing;
 mod metropolis;
-mod mlt;
-mod naive;
 mod path;
-mod photon_grid;
-mod photon_map;
-mod photon_tree;
-mod photons;
-mod pssmlt;
-mod reuse;
-mod roulette;
-mod sppm;
-mod strategy;
-mod subpath;
-mod test_picture;
-mod vcm;
-mod whitted;
+mod photon;
+mod radius;
+mod vertex;
 mod world;
 
-pub use ambient_occlusion::AmbientOcclusion;
-pub use bdpt::{BidirectionalIntegrator, strategies};
-pub use debug::{DebugIntegrator, DebugView};
-pub use distributed::DistributedIntegrator;
+pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
+pub use bidirectional::light_tracing::LightIntegrator;
 pub use gathered::{ByGroup, Gathered};
 pub use irradiance_cache::{
-    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Place, Record, RecordMaker, Seen, Strata,
+    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker, RecordSite, Seen,
+    Strata,
 };
-pub use light_tracing::LightIntegrator;
-pub use metropolis::{Metropolis, MetropolisDirect, MetropolisTarget};
-pub use mlt::PathSpaceIntegrator;
-pub use naive::NaiveIntegrator;
-pub use path::PathIntegrator;
-pub use photon_grid::{PhotonGrid, Placed, Radii, SearchRadius};
-pub use photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
-pub use photon_tree::{Nearest, PhotonTree};
-pub use photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
-pub use pssmlt::PrimarySpaceIntegrator;
-pub use roulette::Roulette;
-pub use sppm::{FramePhotons, ProgressivePhotonIntegrator};
-pub use strategy::{DirectLight, Directions, Heuristic, Strategy};
-pub use test_picture::{TestPicture, TestPictureMaker};
-pub use vcm::{LightPaths, MOST_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
-pub use whitted::WhittedIntegrator;
+pub use metropolis::importance_image::{ImportanceImage, ImportanceImageMaker};
+pub use metropolis::mlt::PathSpaceIntegrator;
+pub use metropolis::options::{Metropolis, MetropolisDirect, MetropolisTarget};
+pub use metropolis::pssmlt::PrimarySpaceIntegrator;
+pub use path::ambient_occlusion::AmbientOcclusion;
+pub use path::debug::{DebugIntegrator, DebugView};
+pub use path::distributed::DistributedIntegrator;
+pub use path::integrator::PathIntegrator;
+pub use path::naive::NaiveIntegrator;
+pub use path::reuse::ReusingPathIntegrator;
+pub use path::roulette::Roulette;
+pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
+pub use path::whitted::WhittedIntegrator;
+pub use photon::grid::{PhotonGrid, Placed};
+pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
+pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
+pub use photon::sppm::{FramePhotons, ProgressivePhotonIntegrator};
+pub use photon::tree::{Nearest, PhotonTree};
+pub use photon::vcm::{LightPaths, MOST_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
+pub use radius::{Radii, SearchRadius};
 pub use world::World;
 
 use crate::color::Spectrum;

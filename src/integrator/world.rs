@@ -1,10 +1,11 @@
-use super::direct::Vertex;
 use super::layers::{Layers, stops};
+use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::film::{Features, Filter, FirstSurface};
 use crate::geometry::{Hit, SurfacePoint};
+use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
@@ -81,10 +82,32 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// A random time, where anything moves.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        self.time_at(|| sampler.get_1d(Dimension::TIME))
+    }
+
+    /// The time at `u` of the shutter interval; `u` is drawn only where anything moves.
+    pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
         match self.scene.is_moving() || self.camera.is_moving() {
-            true => self.camera.time(sampler.get_1d(Dimension::TIME)),
+            true => self.camera.time(u()),
             false => 0.0,
         }
+    }
+
+    /// Light that sets out from a light of the scene, which `choice` draws by power, with the probability of that light.
+    pub(super) fn sample_emission(
+        &self,
+        time: f32,
+        choice: f32,
+        u: impl FnOnce() -> [Vec2; 2],
+    ) -> Option<(LightId, f32, Emission)> {
+        let (id, pmf) = self.scene.emission_selection().sample(choice)?;
+        Some((id, pmf, self.emission_of(id, time, u())?))
+    }
+
+    /// Light that sets out from the light `id` at a point and in a direction that the numbers draw.
+    pub(super) fn emission_of(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
+        let light = &self.scene.lights()[id.0 as usize];
+        light.sample_emission(time, u_position, u_direction, self.scene.textures(), &self.scene.ball())
     }
 
     /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
@@ -122,8 +145,8 @@ impl<'a, A: Accel> World<'a, A> {
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
-        if self.scene.has_holes() {
-            return self.past_holes(*ray, hit, kind, out);
+        if self.scene.has_alpha() {
+            return self.first_opaque(*ray, hit, kind, out);
         }
         hit
     }
@@ -131,7 +154,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// The first surface along `ray` that is opaque where the ray meets it; `first` is the ray's closest hit. A surface of opacity α stops the
     /// share α of all rays, by [`stops`].
     #[inline(never)]
-    pub(super) fn past_holes(
+    pub(super) fn first_opaque(
         &self,
         ray: Ray,
         first: Option<Hit>,
@@ -156,15 +179,15 @@ impl<'a, A: Accel> World<'a, A> {
     /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.
     #[inline(always)]
     pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> f32 {
-        if self.scene.has_holes() {
-            return self.transmittance_of_holes(*ray, out);
+        if self.scene.has_alpha() {
+            return self.alpha_transmittance(*ray, out);
         }
         out.ray(RayKind::Shadow);
         f32::from(u8::from(!self.accel.occluded(ray)))
     }
 
     #[inline(never)]
-    fn transmittance_of_holes(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
+    fn alpha_transmittance(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
         let mut layers = Layers::along(self.accel, ray);
         let mut transmittance = 1.0;
         while let Some(hit) = layers.next(RayKind::Shadow, out) {

@@ -318,7 +318,7 @@ mod tests {
     use crate::color::Spectrum;
     use crate::light::{ConstantLight, DirectionalLight, PointLight, SpotLight, TriangleLight, TriangleSampling};
     use crate::math::Vec2;
-    use crate::math::hash::mix;
+    use crate::math::hash::{mix, unit_f32};
 
     /// Numbers in [0, 1).
     struct Numbers(u64);
@@ -326,7 +326,7 @@ mod tests {
     impl Numbers {
         fn next(&mut self) -> f32 {
             self.0 += 1;
-            (mix(self.0) >> 40) as f32 / (1u64 << 24) as f32
+            unit_f32(mix(self.0))
         }
 
         fn vector(&mut self) -> Vec3 {

@@ -4,7 +4,7 @@ use super::tiles::{Observer, Outcome};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
-use crate::integrator::{IrradianceCache, Place, RayKind, RaySink, Record, RecordMaker, Sink};
+use crate::integrator::{IrradianceCache, RayKind, RaySink, Record, RecordMaker, RecordSite, Sink};
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler, Sobol};
@@ -102,7 +102,7 @@ struct Filling {
     /// What is left to look through.
     passes: VecDeque<Pass>,
     /// Where records may be needed.
-    found: VecDeque<Place>,
+    found: VecDeque<RecordSite>,
     /// Records under way.
     batch: Vec<Making>,
 }
@@ -129,7 +129,7 @@ struct Pass {
 /// A record that is being made.
 #[derive(Debug)]
 struct Making {
-    place: Place,
+    place: RecordSite,
     record: Option<Option<Record>>,
 }
 
@@ -207,7 +207,7 @@ impl Filling {
                 let place = place.filter(|place| !cache.covers(place.p(), place.n(), maker.layer(place)));
                 (place, rays.0.counts)
             };
-            let looks: Vec<(Option<Place>, RayCounts)> = chunk.into_par_iter().map(look).collect();
+            let looks: Vec<(Option<RecordSite>, RayCounts)> = chunk.into_par_iter().map(look).collect();
             for (place, rays) in looks {
                 self.found.extend(place);
                 statistics.rays = statistics.rays.plus(rays);
@@ -268,7 +268,7 @@ fn passes(resolution: UVec2) -> VecDeque<Pass> {
 
 impl Pass {
     /// What the pixel `index` of the pass finds.
-    fn look<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<Place> {
+    fn look<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<RecordSite> {
         let place = (index as u128 * self.stride as u128 % self.count as u128) as u64;
         let at = |n: u64| self.first + self.step * n as u32;
         let (x, y) = (at(place % self.columns), at(place / self.columns));

@@ -42,9 +42,40 @@ impl SampleKey {
         Self { x, y, sample }
     }
 
+    /// Sample `sample` of column `x` in `stream`.
+    pub fn of_stream(stream: Stream, x: u32, sample: u32) -> Self {
+        Self::new(x, stream.row(), sample)
+    }
+
     /// Pixel coordinates.
     pub fn pixel(self) -> UVec2 {
         UVec2::new(self.x, self.y)
+    }
+}
+
+/// Streams of random numbers that belong to no pixel. Their sample keys have rows below all images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stream {
+    /// Markov chains of Metropolis light transport: a column for each chain.
+    Chains,
+    /// Paths that Markov chains may start with: a column for each path, or piece of work.
+    Bootstrap,
+    /// Photon paths: a column for each piece of work.
+    Photons,
+    /// Numbers that all paths of an iteration share, such as their time.
+    Iteration,
+    /// Paths that make an importance image: a column for each of its cells.
+    ImportanceImage,
+}
+
+impl Stream {
+    /// Row of the stream's keys. Streams share a row only where no integrator draws from both.
+    fn row(self) -> u32 {
+        match self {
+            Self::Chains => u32::MAX,
+            Self::Bootstrap | Self::Photons => u32::MAX - 1,
+            Self::Iteration | Self::ImportanceImage => u32::MAX - 2,
+        }
     }
 }
 

@@ -48,7 +48,7 @@ impl SceneBuilder {
             facets: Vec::with_capacity(count),
             shapes: Vec::with_capacity(count),
             bsdfs: self.materials.iter().map(Material::bsdf).collect(),
-            has_holes: self
+            has_alpha: self
                 .materials
                 .iter()
                 .any(|m| m.opacity < 1.0 || m.maps.opacity.is_some()),

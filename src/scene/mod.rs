@@ -62,7 +62,7 @@ pub struct Scene {
     /// The BSDF of each material by its constants.
     bsdfs: Vec<Bsdf>,
     is_compact: bool,
-    has_holes: bool,
+    has_alpha: bool,
     is_moving: bool,
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
@@ -309,8 +309,8 @@ impl Scene {
 
     /// Whether any surface lets rays through as if it were not there.
     #[inline(always)]
-    pub fn has_holes(&self) -> bool {
-        self.has_holes
+    pub fn has_alpha(&self) -> bool {
+        self.has_alpha
     }
 
     /// The share of the surface at `hit` that is there, in [0, 1].

@@ -3,7 +3,7 @@ use super::{Error, InvalidSetting};
 use crate::accel::bvh;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
-use crate::accel::{Accel, Auditor, brute};
+use crate::accel::{Accel, Auditor, Dispatch, brute};
 #[cfg(feature = "obvhs")]
 use crate::io::{MemoryLimit, in_words};
 use crate::options::Backend;
@@ -63,7 +63,7 @@ pub(crate) enum AnyAccel<'a> {
 pub(crate) trait AccelTask {
     type Output;
 
-    fn run<A: Accel>(self, accel: &A) -> Self::Output;
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output;
 }
 
 impl AnyAccel<'_> {

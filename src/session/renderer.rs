@@ -1,6 +1,6 @@
 use super::backend::BUILD;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels, thread_pool};
-use crate::accel::{Accel, Auditor, BackendInfo};
+use crate::accel::{Auditor, BackendInfo, Dispatch};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
@@ -309,7 +309,7 @@ struct Render<'a> {
 impl AccelTask for Render<'_> {
     type Output = (Outcome, Statistics);
 
-    fn run<A: Accel>(self, accel: &A) -> Self::Output {
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
         let Self {
             session,
             method,
@@ -330,7 +330,7 @@ struct Prepare<'a>(&'a Renderer<'a>);
 impl AccelTask for Prepare<'_> {
     type Output = ();
 
-    fn run<A: Accel>(self, accel: &A) {
+    fn run<A: Dispatch>(self, accel: &A) {
         let (session, prepared) = (self.0.session, &self.0.prepared);
         let method = session.settings().method();
         session.install(|| {

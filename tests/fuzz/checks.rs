@@ -5,7 +5,7 @@ use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
-use embrasure::integrator::{PathIntegrator, Roulette, Strategy, World};
+use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{
     CameraSection, FileError, Loaded, MtlDialect, SceneFile, TextureKind, describe_checkpoint, load_scene,
     load_texture, read_checkpoint, read_rendering,
@@ -312,7 +312,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         return;
     };
     let accel = BruteForce::new(scene);
-    let integrator = PathIntegrator {
+    let path = PathIntegrator {
         world: World {
             scene,
             accel: &accel,
@@ -325,10 +325,9 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         max_depth: Some(3),
         roulette: Roulette::default(),
         light_samples: 1,
-        reuse: true,
     };
     let mut film = Film::new(resolution, Rect::full(resolution));
-    render(&integrator, &Independent::new(0), &mut film, 1, &());
+    render(&ReusingPathIntegrator { path }, &Independent::new(0), &mut film, 1, &());
     for (pixel, sums) in film.pixels() {
         let mean = [0, 1, 2].map(|c| sums.mean(c));
         assert!(mean.iter().all(|m| m.is_finite()), "pixel {pixel} is {mean:?}");

@@ -1020,16 +1020,15 @@ fn light_through_rough_glass_is_found_both_ways() {
     let size = embrasure::math::UVec2::splat(24);
     let mean = |directions, direct, reuse| {
         crate::support::with_world(&scene, camera, size, |world| {
-            let integrator = PathIntegrator {
+            let path = PathIntegrator {
                 strategy: Strategy {
                     directions,
                     direct,
                     ..Strategy::default()
                 },
-                reuse,
                 ..crate::support::path_tracer(world, Some(6))
             };
-            let film = crate::support::film_of(&integrator, size, 1024, 3);
+            let film = crate::support::film_of(&crate::support::MaybeReusing { path, reuse }, size, 1024, 3);
             (
                 crate::support::film_mean(&film, 0),
                 crate::support::film_error(&film, 0),

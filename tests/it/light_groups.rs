@@ -109,14 +109,16 @@ fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Fil
 
 /// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples a pixel and groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
-    let path = |reuse| PathIntegrator {
-        world,
-        strategy: Strategy::default(),
-        max_depth: Some(5),
-        roulette: Roulette {
-            depth: u32::from(reuse),
+    let path = |reuse| MaybeReusing {
+        path: PathIntegrator {
+            world,
+            strategy: Strategy::default(),
+            max_depth: Some(5),
+            roulette: Roulette {
+                depth: u32::from(reuse),
+            },
+            light_samples: if reuse { 2 } else { 1 },
         },
-        light_samples: if reuse { 2 } else { 1 },
         reuse,
     };
     fn by<'a>(integrator: &'a impl Integrator) -> impl Fn(u64, u32, usize) -> Film + 'a {

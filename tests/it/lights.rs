@@ -376,8 +376,11 @@ fn pictures_by_place_are_those_by_power() {
             with_world(scene, camera, resolution, |world| -> Vec<f64> {
                 let path = PathIntegrator {
                     light_samples: 2,
-                    reuse: what == "shared",
                     ..path_tracer(world, Some(5))
+                };
+                let path = MaybeReusing {
+                    path,
+                    reuse: what == "shared",
                 };
                 let branching = DistributedIntegrator {
                     world,

@@ -8,7 +8,7 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, TestPicture, World,
+    FrameIntegrator, Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World,
 };
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
@@ -24,7 +24,7 @@ const BOTH: [MetropolisDirect; 2] = [MetropolisDirect::Ordinary, MetropolisDirec
 fn pssmlt<'a>(
     world: World<'a, Backend<'a>>,
     max_depth: u32,
-    test: &'a TestPicture,
+    importance: &'a ImportanceImage,
 ) -> PrimarySpaceIntegrator<'a, Backend<'a>> {
     PrimarySpaceIntegrator {
         world,
@@ -36,7 +36,7 @@ fn pssmlt<'a>(
             bootstrap: Some(256),
             ..Metropolis::default()
         },
-        test,
+        importance,
     }
 }
 

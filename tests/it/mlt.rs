@@ -6,7 +6,8 @@ use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Rect};
 use embrasure::integrator::{
-    LightIntegrator, Metropolis, MetropolisDirect, MetropolisTarget, PathSpaceIntegrator, Roulette, TestPicture, World,
+    ImportanceImage, LightIntegrator, Metropolis, MetropolisDirect, MetropolisTarget, PathSpaceIntegrator, Roulette,
+    World,
 };
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
@@ -27,7 +28,7 @@ fn mlt<'a, A>(
     world: World<'a, A>,
     max_depth: u32,
     metropolis: Metropolis,
-    test: &'a TestPicture,
+    importance: &'a ImportanceImage,
 ) -> PathSpaceIntegrator<'a, A> {
     PathSpaceIntegrator {
         world,
@@ -35,7 +36,7 @@ fn mlt<'a, A>(
         roulette: Roulette::default(),
         light_samples: 1,
         metropolis,
-        test,
+        importance,
     }
 }
 

@@ -18,12 +18,12 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
 }
 
 /// The path tracer as users have it, or without sharing.
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Backend<'a>> {
-    PathIntegrator {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a, Backend<'a>> {
+    let path = PathIntegrator {
         light_samples: if reuse { 2 } else { 1 },
-        reuse,
         ..path_tracer(world, Some(4))
-    }
+    };
+    MaybeReusing { path, reuse }
 }
 
 fn shutter(parameters: CameraParameters, shutter: [f32; 2]) -> Camera {
@@ -169,7 +169,7 @@ fn estimators_agree_on_what_moves() {
     let lights_alone = by(
         &|world, seed| {
             let mut integrator = path(world, false);
-            integrator.strategy.direct = DirectLight::Light;
+            integrator.path.strategy.direct = DirectLight::Light;
             film_of(&integrator, SIZE, 64, 300 + seed)
         },
         16,

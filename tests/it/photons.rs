@@ -24,7 +24,7 @@ fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
             world,
             max_depth: Some(max_depth),
             roulette: Roulette::default(),
-            least_scatterings: 0,
+            min_scatterings: 0,
         };
         let pieces = (0..PhotonTracer::<Backend>::pieces(paths)).flat_map(|index| {
             let mut rays = RayCounts::default();
@@ -127,7 +127,7 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
         world,
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
-        least_scatterings: 0,
+        min_scatterings: 0,
     };
     let (maps, _) = photon_maps(&tracer, paths, &Independent::new(seed), &()).unwrap();
     let integrator = PhotonMapIntegrator {

@@ -14,12 +14,12 @@ use embrasure::scene::{Scene, SceneBuilder};
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const SEEDS: u64 = 32;
 
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathIntegrator<'a, Backend<'a>> {
-    PathIntegrator {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a, Backend<'a>> {
+    let path = PathIntegrator {
         light_samples: 2,
-        reuse,
         ..path_tracer(world, Some(6))
-    }
+    };
+    MaybeReusing { path, reuse }
 }
 
 fn cornell() -> CameraParameters {
@@ -41,7 +41,7 @@ fn mean_of(values: &[f64]) -> (f64, f64) {
 }
 
 /// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
-fn assert_same(what: &str, integrator: &PathIntegrator<Backend>, reference: &Film, spp: u32) {
+fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, spp, 100 + seed)))
         .collect();
@@ -83,21 +83,13 @@ fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
     // Shared paths end nowhere before their second vertex, however early roulette is to begin.
-    let at_once = PathIntegrator {
-        roulette: Roulette { depth: 0 },
-        ..path(world, true)
-    };
+    let mut at_once = path(world, true);
+    at_once.path.roulette.depth = 0;
     let [a, b] = [&best, &at_once].map(|integrator| means(&film_of(integrator, RESOLUTION, spp, 100)));
     assert_eq!(a, b, "{what}, roulette at once");
     for directions in [Directions::Cosine, Directions::Uniform] {
-        let strategy = Strategy {
-            directions,
-            ..Strategy::default()
-        };
-        let integrator = PathIntegrator {
-            strategy,
-            ..path(world, true)
-        };
+        let mut integrator = path(world, true);
+        integrator.path.strategy.directions = directions;
         assert_same(&format!("{what}, {directions:?}"), &integrator, &reference, spp);
     }
 }
@@ -229,7 +221,7 @@ fn errors_are_smaller_and_known() {
 fn differences_of_blocks_tell_the_error() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(96);
-    let check = |what: &str, film: &dyn Fn(&PathIntegrator<Backend>, u64) -> Film, range: std::ops::Range<f64>| {
+    let check = |what: &str, film: &dyn Fn(&MaybeReusing<Backend>, u64) -> Film, range: std::ops::Range<f64>| {
         let films: Vec<Film> = (0..8)
             .map(|seed| with_world(&scene, cornell(), resolution, |world| film(&path(world, true), seed)))
             .collect();

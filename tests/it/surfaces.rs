@@ -82,20 +82,22 @@ fn estimators_agree_on_holes() {
         (mean, variance)
     };
     with_world(&scene, camera, resolution, |world| {
-        let path = |direct, reuse| PathIntegrator {
-            strategy: Strategy {
-                direct,
-                ..Strategy::default()
+        let path = |direct, reuse| MaybeReusing {
+            path: PathIntegrator {
+                strategy: Strategy {
+                    direct,
+                    ..Strategy::default()
+                },
+                ..path_tracer(world, Some(4))
             },
             reuse,
-            ..path_tracer(world, Some(4))
         };
         let naive = NaiveIntegrator {
             world,
             max_depth: Some(4),
             roulette: Roulette::default(),
         };
-        let by = |path: PathIntegrator<'_, Backend>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
+        let by = |path: MaybeReusing<'_, Backend>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
         let all = [
             ("mis", by(path(DirectLight::Mis, false), 64)),
             ("light", by(path(DirectLight::Light, false), 64)),
@@ -308,10 +310,9 @@ fn curved_normals_do_not_leak() {
                     directions,
                     ..Strategy::default()
                 },
-                reuse,
                 ..path_tracer(world, Some(8))
             };
-            let film = film_of(&path, resolution, 64, 0);
+            let film = film_of(&MaybeReusing { path, reuse }, resolution, 64, 0);
             let brightest = film.pixels().map(|(_, a)| a.mean(0)).fold(0.0, f64::max);
             assert_eq!(brightest, 0.0, "{directions:?}, {reuse}");
         }

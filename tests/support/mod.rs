@@ -4,19 +4,21 @@
 
 pub mod program;
 
+use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
+    FrameIntegrator, Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, PathIntegrator,
+    ReusingPathIntegrator, Roulette, Sink, Strategy, World,
 };
 use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Outcome, render, render_frames, test_picture};
-use embrasure::sampler::{Independent, Sampler};
+use embrasure::render::{Outcome, importance_image, render, render_frames};
+use embrasure::sampler::{Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
@@ -68,7 +70,34 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
         max_depth,
         roulette: Roulette::default(),
         light_samples: 1,
-        reuse: false,
+    }
+}
+
+/// The path tracer, with path reuse between pixels or without.
+pub struct MaybeReusing<'a, A> {
+    pub path: PathIntegrator<'a, A>,
+    pub reuse: bool,
+}
+
+impl<A: Accel> Integrator for MaybeReusing<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        let path = self.path;
+        match self.reuse {
+            true => ReusingPathIntegrator { path }.samples(keys, sampler, out),
+            false => path.samples(keys, sampler, out),
+        }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        let path = self.path;
+        match self.reuse {
+            true => ReusingPathIntegrator { path }.pixels_at_once(),
+            false => path.pixels_at_once(),
+        }
     }
 }
 
@@ -95,14 +124,14 @@ pub fn own(name: &str) -> Scene {
 }
 
 /// What chains compare light with, made as a render makes it.
-pub fn rough_picture(world: World<Backend>, max_depth: u32) -> TestPicture {
-    let maker = TestPictureMaker {
+pub fn rough_picture(world: World<Backend>, max_depth: u32) -> ImportanceImage {
+    let maker = ImportanceImageMaker {
         world,
         heuristic: Heuristic::Power,
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
     };
-    test_picture(&maker, &Independent::new(0x7e57), &()).unwrap().0
+    importance_image(&maker, &Independent::new(0x7e57), &()).unwrap().0
 }
 
 /// Renders by any integrator, with independent samples.

@@ -1,5 +1,5 @@
 use super::device::{Device, EmbreeError};
-use crate::accel::{Accel, BackendInfo};
+use crate::accel::{Accel, BackendInfo, Dispatch};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};
 use crate::math::{Ray, Vec3, Vec4};
 use crate::scene::{Instance, Scene};
@@ -308,6 +308,10 @@ fn to_embree(ray: &Ray) -> RTCRay {
     // SAFETY: both types are twelve 4-byte words in the order that embree4-sys asserts for RTCRay, of the same size and
     // alignment, and every bit pattern is a value of their fields.
     unsafe { std::mem::transmute::<RayWords, RTCRay>(words) }
+}
+
+impl Dispatch for EmbreeAccel<'_> {
+    const IS_DYNAMIC: bool = false;
 }
 
 impl Accel for EmbreeAccel<'_> {

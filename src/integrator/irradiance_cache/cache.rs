@@ -33,7 +33,7 @@ const COVERED: f32 = 0.7;
 const NEIGHBOURHOOD: f32 = 2.0;
 
 /// Levels of the octree at most: floats tell no smaller cubes apart.
-const MOST_LEVELS: u32 = 24;
+const MAX_LEVELS: u32 = 24;
 
 impl IrradianceCache {
     /// One without records, for places inside `bounds`; a record's likely `error` may be so much, as a share.
@@ -140,7 +140,7 @@ impl IrradianceCache {
     fn insert_into(&mut self, (node, center, half): (usize, Vec3, f32), index: u32, level: u32) {
         let record = &self.records[index as usize];
         let (p, reach) = (record.p, self.error * record.radius);
-        if half <= reach || level == MOST_LEVELS {
+        if half <= reach || level == MAX_LEVELS {
             self.nodes[node].records.push(index);
             return;
         }

@@ -1,11 +1,12 @@
 use super::hemisphere::{Seen, Strata};
 use super::record::Record;
-use super::{MOST_MIRRORS, layer};
+use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
-use crate::integrator::direct::Vertex;
-use crate::integrator::path::Segment;
+use crate::integrator::path::integrator::PathStart;
+use crate::integrator::path::reuse::NoReuse;
+use crate::integrator::vertex::Vertex;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
@@ -26,7 +27,7 @@ pub struct RecordMaker<'a, A> {
 
 /// Where a record may be.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct RecordSite {
     point: SurfacePoint,
     /// The side of the shading normal from which it is seen: 1 or −1.
     side: f32,
@@ -38,7 +39,7 @@ pub struct Place {
     key: SampleKey,
 }
 
-impl Place {
+impl RecordSite {
     /// Its position in world space.
     pub fn p(&self) -> Vec3 {
         self.point.p
@@ -57,26 +58,32 @@ impl Place {
 
 impl<A: Accel> RecordMaker<'_, A> {
     /// Number of scatterings as [`IrradianceCache`](super::IrradianceCache) tells them apart.
-    pub fn layer(&self, place: &Place) -> u32 {
+    pub fn layer(&self, place: &RecordSite) -> u32 {
         layer(self.path.max_depth, place.depth)
     }
 
     /// The first matte surface that is seen in the sample `key` through the point `film` (pixels), behind mirrors and glass; `None` where light comes
     /// another way.
-    pub fn find<S: Sampler>(&self, key: SampleKey, film: Vec2, sampler: &mut S, out: &mut impl Sink) -> Option<Place> {
+    pub fn find<S: Sampler>(
+        &self,
+        key: SampleKey,
+        film: Vec2,
+        sampler: &mut S,
+        out: &mut impl Sink,
+    ) -> Option<RecordSite> {
         let world = &self.path.world;
         sampler.start(key);
         let time = world.time(sampler);
         let first = world.camera.ray(film, sampler.get_2d(Dimension::LENS), time);
         let (mut ray, mut length) = (first, 0.0);
-        for depth in 0..=MOST_MIRRORS {
+        for depth in 0..=MAX_MIRRORS {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let hit = world.intersect(&ray, kind, out)?;
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             length += hit.t;
             if is_cached(&vertex, depth, self.path.max_depth) {
-                return Some(Place {
+                return Some(RecordSite {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
@@ -102,7 +109,7 @@ impl<A: Accel> RecordMaker<'_, A> {
     /// Lights that rays meet first are left out: they are direct light.
     pub fn make<S: Sampler>(
         &self,
-        place: &Place,
+        place: &RecordSite,
         sampler: &mut S,
         out: &mut impl Sink<Radiance = Spectrum>,
     ) -> (Option<Record>, u64) {
@@ -120,12 +127,15 @@ impl<A: Accel> RecordMaker<'_, A> {
             if out.is_cancelled() {
                 return Seen::NOTHING;
             }
-            let sample = index;
-            sampler.start(SampleKey { sample, ..place.key });
+            let key = SampleKey {
+                sample: index,
+                ..place.key
+            };
+            sampler.start(key);
             let u = sampler.get_2d(Dimension::bounce(place.depth, Bounce::Direction));
             let direction = frame.to_world(strata.direction(index, u));
             let ray = Ray::new(origin, direction).when(place.point.time);
-            let mut seen = self.look(&ray, place.depth + 1, sampler, out);
+            let mut seen = self.look((key, sampler), &ray, place.depth + 1, out);
             // What is nearer than that changes within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
@@ -158,18 +168,28 @@ impl<A: Accel> RecordMaker<'_, A> {
         (is_usable.then_some(record), dropped)
     }
 
-    /// What `ray`, which has left a surface after `depth` scatterings, that one included, meets.
-    fn look<S: Sampler>(&self, ray: &Ray, depth: u32, sampler: &S, out: &mut impl Sink<Radiance = Spectrum>) -> Seen {
+    /// The surface that `ray` meets, which has left another one after `depth` scattering events, that one included.
+    fn look<S: Sampler>(
+        &self,
+        (key, sampler): (SampleKey, &S),
+        ray: &Ray,
+        depth: u32,
+        out: &mut impl Sink<Radiance = Spectrum>,
+    ) -> Seen {
         let world = &self.path.world;
         let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
             return Seen::NOTHING;
         };
-        let slot = BsdfSlot::new();
-        let vertex = world.vertex(&hit, ray, &slot);
+        let start = PathStart {
+            key,
+            sampler,
+            ray: *ray,
+            hit: Some(hit),
+            depth,
+            tail_depth: depth,
+        };
         Seen {
-            radiance: self
-                .path
-                .scattered(&vertex, Segment::from_camera(*ray), depth, sampler, out),
+            radiance: self.path.li(&start, &BsdfSlot::new(), &mut NoReuse, out).tail,
             distance: hit.t,
         }
     }
@@ -178,5 +198,5 @@ impl<A: Accel> RecordMaker<'_, A> {
 /// Whether the indirect light of `vertex`, which was met after `depth` scatterings by mirrors and the like, may be in a cache: it is the same for all
 /// directions, and there is any.
 pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
-    depth <= MOST_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
+    depth <= MAX_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
 }

@@ -11,21 +11,23 @@ mod record;
 
 pub use cache::IrradianceCache;
 pub use hemisphere::{GatheredHemisphere, Seen, Strata};
-pub use maker::{Place, RecordMaker};
+pub use maker::{RecordMaker, RecordSite};
 pub use record::{Gradients, Record};
 
-use super::direct::Vertex;
-use super::path::{Segment, Start, VertexNumbers};
+use super::path::integrator::{PathState, VertexNumbers};
+use super::path::strategy::PrevVertex;
+use super::vertex::Vertex;
 use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::geometry::Hit;
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use maker::is_cached;
 use std::f32::consts::FRAC_1_PI;
 
 /// Mirrors and panes behind which surfaces have records at most.
-const MOST_MIRRORS: u32 = 8;
+const MAX_MIRRORS: u32 = 8;
 
 /// Path tracing in which the indirect light of the first matte surface, behind mirrors and glass too, comes from a cache, if that knows it.
 ///
@@ -52,54 +54,75 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         sampler: &mut S,
         out: &mut impl Sink<Radiance = R>,
     ) -> R {
-        let world = &self.path.world;
-        let mut start = Start {
-            path: Segment::from_camera(world.camera_ray(key, None, sampler, out)),
-            hit: None,
-            sampler: &*sampler,
-            key,
-        };
+        let PathIntegrator { world, strategy, .. } = &self.path;
+        let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         let mut radiance = R::default();
         let mut only_mirrors = true;
         for depth in 0.. {
-            // The next vertex, and what it emits
+            // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            start.hit = world.intersect(&start.path.ray, kind, out);
+            let hit = world.intersect(&path.ray, kind, out);
             let slot = BsdfSlot::new();
-            let (emitted, vertex) = self.path.arrive::<R>(&start.path, start.hit, &slot);
-            radiance += emitted;
-            let (Some(hit), Some(vertex)) = (start.hit, vertex) else {
-                break;
-            };
+            let vertex = hit.map(|hit| world.vertex(&hit, &path.ray, &slot));
+            let met = hit.as_ref().zip(vertex.as_ref());
+            radiance += self.emitted::<R>(&path, met);
+            let Some((hit, vertex)) = met else { break };
             if depth == 0 {
-                out.first_surface(world.first_surface(&hit, &vertex));
+                out.first_surface(world.first_surface(hit, vertex));
+            }
+            if self.path.max_depth.is_some_and(|max| depth >= max) {
+                break;
             }
 
-            // A step of the path; its light sample and what its ray meets are direct light.
-            let (direct, next) = match depth {
-                0 => self.path.first_step(&vertex, &start, out),
-                _ => {
-                    let u = VertexNumbers::draw(sampler, depth);
-                    self.path.step(&vertex, &start.path, depth, &u, out)
-                }
-            };
-            radiance += direct;
-            let indirect = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten();
+            // Sample lights
+            let u = VertexNumbers::draw(sampler, depth, self.path.roulette);
+            let light_samples = if depth == 0 { self.path.light_samples } else { 1 };
+            let (mut direct, shadow) = self.path.sample_lights(vertex, (key, sampler), u.light.as_ref(), out);
+            direct += shadow.arrives(world, out);
+            radiance += direct * path.beta;
+
+            // Sample the BSDF, update the throughput and play Russian roulette
+            let u_lobe = u.lobe(vertex.bsdf);
+            let sample = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u.direction);
+            let next = sample.and_then(|sample| {
+                let beta = path.beta * sample.weight;
+                let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
+                let factor = self.path.roulette.play(depth, beta * roulette_scale, u.roulette)?;
+                Some(PathState {
+                    ray: vertex.ray_along(sample.wi),
+                    beta: beta * factor,
+                    roulette_scale,
+                    prev: Some(PrevVertex::new(vertex, &sample, light_samples)),
+                })
+            });
+
+            // End with the indirect light that the cache knows, and the other half of the estimate of direct light
+            let indirect = only_mirrors.then(|| self.indirect(vertex, depth)).flatten();
             if let Some(indirect) = indirect {
-                // The cache has all else.
-                radiance += R::from(indirect) * start.path.beta;
-                if let Some(next) = next.filter(|_| self.path.strategy.direct != DirectLight::Light) {
+                radiance += R::from(indirect) * path.beta;
+                if let Some(next) = next.filter(|_| strategy.direct != DirectLight::Light) {
                     let hit = world.intersect(&next.ray, RayKind::Bounce, out);
                     let slot = BsdfSlot::new();
-                    radiance += self.path.arrive::<R>(&next, hit, &slot).0;
+                    let vertex = hit.map(|hit| world.vertex(&hit, &next.ray, &slot));
+                    radiance += self.emitted::<R>(&next, hit.as_ref().zip(vertex.as_ref()));
                 }
                 break;
             }
             let Some(next) = next else { break };
             only_mirrors &= next.is_delta();
-            start.path = next;
+            path = next;
         }
         radiance
+    }
+
+    /// The emitted light that the ray of `path` finds.
+    fn emitted<R: Gathered>(&self, path: &PathState, met: Option<(&Hit, &Vertex)>) -> R {
+        let PathIntegrator { world, strategy, .. } = &self.path;
+        let mut sum = R::default();
+        strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
+            sum += light
+        });
+        sum
     }
 
     /// The indirect light that `vertex` scatters, as far as the cache knows it.

@@ -1,15 +1,15 @@
-use crate::accel::Accel;
+use crate::accel::{Accel, Dispatch};
 use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
-    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic, Integrator,
-    IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, Metropolis, MetropolisTarget, NaiveIntegrator,
-    PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
-    ProgressivePhotonIntegrator, RecordMaker, Roulette, SearchRadius, Sink, Strategy, TestPicture, TestPictureMaker,
-    VertexMergingIntegrator, WhittedIntegrator, World,
+    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic, ImportanceImage,
+    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, Metropolis,
+    MetropolisTarget, NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps,
+    PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker, ReusingPathIntegrator, Roulette,
+    SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
-use crate::options::{IrradianceCacheSettings, MaxDepth, Method, PathReuse};
+use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
 use crate::render::{
     self, DynSink, Irradiance, Monomorphic, Observer, Outcome, SampleIntegrator, Statistics, companions,
 };
@@ -59,7 +59,7 @@ macro_rules! metropolis {
 pub(crate) struct Prepared {
     irradiance: Irradiance,
     photons: OnceLock<PhotonMaps>,
-    test: OnceLock<TestPicture>,
+    importance: OnceLock<ImportanceImage>,
 }
 
 impl Prepared {
@@ -68,7 +68,7 @@ impl Prepared {
         Self {
             irradiance: Irradiance::new(resolution, seed),
             photons: OnceLock::new(),
-            test: OnceLock::new(),
+            importance: OnceLock::new(),
         }
     }
 }
@@ -76,7 +76,7 @@ impl Prepared {
 impl Method {
     /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
     /// enough.
-    pub(crate) fn render<A: Accel>(
+    pub(crate) fn render<A: Dispatch>(
         &self,
         (world, prepared): (World<A>, &Prepared),
         sampler: &impl Sampler,
@@ -131,7 +131,7 @@ impl Method {
         (outcome, preparing.merge(statistics))
     }
 
-    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, a test picture, or nothing.
+    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, an importance image, or nothing.
     pub(crate) fn prepare<A: Accel>(
         &self,
         (world, prepared): (World<A>, &Prepared),
@@ -154,7 +154,7 @@ impl Method {
                     world,
                     max_depth: settings.max_depth.limit(),
                     roulette: roulette!(settings),
-                    least_scatterings: 0,
+                    min_scatterings: 0,
                 };
                 let mut statistics = Statistics::default();
                 let Some((maps, rays)) = render::photon_maps(&tracer, settings.photons, sampler, observer) else {
@@ -167,21 +167,21 @@ impl Method {
             }
             Self::PrimarySpace(_) | Self::PathSpace(_)
                 if self.value("metropolis_target") == Some(MetropolisTarget::Relative)
-                    && prepared.test.get().is_none() =>
+                    && prepared.importance.get().is_none() =>
             {
                 // Parameters of the chains do not change it.
-                let maker = TestPictureMaker {
+                let maker = ImportanceImageMaker {
                     world,
                     heuristic: Heuristic::default(),
                     max_depth: self.max_depth().and_then(MaxDepth::limit),
                     roulette: Roulette::default(),
                 };
                 let mut statistics = Statistics::default();
-                let Some((picture, rays)) = render::test_picture(&maker, sampler, observer) else {
+                let Some((picture, rays)) = render::importance_image(&maker, sampler, observer) else {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                drop(prepared.test.set(picture));
+                drop(prepared.importance.set(picture));
                 (Outcome::Complete, statistics)
             }
             _ => (Outcome::Complete, Statistics::default()),
@@ -229,50 +229,44 @@ impl Method {
     }
 
     /// The one place that chooses the integrator.
-    fn with_integrator<A: Accel, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
-        // What the path tracer and its kin are made of is compiled for each backend; of the others, which are many, there is one for all.
+    fn with_integrator<A: Dispatch, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
+        // The path tracer is compiled for Embree itself; of the others, which are many, there is one for all backends.
         let accel: &dyn Accel = world.accel;
         let any = world.with_accel(&accel);
-        let even = TestPicture::even();
-        let test = prepared.test.get().unwrap_or(&even);
+        let even = ImportanceImage::even();
+        let importance = prepared.importance.get().unwrap_or(&even);
         match self {
-            Self::Path(s) => task.run(&PathIntegrator {
+            Self::Path(s) if s.reuse == PathReuse::Pixels => run(
                 world,
-                strategy: strategy!(s),
-                max_depth: s.max_depth.limit(),
-                roulette: roulette!(s),
-                light_samples: s.light_samples,
-                reuse: s.reuse == PathReuse::Pixels,
-            }),
-            // One scattering is a path of depth 1, which has nothing to share, and for roulette nothing to end.
-            Self::Direct(s) => task.run(&PathIntegrator {
-                world,
-                strategy: strategy!(s),
-                max_depth: Some(1),
-                roulette: Roulette::default(),
-                light_samples: s.light_samples,
-                reuse: false,
-            }),
+                ReusingPathIntegrator { path: path(world, s) },
+                ReusingPathIntegrator { path: path(any, s) },
+                task,
+            ),
+            Self::Path(s) => run(world, path(world, s), path(any, s), task),
+            Self::Direct(s) => run(world, direct(world, s), direct(any, s), task),
             Self::Naive(s) => task.run(&NaiveIntegrator {
-                world,
+                world: any,
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
             }),
             Self::Whitted(s) => task.run(&WhittedIntegrator {
-                world,
+                world: any,
                 max_depth: s.max_depth.limit(),
             }),
             Self::Distributed(s) => task.run(&DistributedIntegrator {
-                world,
+                world: any,
                 strategy: strategy!(s),
                 max_depth: s.max_depth.limit().unwrap_or(u32::MAX),
                 branching: s.branching,
             }),
             Self::AmbientOcclusion(s) => task.run(&integrator::AmbientOcclusion {
-                world,
+                world: any,
                 distance: s.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
             }),
-            Self::Debug(s) => task.run(&DebugIntegrator { world, view: s.view }),
+            Self::Debug(s) => task.run(&DebugIntegrator {
+                world: any,
+                view: s.view,
+            }),
             Self::Light(s) => task.run_frames(&LightIntegrator {
                 world: any,
                 max_depth: s.max_depth.limit(),
@@ -294,7 +288,7 @@ impl Method {
                     mutation_size: s.mutation_size,
                     ..metropolis!(s)
                 },
-                test,
+                importance,
             }),
             Self::ProgressivePhotons(s) => task.run_frames(&ProgressivePhotonIntegrator {
                 world: any,
@@ -337,9 +331,40 @@ impl Method {
                 roulette: roulette!(s),
                 light_samples: s.light_samples,
                 metropolis: metropolis!(s),
-                test,
+                importance,
             }),
         }
+    }
+}
+
+/// Gives `task` the integrator that is compiled for the backend itself, and for what is not a picture's own sample the one that is not. Where the
+/// backend is behind dynamic dispatch anyway both are the same.
+fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
+    match A::IS_DYNAMIC {
+        true => task.run(&any),
+        false => task.run(&Monomorphic { fast, any }),
+    }
+}
+
+/// The path tracer.
+fn path<'a, A: Accel>(world: World<'a, A>, settings: &PathSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: settings.max_depth.limit(),
+        roulette: roulette!(settings),
+        light_samples: settings.light_samples,
+    }
+}
+
+/// One scattering is a path of depth 1, in which roulette has nothing to end.
+fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: Some(1),
+        roulette: Roulette::default(),
+        light_samples: settings.light_samples,
     }
 }
 
@@ -351,7 +376,6 @@ fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSetti
         max_depth: settings.max_depth.limit(),
         roulette: roulette!(settings),
         light_samples: settings.light_samples,
-        reuse: false,
     }
 }
 

@@ -1,0 +1,92 @@
+use super::connection::Connector;
+use crate::accel::Accel;
+use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
+use crate::sampler::{SampleKey, Sampler};
+
+/// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
+/// sampling weighs (Veach 1997, ch. 10; Lafortune and Willems 1993).
+#[derive(Debug)]
+pub struct BidirectionalIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How strategies are weighed.
+    pub heuristic: Heuristic,
+    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When subpaths end at random.
+    pub roulette: Roulette,
+}
+
+impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
+    type Part = ();
+    type Prepared = ();
+
+    fn preparations(&self) -> u32 {
+        0
+    }
+
+    fn prepare<S: Sampler>(&self, _: u32, _: u32, _: &mut S, _: &mut impl RaySink) {}
+
+    fn join(&self, _: u32, _: Vec<()>) {}
+
+    fn strategies(&self) -> usize {
+        match self.max_depth {
+            Some(depth) if self.world.strategies => strategies(depth).count(),
+            _ => 0,
+        }
+    }
+
+    fn sends_light(&self) -> bool {
+        true
+    }
+
+    fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
+        // Both subpaths
+        let ray = self.world.camera_ray(key, None, sampler, out);
+        let mut paths = connector.subpaths(ray, sampler, out);
+        if let Some(surface) = paths.camera.get(1).and_then(|first| first.surface()) {
+            out.first_surface(surface.first_seen(&self.world));
+        }
+
+        // All ways to join them
+        let mut found = Vec::new();
+        connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
+        for c in found {
+            if self.world.strategies {
+                let (s, t) = c.strategy;
+                out.strategy(strategy_index(s, t), c.film, c.radiance * c.weight, c.radiance);
+            }
+            let radiance = Gathered::of_light(c.radiance * c.weight, c.light, self.world.scene);
+            match c.film {
+                Some(film) => out.splat(film, radiance),
+                None => out.radiance(radiance),
+            }
+        }
+    }
+}
+
+/// All strategies (s, t) for paths of up to so many scattering events: by the number of vertices, then by those from the camera.
+pub fn strategies(max_depth: u32) -> impl Iterator<Item = (usize, usize)> {
+    (2..=max_depth as usize + 2).flat_map(|n| (1..=n).map(move |t| (n - t, t)))
+}
+
+/// The place of (s, t) among them.
+fn strategy_index(s: usize, t: usize) -> usize {
+    let n = s + t;
+    n * (n - 1) / 2 - 1 + t - 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strategies_have_their_places() {
+        let all: Vec<_> = strategies(5).collect();
+        assert_eq!(all.len(), 2 + 3 + 4 + 5 + 6 + 7);
+        for (place, &(s, t)) in all.iter().enumerate() {
+            assert_eq!(strategy_index(s, t), place, "({s}, {t})");
+        }
+    }
+}

@@ -1,0 +1,504 @@
+mod weights;
+
+use super::subpath::{EMISSION_BLOCK, LightEnd, MAX_VERTICES, PathRay, PathVertex, VertexKind, Walk, block};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::geometry::segment;
+use crate::integrator::radius::Radii;
+use crate::integrator::{Heuristic, RaySink, Roulette, World};
+use crate::light::{LightId, LightSample, Receiver};
+use crate::math::{Ray, Vec2, Vec3};
+use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::Scene;
+use weights::Met;
+
+/// All ways to make a path of a subpath from the camera and one from a light.
+///
+/// A strategy (s, t) takes s vertices from the light's subpath and t from the camera's (Veach 1997, §10.2). With s = 1 the point on the light is
+/// drawn anew for the vertex that it lights; with t = 1 the point on the lens is.
+#[derive(Debug)]
+pub(crate) struct Connector<'w, 'a, A> {
+    pub world: &'w World<'a, A>,
+    pub heuristic: Heuristic,
+    pub roulette: Roulette,
+    /// Scattering events at most.
+    pub max_depth: Option<u32>,
+    /// Where subpaths from lights are also merged with those from the camera, with how many and how.
+    pub merging: Option<Merging<'w>>,
+}
+
+/// Merging of subpaths that end near each other (Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection
+/// and Merging").
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Merging<'w> {
+    /// Subpaths from lights with which each one from the camera may be merged.
+    pub paths: f32,
+    /// How far away their ends may be.
+    pub radii: &'w Radii<'w>,
+}
+
+impl Merging<'_> {
+    /// How often a point is taken for `p`, over the density per area with which it is drawn: `π r² n` (their eq. 7).
+    fn acceptance(&self, p: Vec3, time: f32) -> f64 {
+        let radius = self.radii.at(p, time) as f64;
+        std::f64::consts::PI * radius * radius * self.paths as f64
+    }
+}
+
+/// A subpath from the camera and one from a light.
+#[derive(Debug, Default)]
+pub(crate) struct Subpaths<'a> {
+    pub camera: Vec<PathVertex<'a>>,
+    pub light: Vec<PathVertex<'a>>,
+    /// How the one from the camera leaves the scene, if it does.
+    pub escape: Option<PathRay>,
+    /// When.
+    pub time: f32,
+}
+
+/// What a strategy finds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Contribution {
+    /// Vertices from the light, and from the camera.
+    pub strategy: (usize, usize),
+    /// Estimate of the light that comes by paths of this length, in the sample's own pixel or where `film` says.
+    pub radiance: Spectrum,
+    /// Share of it that the strategy has among all that could have made the path.
+    pub weight: f32,
+    /// Where it falls, if not on the sample's own pixel.
+    pub film: Option<Vec2>,
+    /// From which light it comes.
+    pub light: LightId,
+}
+
+impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
+    /// A connector of subpaths that are never merged.
+    pub fn new(world: &'w World<'a, A>, heuristic: Heuristic, roulette: Roulette, max_depth: Option<u32>) -> Self {
+        Self {
+            world,
+            heuristic,
+            roulette,
+            max_depth,
+            merging: None,
+        }
+    }
+
+    /// Paths of a frame: each pixel has one from the camera, and sends one from a light into the scene.
+    fn paths(&self) -> f32 {
+        let size = self.world.camera.resolution();
+        size.x as f32 * size.y as f32
+    }
+
+    /// Vertices of a path at most.
+    pub fn max_vertices(&self) -> usize {
+        self.max_depth
+            .map_or(MAX_VERTICES, |depth| MAX_VERTICES.min(depth as usize + 2))
+    }
+
+    /// Follows both subpaths, the camera's along `ray`.
+    pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
+        let (camera, escape) = self.camera_path(ray, sampler, out);
+        Subpaths {
+            light: self.light_path(ray.time, sampler, out),
+            camera,
+            escape,
+            time: ray.time,
+        }
+    }
+
+    /// The subpath that starts along `ray`, and how it leaves the scene, if it does.
+    pub fn camera_path(
+        &self,
+        ray: Ray,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+    ) -> (Vec<PathVertex<'a>>, Option<PathRay>) {
+        let lens = PathVertex::lens(self.world, ray.origin, ray.time);
+        let first = PathRay {
+            ray,
+            beta: Spectrum::ONE,
+            pdf: self.pdf_of_camera(ray.origin, ray.direction, ray.time),
+        };
+        let mut path = vec![lens];
+        let walk = self.walk(TransportMode::Radiance, self.max_vertices());
+        let escape = walk.follow(&mut path, first, sampler, out);
+        (path, escape)
+    }
+
+    /// The subpath of a light at `time`; empty where nothing emits.
+    pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
+        let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
+        let choice = sampler.get_2d(number(Bounce::Decisions)).x;
+        let u = || [Bounce::LightPoint, Bounce::Direction].map(|what| sampler.get_2d(number(what)));
+        let Some((id, pmf, emission)) = self.world.sample_emission(time, choice, u) else {
+            return Vec::new();
+        };
+        let first = PathRay {
+            ray: Ray::new(emission.origin, emission.w).when(time),
+            beta: emission.weight() * (1.0 / pmf),
+            pdf: match emission.is_infinite {
+                true => emission.pdf_position,
+                false => emission.pdf_direction,
+            },
+        };
+        let mut path = vec![PathVertex::light(id, pmf, &emission)];
+        let walk = self.walk(TransportMode::Importance, self.max_vertices() - 1);
+        walk.follow(&mut path, first, sampler, out);
+        path
+    }
+
+    fn walk(&self, mode: TransportMode, most: usize) -> Walk<'_, 'a, A> {
+        Walk {
+            world: self.world,
+            mode,
+            roulette: self.roulette,
+            most,
+        }
+    }
+
+    /// What all strategies make of `paths`.
+    pub fn all(
+        &self,
+        paths: &mut Subpaths<'a>,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+        mut found: impl FnMut(Contribution),
+    ) {
+        let most = self.max_vertices();
+        for t in 1..=paths.camera.len() {
+            for s in 0..=most - t {
+                // s = 1 needs no subpath.
+                if s + t >= 2 && s <= paths.light.len().max(1) {
+                    self.strategy((s, t), paths, sampler, out, &mut found);
+                }
+            }
+        }
+        self.escape(paths, &mut found);
+    }
+
+    /// What the strategy (s, t) makes of `paths`, which have as many vertices; with s = 0 of what is met within the scene.
+    pub fn strategy(
+        &self,
+        strategy: (usize, usize),
+        paths: &Subpaths<'a>,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+        found: &mut impl FnMut(Contribution),
+    ) {
+        let (camera, light) = (&paths.camera, &paths.light);
+        match strategy {
+            (0, t) => self.meet((&camera[..t], paths.time), found),
+            (1, 1) => self.look_at_light(paths.time, sampler, out, found),
+            (1, t) => self.sample_light((&camera[..t], paths.time), sampler, out, found),
+            (s, 1) => self.look_at((&light[..s], paths.time), sampler, out, found),
+            (s, t) => self.connect((&camera[..t], &light[..s], paths.time), out, found),
+        }
+    }
+
+    /// s = 0: the camera's subpath meets a light.
+    fn meet(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
+        let [.., before, last] = camera else { return };
+        let Some(surface) = last.surface() else { return };
+        let from = self.receiver(before);
+        let Some(light) = surface.emitted(self.world.scene, &from) else {
+            return;
+        };
+        let met = Met {
+            light: light.id,
+            direct: before.density_at(light.pdf, last),
+        };
+        found(Contribution {
+            strategy: (0, camera.len()),
+            radiance: last.beta * light.radiance,
+            weight: self.weight(camera, &[], Some(met), time),
+            film: None,
+            light: light.id,
+        });
+    }
+
+    /// The same where it leaves the scene, and meets what is infinitely far away.
+    pub fn escape(&self, paths: &mut Subpaths<'a>, found: &mut impl FnMut(Contribution)) {
+        let (camera, time) = (&mut paths.camera, paths.time);
+        let (Some(PathRay { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {
+            return;
+        };
+        let from = self.receiver(last);
+        for light in self.world.scene.escaped(from, ray.direction) {
+            if light.radiance.is_black() {
+                continue;
+            }
+            camera.push(PathVertex::far_away(light.id, ray.direction, pdf));
+            let met = Met {
+                light: light.id,
+                direct: light.pdf,
+            };
+            found(Contribution {
+                strategy: (0, camera.len()),
+                radiance: beta * light.radiance,
+                weight: self.weight(camera, &[], Some(met), time),
+                film: None,
+                light: light.id,
+            });
+            camera.pop();
+        }
+    }
+
+    /// s = 1: a light is sampled for the last vertex of the camera's subpath.
+    fn sample_light(
+        &self,
+        (camera, time): (&[PathVertex<'a>], f32),
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+        found: &mut impl FnMut(Contribution),
+    ) {
+        let Some(last) = camera.last() else { return };
+        let Some(surface) = last.surface().filter(|surface| !surface.bsdf.is_delta()) else {
+            return;
+        };
+        let number = |what| Dimension::bounce(block(TransportMode::Radiance, camera.len() as u32 - 2), what);
+        let numbers = LightNumbers {
+            choice: number(Bounce::Decisions),
+            point: number(Bounce::LightPoint),
+        };
+        self.lights(&self.receiver(last), time, &numbers, sampler, |sampled| {
+            let wi = sampled.sample.wi;
+            let f = surface.scattered(self.world.scene, surface.back, wi);
+            if f.is_black() {
+                return;
+            }
+            let ray = sampled
+                .sample
+                .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
+                .when(time);
+            let transmittance = self.world.transmittance(&ray, out);
+            if transmittance > 0.0 {
+                found(Contribution {
+                    strategy: (1, camera.len()),
+                    radiance: last.beta * f * sampled.radiance() * transmittance,
+                    weight: self.weight(camera, &[sampled.vertex()], None, time),
+                    film: None,
+                    light: sampled.id,
+                });
+            }
+        });
+    }
+
+    /// s = t = 1: a light is sampled for the lens.
+    fn look_at_light(
+        &self,
+        time: f32,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+        found: &mut impl FnMut(Contribution),
+    ) {
+        let lens = self.lens_vertex(1, time, sampler);
+        let number = |what| Dimension::bounce(EMISSION_BLOCK, what).nth(0);
+        let numbers = LightNumbers {
+            choice: number(Bounce::Decisions),
+            point: number(Bounce::LightPoint),
+        };
+        self.lights(&Receiver::any_side(lens.p), time, &numbers, sampler, |sampled| {
+            let wi = sampled.sample.wi;
+            // What has no size is not seen.
+            let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
+            let Some((film, importance)) = seen else { return };
+            let ray = sampled.sample.shadow_ray(lens.p).when(time);
+            let transmittance = self.world.transmittance(&ray, out);
+            if transmittance > 0.0 {
+                let camera = std::slice::from_ref(&lens);
+                found(Contribution {
+                    strategy: (1, 1),
+                    radiance: sampled.radiance() * (importance * transmittance),
+                    weight: self.weight(camera, &[sampled.vertex()], None, time),
+                    film: Some(film),
+                    light: sampled.id,
+                });
+            }
+        });
+    }
+
+    /// t = 1: the last vertex of the light's subpath is joined to the lens.
+    fn look_at(
+        &self,
+        (light, time): (&[PathVertex<'a>], f32),
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+        found: &mut impl FnMut(Contribution),
+    ) {
+        let Some((last, surface)) = light.last().and_then(|v| Some((v, v.surface()?))) else {
+            return;
+        };
+        let lens = self.lens_vertex(light.len(), time, sampler);
+        let w = last.direction_to(&lens);
+        let Some((film, importance)) = self.seen(&lens, -w, time) else {
+            return;
+        };
+        let geometry = w.dot(last.ng).abs() / last.p.distance_squared(lens.p);
+        let f = surface.carried(self.world.scene, w, surface.back);
+        let radiance = last.beta * f * (geometry * importance);
+        if radiance.is_black() {
+            return;
+        }
+        let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
+        let transmittance = self.world.transmittance(&ray, out);
+        if transmittance > 0.0 {
+            found(Contribution {
+                strategy: (light.len(), 1),
+                radiance: radiance * transmittance,
+                weight: self.weight(std::slice::from_ref(&lens), light, None, time),
+                film: Some(film),
+                light: light[0].light_id(),
+            });
+        }
+    }
+
+    /// Both subpaths are joined by their last vertices.
+    fn connect(
+        &self,
+        (camera, light, time): (&[PathVertex<'a>], &[PathVertex<'a>], f32),
+        out: &mut impl RaySink,
+        found: &mut impl FnMut(Contribution),
+    ) {
+        let (Some(a), Some(b)) = (camera.last(), light.last()) else {
+            return;
+        };
+        let (Some(at_a), Some(at_b)) = (a.surface(), b.surface()) else {
+            return;
+        };
+        let w = a.direction_to(b);
+        let scene = self.world.scene;
+        let geometry = w.dot(b.ng).abs() / a.p.distance_squared(b.p);
+        let f = at_a.scattered(scene, at_a.back, w) * at_b.carried(scene, -w, at_b.back);
+        let radiance = a.beta * f * b.beta * geometry;
+        if radiance.is_black() {
+            return;
+        }
+        let ends = (
+            at_a.origin_towards_light(scene, at_a.back, w),
+            at_b.origin_towards_camera(-w),
+        );
+        let ray = segment(ends.0, ends.1).when(time);
+        let transmittance = self.world.transmittance(&ray, out);
+        if transmittance > 0.0 {
+            found(Contribution {
+                strategy: (light.len(), camera.len()),
+                radiance: radiance * transmittance,
+                weight: self.weight(camera, light, None, time),
+                film: None,
+                light: light[0].light_id(),
+            });
+        }
+    }
+
+    /// A point of the lens for a light's subpath of `s` vertices.
+    fn lens_vertex(&self, s: usize, time: f32, sampler: &impl Sampler) -> PathVertex<'a> {
+        let u = match self.world.camera.has_lens() {
+            true => sampler.get_2d(Dimension::LENS.nth(s as u32)),
+            false => Vec2::ZERO,
+        };
+        PathVertex::lens(self.world, self.world.camera.lens_point(u, time), time)
+    }
+
+    /// Where light that comes to the lens against the direction `w` falls, and what it counts there over the density of the point: for one of all the
+    /// paths of a frame.
+    fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
+        let importance = self.world.camera.importance(lens.p, w, time)?;
+        let we = importance.we * w.dot(lens.ng) / lens.forward;
+        Some((importance.film, we / self.paths()))
+    }
+
+    /// Samples of lights, of one or of all, for `receiver`.
+    fn lights(
+        &self,
+        receiver: &Receiver,
+        time: f32,
+        numbers: &LightNumbers,
+        sampler: &impl Sampler,
+        mut found: impl FnMut(Sampled<'a>),
+    ) {
+        let scene = self.world.scene;
+        let selection = scene.light_selection();
+        let mut of = |id: LightId, pmf: f32, point: Dimension| {
+            let light = &scene.lights()[id.0 as usize];
+            let sample = light.sample(receiver.p, time, sampler.get_2d(point), scene.textures());
+            if let Some(sample) = sample {
+                found(Sampled {
+                    scene,
+                    id,
+                    pmf,
+                    sample,
+                    time,
+                });
+            }
+        };
+        if let Some(ids) = selection.all() {
+            for (&id, index) in ids.iter().zip(1..) {
+                of(id, 1.0, numbers.point.nth(index));
+            }
+        } else if let Some((id, pmf)) = selection.sample(scene.lights(), receiver, sampler.get_2d(numbers.choice).x) {
+            of(id, pmf, numbers.point);
+        }
+    }
+
+    /// The vertex as a point that light falls on, seen from the vertex before it on a path from the camera.
+    fn receiver(&self, vertex: &PathVertex) -> Receiver {
+        match vertex.surface() {
+            Some(surface) => surface.receiver(self.world.scene, surface.back),
+            None => Receiver::any_side(vertex.p),
+        }
+    }
+
+    /// Density per solid angle with which a path of the frame leaves the lens at `p` in direction `w`.
+    fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
+        let importance = self.world.camera.importance(p, w, time);
+        importance.map_or(0.0, |importance| importance.pdf / self.paths())
+    }
+}
+
+/// Dimensions of the numbers that sample a light.
+struct LightNumbers {
+    choice: Dimension,
+    point: Dimension,
+}
+
+/// A sample of the light `id`, which was chosen with probability `pmf`.
+struct Sampled<'a> {
+    scene: &'a Scene,
+    id: LightId,
+    pmf: f32,
+    sample: LightSample,
+    time: f32,
+}
+
+impl<'a> Sampled<'a> {
+    /// What arrives, over the density.
+    fn radiance(&self) -> Spectrum {
+        self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
+    }
+
+    /// The light's end of the path, as a path that starts there would have made it.
+    fn vertex(&self) -> PathVertex<'a> {
+        let light = &self.scene.lights()[self.id.0 as usize];
+        let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
+        let ng = match is_infinite {
+            true => -sample.wi,
+            false => light.normal(self.time).unwrap_or(Vec3::ZERO),
+        };
+        let [position, direction] = light.emission_pdfs(ng, -sample.wi, self.time, &self.scene.ball());
+        let end = LightEnd {
+            id: self.id,
+            is_infinite,
+            is_delta: sample.is_delta,
+        };
+        PathVertex {
+            kind: VertexKind::Light(end),
+            p: sample.target.unwrap_or(Vec3::ZERO),
+            ng,
+            beta: Spectrum::ZERO,
+            forward: self.scene.emission_selection().pmf(self.id) * if is_infinite { direction } else { position },
+            reverse: 0.0,
+            is_delta: false,
+        }
+    }
+}

@@ -1,0 +1,59 @@
+use super::connection::{Connector, Subpaths};
+use super::subpath::Surface;
+use crate::accel::Accel;
+use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RayKind, RaySink, Roulette, SplatSink, World};
+use crate::sampler::{SampleKey, Sampler};
+
+/// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
+/// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is missing.
+#[derive(Debug)]
+pub struct LightIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+}
+
+impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
+    type Part = ();
+    type Prepared = ();
+
+    fn preparations(&self) -> u32 {
+        0
+    }
+
+    fn prepare<S: Sampler>(&self, _: u32, _: u32, _: &mut S, _: &mut impl RaySink) {}
+
+    fn join(&self, _: u32, _: Vec<()>) {}
+
+    fn sends_light(&self) -> bool {
+        true
+    }
+
+    fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
+        // What the camera sees first, for the auxiliary channels alone
+        let ray = self.world.camera_ray(key, None, sampler, out);
+        if let Some(hit) = self.world.intersect(&ray, RayKind::Camera, out) {
+            out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
+        }
+
+        // A light's path, and each of its vertices seen by the camera
+        let paths = Subpaths {
+            light: connector.light_path(ray.time, sampler, out),
+            time: ray.time,
+            ..Subpaths::default()
+        };
+        let mut found = Vec::new();
+        for s in 1..=paths.light.len().max(1).min(connector.max_vertices() - 1) {
+            connector.strategy((s, 1), &paths, sampler, out, &mut |c| found.push(c));
+        }
+        for c in found {
+            if let Some(film) = c.film {
+                out.splat(film, Gathered::of_light(c.radiance, c.light, self.world.scene));
+            }
+        }
+    }
+}

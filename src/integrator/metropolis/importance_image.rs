@@ -1,0 +1,135 @@
+use super::options::name;
+use crate::accel::Accel;
+use crate::integrator::bidirectional::connection::Connector;
+use crate::integrator::{Heuristic, RaySink, Roulette, World};
+use crate::math::{UVec2, Vec2};
+use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
+
+/// How bright the picture is, roughly and by places, over its mean.
+///
+/// Chains that are after a path's light over that of the importance image visit dark places about as often as bright ones (two-stage Metropolis light
+/// transport, Veach and Guibas 1997). Any importance image above 0 that is made apart from the chains is right. The one that makes the relative error of
+/// the whole least has all light, also what chains do not carry: of paths of light I at a place of the picture, T in the importance image and L in all,
+/// I / T fall there and each brings T, so that the sum of variances I T / L² is least, for a given number of paths, where T is proportional to L.
+#[derive(Clone, Debug)]
+pub struct ImportanceImage {
+    /// Cells across and down.
+    size: UVec2,
+    /// Cells for a pixel, across and down.
+    scale: Vec2,
+    /// Of each cell, row by row.
+    values: Vec<f32>,
+}
+
+/// Cells of a picture, about.
+const CELLS: f32 = 1024.0;
+/// Pixels that a cell has in width and height, at least.
+const MIN_SIDE: f32 = 4.0;
+/// Independent estimates of each cell, of which the one in the middle counts: a single path that is very bright makes no cell bright.
+const ESTIMATES: u32 = 5;
+/// Samples of a cell in each of them.
+const SAMPLES: u32 = 12;
+/// Share of the mean that is mixed in: paths that bring light where none was found are that much more frequent than their light, at most.
+const EVEN: f32 = 0.2;
+
+impl ImportanceImage {
+    /// One that is as bright everywhere: chains are after luminance itself.
+    pub fn even() -> Self {
+        Self {
+            size: UVec2::ONE,
+            scale: Vec2::ONE,
+            values: vec![1.0],
+        }
+    }
+
+    /// One of a picture of `resolution` pixels, not filled yet.
+    fn of(resolution: UVec2) -> Self {
+        let resolution = resolution.as_vec2();
+        let side = (resolution.x * resolution.y / CELLS).sqrt().max(MIN_SIDE);
+        let size = (resolution / side).ceil().as_uvec2().max(UVec2::ONE);
+        Self {
+            size,
+            scale: size.as_vec2() / resolution,
+            values: vec![1.0; size.element_product() as usize],
+        }
+    }
+
+    /// How bright it is at the place `film` (pixels, origin top left), above 0: between the centers of cells bilinear.
+    pub fn at(&self, film: Vec2) -> f32 {
+        let last = (self.size - 1).as_vec2();
+        let at = (film * self.scale - 0.5).clamp(Vec2::ZERO, last);
+        let first = at.floor();
+        let part = at - first;
+        let (first, next) = (first.as_uvec2(), (first + 1.0).min(last).as_uvec2());
+        let of = |x: u32, y: u32| self.values[(y * self.size.x + x) as usize];
+        let row = |y: u32| of(first.x, y) + part.x * (of(next.x, y) - of(first.x, y));
+        row(first.y) + part.y * (row(next.y) - row(first.y))
+    }
+
+    /// The cell at the place `film`, if it is in the picture.
+    fn cell(&self, film: Vec2) -> Option<usize> {
+        let at = film * self.scale;
+        let is_in = at.cmpge(Vec2::ZERO).all() && at.cmplt(self.size.as_vec2()).all();
+        is_in.then(|| (at.y as u32 * self.size.x + at.x as u32) as usize)
+    }
+}
+
+/// Makes importance images, by bidirectional path tracing with few samples.
+#[derive(Debug)]
+pub struct ImportanceImageMaker<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How strategies are weighed.
+    pub heuristic: Heuristic,
+    /// Scattering events at most.
+    pub max_depth: Option<u32>,
+    /// When subpaths end at random.
+    pub roulette: Roulette,
+}
+
+impl<A: Accel> ImportanceImageMaker<'_, A> {
+    /// Pieces that the work comes in.
+    pub const PIECES: u32 = ESTIMATES * SAMPLES;
+
+    /// One of them: luminance by cells, of a sample of each cell.
+    pub fn piece<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
+        let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
+        let picture = ImportanceImage::of(self.world.camera.resolution());
+        let mut light = vec![0.0; picture.values.len()];
+        for cell in 0..light.len() {
+            sampler.start(SampleKey::of_stream(Stream::ImportanceImage, cell as u32, index));
+            let numbers = PrimarySampler::new(name(sampler));
+            let corner = UVec2::new(cell as u32 % picture.size.x, cell as u32 / picture.size.x);
+            let film = (corner.as_vec2() + numbers.get_2d(Dimension::PIXEL)) / picture.scale;
+            let ray = self.world.ray_through(film, self.world.time(&numbers), &numbers);
+            let mut paths = connector.subpaths(ray, &numbers, out);
+            connector.all(&mut paths, &numbers, out, |c| {
+                let place = c.film.map_or(Some(cell), |film| picture.cell(film));
+                let luminance = (c.radiance * c.weight).luminance() as f64;
+                if let Some(place) = place.filter(|_| luminance.is_finite()) {
+                    light[place] += luminance;
+                }
+            });
+        }
+        light
+    }
+
+    /// Joins all of them, in their order.
+    pub fn join(&self, pieces: &[Vec<f64>]) -> ImportanceImage {
+        let mut picture = ImportanceImage::of(self.world.camera.resolution());
+        let estimates = pieces.chunks(SAMPLES as usize);
+        let median = |cell: usize| {
+            let sum = |estimate: &[Vec<f64>]| estimate.iter().map(|light| light[cell]).sum::<f64>();
+            let mut all: Vec<f64> = estimates.clone().map(sum).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied().unwrap_or(0.0)
+        };
+        let light: Vec<f64> = (0..picture.values.len()).map(median).collect();
+        let mean = light.iter().sum::<f64>() / light.len() as f64;
+        if mean > 0.0 && mean.is_finite() {
+            let value = |light: f64| (light / mean) as f32 * (1.0 - EVEN) + EVEN;
+            picture.values = light.into_iter().map(value).collect();
+        }
+        picture
+    }
+}

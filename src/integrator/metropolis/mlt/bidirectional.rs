@@ -1,0 +1,217 @@
+use super::Proposal;
+use super::numbers::Numbers;
+use super::path::Path;
+use super::space::PathSpace;
+use crate::accel::Accel;
+use crate::integrator::RaySink;
+use crate::math::Vec2;
+
+/// Bidirectional mutations: a part of the path is deleted, and another is put in its place, of new vertices that either end brings along
+/// (Veach 1997, §11.4.2.1).
+///
+/// What is the same at a mutation and at the way back has no part in the acceptance: the vertices that are kept, and which they are.
+#[derive(Debug)]
+pub(super) struct Bidirectional<'s, 'w, 'a, A> {
+    pub space: &'s PathSpace<'w, 'a, A>,
+    pub lengths: &'s Lengths,
+}
+
+/// How probable each number of vertices is for a path that is made anew, by that number: about as large as the light that such paths carry.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lengths(Vec<f64>);
+
+impl Lengths {
+    /// Share of probability that all lengths have in common, whatever light was found: nothing may be out of reach.
+    const EVEN: f64 = 0.1;
+
+    /// Of paths of `least` to `most` vertices, where those of each number were found to carry so much light.
+    pub fn new(light: &[f64], (least, most): (usize, usize)) -> Self {
+        let total: f64 = light.iter().sum();
+        let even = 1.0 / (most + 1).saturating_sub(least) as f64;
+        let of = |n: usize| {
+            let share = light.get(n).map_or(0.0, |light| light / total);
+            match total > 0.0 {
+                _ if n < least => 0.0,
+                true => (1.0 - Self::EVEN) * share + Self::EVEN * even,
+                false => even,
+            }
+        };
+        Self((0..=most).map(of).collect())
+    }
+
+    fn of(&self, n: usize) -> f64 {
+        self.0.get(n).copied().unwrap_or(0.0)
+    }
+}
+
+/// What of a path is deleted: `count` vertices, after the first `kept` ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cut {
+    pub kept: usize,
+    pub count: usize,
+}
+
+impl Cut {
+    /// All that some vertex is kept at, in a path of `n` vertices.
+    fn all(n: usize) -> impl Iterator<Item = Self> + Clone {
+        let cut = move |kept| (0..=n - kept).map(move |count| Self { kept, count });
+        (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
+    }
+
+    /// How often the cut is chosen, relative to others: few edges sooner than many, which seldom find others that fit (p_d1), and none from ends to which
+    /// nothing can be joined, or that nothing is deleted at (p_d2).
+    fn weight(self, path: &Path) -> f64 {
+        let n = path.len();
+        let Self { kept, count } = self;
+        let is_at_end = kept == 0 || kept + count == n;
+        let ends = [kept.checked_sub(1), Some(kept + count).filter(|&i| i < n)];
+        let goes_on_by_delta = |i: &usize| path.vertices[*i].is_delta;
+        if (is_at_end && count == 0) || ends.iter().flatten().any(goes_on_by_delta) {
+            return 0.0;
+        }
+        // Edges that are deleted
+        match count + 1 {
+            1 => 0.25,
+            2 => 0.5,
+            edges => 1.0 / (1u128 << edges) as f64,
+        }
+    }
+}
+
+/// How many vertices are added in the place of `deleted` ones, `least` to `most` (p_a1): mostly as many.
+#[derive(Clone, Copy, Debug)]
+struct Added {
+    deleted: usize,
+    least: usize,
+    most: usize,
+}
+
+impl Added {
+    fn weight(self, count: usize) -> f64 {
+        match count.abs_diff(self.deleted) {
+            _ if count < self.least || count > self.most => 0.0,
+            0 => 0.5,
+            1 => 0.15,
+            difference => 0.2 / (1u128 << difference) as f64,
+        }
+    }
+
+    fn weights(self) -> impl Iterator<Item = f64> + Clone {
+        (0..=self.most).map(move |count| self.weight(count))
+    }
+
+    fn probability(self, count: usize) -> f64 {
+        self.weight(count) / self.weights().sum::<f64>()
+    }
+}
+
+impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
+    /// Deletes a part of `x`, and makes another. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    pub fn mutate(
+        &self,
+        x: &Path<'a>,
+        chosen: impl Fn(&Path) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        let cut = Cut::all(x.len()).nth(numbers.choose(Cut::all(x.len()).map(|cut| cut.weight(x)))?)?;
+        let count = numbers.choose(self.added(x, cut).weights())?;
+        let t = split(cut.kept, count, numbers);
+        let y = self.exchange(x, cut, (count, t), (x.lens, x.time), numbers, out)?;
+        let back = Cut { count, ..cut };
+        let forth = chosen(x) * self.transition(x, &y, cut, back);
+        let back = chosen(&y) * self.transition(&y, x, back, cut);
+        Some(Proposal::of(y, back / forth))
+    }
+
+    /// Makes another path in the place of all of `x`: a state that does not depend on it.
+    pub fn replace(
+        &self,
+        x: &Path<'a>,
+        chosen: impl Fn(&Path) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        let n = numbers.choose(self.lengths.0.iter().copied())?;
+        let t = split(0, n, numbers);
+        let time = self.space.world.time_at(|| numbers.next());
+        let all = Cut {
+            kept: 0,
+            count: x.len(),
+        };
+        let y = self.exchange(x, all, (n, t), (x.lens, time), numbers, out)?;
+        let forth = chosen(x) * self.density(&y);
+        let back = chosen(&y) * self.density(x);
+        Some(Proposal::of(y, back / forth))
+    }
+
+    /// `x` with `count` new vertices in the place of those of `cut`, joined after the first `t` ones.
+    fn exchange(
+        &self,
+        x: &Path<'a>,
+        cut: Cut,
+        (count, t): (usize, usize),
+        (lens, time): (Vec2, f32),
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Path<'a>> {
+        // A lens whose vertex is deleted has another point.
+        let lens = if cut.kept == 0 { numbers.next_2d() } else { lens };
+        let n = x.len() - cut.count + count;
+        let [mut camera, mut light] = [Vec::with_capacity(n), Vec::with_capacity(n)];
+        camera.extend_from_slice(&x.vertices[..cut.kept]);
+        light.extend(x.vertices[cut.kept + cut.count..].iter().rev().cloned());
+        let to_light = t == cut.kept + count && light.is_empty();
+        self.space
+            .extend_from_camera(&mut camera, (t - cut.kept, to_light), (lens, time), numbers, out)?;
+        self.space
+            .extend_from_light(&mut light, cut.kept + count - t, time, numbers, out)?;
+        let fresh = cut.kept..cut.kept + count;
+        self.space.join(camera, light.into_iter(), fresh, (lens, time), out)
+    }
+
+    /// How many vertices may come in the place of those of `cut`.
+    fn added(&self, x: &Path, cut: Cut) -> Added {
+        let others = x.len() - cut.count;
+        let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
+        Added {
+            deleted: cut.count,
+            // Either something else or nothing, but not what there was
+            least: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
+            most: self.space.max_vertices.saturating_sub(others),
+        }
+    }
+
+    /// Density with which `x` goes over to `y` by deleting `cut`, in whose place `made` is, over what `y` contributes: Q(x → y) = T(x → y) / f(y).
+    pub fn transition(&self, x: &Path<'a>, y: &Path<'a>, cut: Cut, made: Cut) -> f64 {
+        let total: f64 = Cut::all(x.len()).map(|cut| cut.weight(x)).sum();
+        let p_delete = cut.weight(x) / total;
+        let p_add = self.added(x, cut).probability(made.count);
+        p_delete * p_add * self.made(y, made)
+    }
+
+    /// The same where everything is made anew.
+    fn density(&self, y: &Path<'a>) -> f64 {
+        let all = Cut {
+            kept: 0,
+            count: y.len(),
+        };
+        self.lengths.of(y.len()) * self.made(y, all)
+    }
+
+    /// The sum over all ways to split `made` between both ends.
+    fn made(&self, y: &Path<'a>, made: Cut) -> f64 {
+        self.space.inverse_contribution(y, made.kept, made.count) / splits(made.kept, made.count) as f64
+    }
+}
+
+/// Ways to split `count` new vertices, between an end of `kept` vertices at the camera and one at the light.
+fn splits(kept: usize, count: usize) -> usize {
+    kept + count + 1 - kept.max(1)
+}
+
+/// A random one: the number of vertices that come from the camera, with those that are kept.
+fn split(kept: usize, count: usize, numbers: &mut Numbers) -> usize {
+    let splits = splits(kept, count);
+    kept.max(1) + ((numbers.next() * splits as f32) as usize).min(splits - 1)
+}

@@ -1,0 +1,319 @@
+//! Metropolis light transport in path space.
+
+mod bidirectional;
+mod numbers;
+mod path;
+mod perturbation;
+mod seed;
+mod space;
+#[cfg(test)]
+mod tests;
+
+use super::options::OrdinaryLight;
+use crate::accel::Accel;
+use crate::integrator::bidirectional::subpath::MAX_VERTICES;
+use crate::integrator::{
+    FrameIntegrator, Gathered, Heuristic, ImportanceImage, Metropolis, RaySink, Roulette, SplatSink, World,
+};
+use crate::material::BsdfSlot;
+use crate::sampler::{SampleKey, Sampler, Stream};
+use bidirectional::{Bidirectional, Lengths};
+use numbers::Numbers;
+use path::Path;
+use perturbation::{CameraChain, Perturbation, caustic_start};
+use seed::{Found, Seeds};
+use space::PathSpace;
+
+/// Metropolis light transport: Markov chains of paths, each of which is a mutation of the one before. Paths are visited in proportion to the luminance that
+/// they bring to the picture, over that of the importance image, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
+///
+/// Every frame has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
+/// found for the frame, which also tell how bright the picture is: every frame is an unbiased estimate by itself.
+#[derive(Debug)]
+pub struct PathSpaceIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When the subpaths end at random of which chains start.
+    pub roulette: Roulette,
+    /// Light samples of each pixel in a frame, where direct light is found in the ordinary way.
+    pub light_samples: u32,
+    /// How chains go; the steps have sizes of their own here.
+    pub metropolis: Metropolis,
+    /// What the light of paths is compared with.
+    pub importance: &'a ImportanceImage,
+}
+
+/// Mutations for which there is a sample of bidirectional path tracing, all of whose paths a chain may start from.
+const MUTATIONS_PER_SEED: u64 = 8;
+/// Minimum number of such samples in an iteration.
+const MIN_SEEDS: u64 = 512;
+/// Samples of bidirectional path tracing that are made together.
+const SEEDS_AT_ONCE: u32 = 64;
+
+/// Kinds of mutations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mutation {
+    /// Another path altogether.
+    Replace,
+    Bidirectional,
+    /// Lens and multi-chain perturbations, of which a path has one or the other.
+    FromCamera,
+    /// Caustic perturbation.
+    FromLight,
+}
+
+impl Mutation {
+    /// All, each with how often it is chosen, relative to the others, where it can be.
+    const ALL: [(Self, f64); 4] = [
+        (Self::Replace, 0.1),
+        (Self::Bidirectional, 0.3),
+        (Self::FromCamera, 0.3),
+        (Self::FromLight, 0.3),
+    ];
+
+    /// Whether `x` can be mutated so.
+    fn applies_to(self, x: &Path) -> bool {
+        match self {
+            Self::Replace | Self::Bidirectional => true,
+            Self::FromCamera => CameraChain::of(x).is_some(),
+            Self::FromLight => caustic_start(x).is_some(),
+        }
+    }
+
+    /// How often all are chosen for `x`.
+    fn weights(x: &Path) -> [f64; 4] {
+        Self::ALL.map(|(kind, weight)| if kind.applies_to(x) { weight } else { 0.0 })
+    }
+
+    /// Probability with which the kind is chosen for `x`.
+    fn probability(self, x: &Path) -> f64 {
+        let weights = Self::weights(x);
+        let own = Self::ALL.iter().zip(weights).filter(|((kind, _), _)| *kind == self);
+        own.map(|(_, weight)| weight).sum::<f64>() / weights.iter().sum::<f64>()
+    }
+}
+
+/// Names that statistics count mutations by.
+const NAMES: [&str; 5] = ["new path", "bidirectional", "lens", "multi-chain", "caustic"];
+
+/// A path that may follow on another, and the probability with which it does.
+#[derive(Debug)]
+struct Proposal<'a> {
+    path: Path<'a>,
+    acceptance: f64,
+}
+
+impl<'a> Proposal<'a> {
+    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the fraction. Where rounding leaves no number nothing is accepted.
+    fn of(path: Path<'a>, ratio: f64) -> Self {
+        Self {
+            path,
+            acceptance: if ratio > 0.0 && ratio.is_finite() {
+                ratio.min(1.0)
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
+    /// The paths that chains go along.
+    fn space(&self) -> PathSpace<'_, 'a, A> {
+        let least = self.metropolis.min_vertices();
+        let most = self.max_depth.map_or(MAX_VERTICES, |depth| {
+            MAX_VERTICES.min((depth as usize).saturating_add(2))
+        });
+        PathSpace::new(
+            &self.world,
+            self.importance,
+            (least, most),
+            self.metropolis.carries_all(),
+        )
+    }
+
+    /// Mutations of a frame: one for each pixel.
+    fn mutations(&self) -> u64 {
+        let size = self.world.camera.resolution();
+        size.x as u64 * size.y as u64
+    }
+
+    fn seeds(&self) -> u32 {
+        let usual = (self.mutations() / MUTATIONS_PER_SEED).max(MIN_SEEDS) as u32;
+        self.metropolis.bootstrap.unwrap_or(usual)
+    }
+
+    /// The sample `index` of those that chains may start with.
+    fn seed<S: Sampler>(
+        &self,
+        space: &PathSpace<'_, 'a, A>,
+        frame: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Vec<(Path<'a>, f64)> {
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Bootstrap, index, frame), sampler);
+        seed::sample(space, self.roulette, &mut numbers, out)
+    }
+}
+
+impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
+    type Part = Vec<Found>;
+    type Prepared = Seeds;
+
+    fn preparations(&self) -> u32 {
+        let space = self.space();
+        match space.min_vertices <= space.max_vertices {
+            true => self.seeds().div_ceil(SEEDS_AT_ONCE),
+            false => 0,
+        }
+    }
+
+    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Found> {
+        let space = self.space();
+        let first = index * SEEDS_AT_ONCE;
+        let samples = first..self.seeds().min(first.saturating_add(SEEDS_AT_ONCE));
+        let light_of = |(path, light): &(Path, f64)| (*light, path.len());
+        samples
+            .map(|index| {
+                self.seed(&space, frame, index, sampler, out)
+                    .iter()
+                    .map(light_of)
+                    .collect()
+            })
+            .collect()
+    }
+
+    fn join(&self, _: u32, parts: Vec<Vec<Found>>) -> Seeds {
+        let space = self.space();
+        let samples: Vec<Found> = parts.into_iter().flatten().collect();
+        Seeds::new(&samples, (space.min_vertices, space.max_vertices))
+    }
+
+    fn sends_light(&self) -> bool {
+        // Chains do; what pixels find is their own.
+        false
+    }
+
+    fn sample<S: Sampler>(&self, _: &Seeds, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        if !self.metropolis.carries_all() {
+            let ordinary = OrdinaryLight {
+                world: self.world,
+                heuristic: Heuristic::default(),
+                max_depth: self.max_depth,
+                roulette: self.roulette,
+                light_samples: self.light_samples,
+            };
+            ordinary.sample(key, sampler, out);
+            return;
+        }
+        // What the camera sees first, for the auxiliary channels alone
+        self.world.look(key, sampler, &BsdfSlot::new(), out);
+    }
+
+    fn chains(&self) -> u32 {
+        self.metropolis.chains(self.mutations())
+    }
+
+    fn chain<S: Sampler>(&self, seeds: &Seeds, frame: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
+        // A path to start with, from the chain's own part of all
+        let space = self.space();
+        let chains = self.chains() as u64;
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Chains, index, frame), sampler);
+        let place = (index as f64 + numbers.next() as f64) / chains as f64;
+        let Some(seed) = seeds.at(place) else { return };
+        let found = self.seed(&space, frame, seed.sample, sampler, out);
+        let Some((mut x, _)) = found.into_iter().nth(seed.way as usize) else {
+            return;
+        };
+
+        let lengths = seeds.lengths(seed);
+
+        // What a visit brings
+        let share = |i: u64| self.mutations() * i / chains;
+        let mutations = share(index as u64 + 1) - share(index as u64);
+        let light = seeds.mean * space.film_area() as f64 / (chains * mutations) as f64;
+        let mut counts = [[0u64; 2]; NAMES.len()];
+        let mut stay = 0.0;
+        for _ in 0..mutations {
+            if out.is_cancelled() {
+                return;
+            }
+            let (name, proposal) = self.mutate(&space, lengths, &x, &mut numbers, out);
+            counts[name][0] += 1;
+            let Some(Proposal { path: y, acceptance }) = proposal else {
+                stay += 1.0;
+                continue;
+            };
+            // Both paths count by what is expected (Veach 1997, §11.3.3).
+            stay += 1.0 - acceptance;
+            if (numbers.next() as f64) < acceptance {
+                self.visit(&x, stay * light, out);
+                counts[name][1] += 1;
+                (x, stay) = (y, acceptance);
+            } else if acceptance > 0.0 {
+                self.visit(&y, acceptance * light, out);
+            }
+        }
+        self.visit(&x, stay * light, out);
+        for (name, [proposed, accepted]) in NAMES.into_iter().zip(counts) {
+            if proposed > 0 {
+                out.mutation(name, proposed, accepted);
+            }
+        }
+    }
+}
+
+impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
+    /// A mutation of `x`, if it leads anywhere, and the place of its kind in [`NAMES`].
+    fn mutate(
+        &self,
+        space: &PathSpace<'_, 'a, A>,
+        lengths: &Lengths,
+        x: &Path<'a>,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> (usize, Option<Proposal<'a>>) {
+        let choice = numbers.choose(Mutation::weights(x).into_iter()).unwrap_or(0);
+        self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
+    }
+
+    /// The same of the kind `kind`.
+    fn mutate_by(
+        &self,
+        kind: Mutation,
+        (space, lengths): (&PathSpace<'_, 'a, A>, &Lengths),
+        x: &Path<'a>,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> (usize, Option<Proposal<'a>>) {
+        let chosen = |path: &Path| kind.probability(path);
+        let bidirectional = Bidirectional { space, lengths };
+        let perturbation = Perturbation { space };
+        match kind {
+            Mutation::Replace => (0, bidirectional.replace(x, chosen, numbers, out)),
+            Mutation::Bidirectional => (1, bidirectional.mutate(x, chosen, numbers, out)),
+            Mutation::FromCamera => match CameraChain::of(x) {
+                None => (2, None),
+                Some(chain) => (
+                    if chain.is_multiple { 3 } else { 2 },
+                    perturbation.move_film_point(x, chain, chosen, numbers, out),
+                ),
+            },
+            Mutation::FromLight => (
+                4,
+                caustic_start(x).and_then(|start| perturbation.move_light(x, start, chosen, numbers, out)),
+            ),
+        }
+    }
+
+    /// Adds `light` where `x` falls on the film, in its colour.
+    fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
+        if let Some(source) = x.source().filter(|_| light > 0.0) {
+            let radiance = x.color * (light / x.target) as f32;
+            out.splat(x.film, Gathered::of_light(radiance, source.id, self.world.scene));
+        }
+    }
+}

@@ -1,0 +1,250 @@
+use super::Proposal;
+use super::numbers::Numbers;
+use super::path::{LightSourceKind, Path, Single, Vertex};
+use super::space::{PathSpace, is_same_point};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::integrator::{RayKind, RaySink};
+use crate::math::{Frame, Ray, Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+
+/// Perturbations: one end of the path moves a little, and the specular chain behind it along (Veach 1997, §11.4.2.2 to 11.4.2.4).
+///
+/// What is moved is drawn alike there and back, so that the acceptance is that of what the paths contribute per film, and per solid angle of each
+/// direction that was perturbed. New paths have the same delta lobes at the same places.
+#[derive(Debug)]
+pub(super) struct Perturbation<'s, 'w, 'a, A> {
+    pub space: &'s PathSpace<'w, 'a, A>,
+}
+
+/// Least distance on the film by which a path is perturbed, pixels.
+const MIN_STEP: f32 = 0.1;
+/// Share of the picture's area that lies within the greatest one.
+const MAX_STEP_SHARE: f32 = 0.05;
+/// Least and greatest angle by which directions between two specular chains are perturbed, radians.
+const ANGLES: [f32; 2] = [0.0001, 0.1];
+/// Greatest angle by which a direction of light is, radians.
+const MAX_ANGLE: f32 = 0.5;
+
+/// What moves when the film point does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct CameraChain {
+    /// The last vertex that moves: it is joined to the next one, or is the light.
+    pub last: usize,
+    /// Whether specular chains follow each other, with directions between them that are perturbed too.
+    pub is_multiple: bool,
+}
+
+impl CameraChain {
+    /// That of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or one that ends at a light that is met.
+    pub fn of(x: &Path) -> Option<Self> {
+        let mut is_multiple = false;
+        for i in 1..x.len() {
+            let vertex = &x.vertices[i];
+            let ends = match vertex.source() {
+                Some(source) => (!source.kind.is_delta()).then_some(true)?,
+                None => x.can_be_joined(i),
+            };
+            if ends {
+                return Some(Self { last: i, is_multiple });
+            }
+            is_multiple |= !vertex.is_delta;
+        }
+        None
+    }
+}
+
+/// The vertex from which a specular chain of light goes, to one that the camera sees: (L|D)S*DE.
+pub(super) fn caustic_start(x: &Path) -> Option<usize> {
+    let is_seen = x.vertices[1].surface().is_some() && !x.vertices[1].is_delta;
+    (2..x.len()).find(|&i| !x.vertices[i].is_delta).filter(|_| is_seen)
+}
+
+impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
+    /// Greatest distance on the film, pixels.
+    fn max_step(&self) -> f32 {
+        (MAX_STEP_SHARE * self.space.film_area() / PI)
+            .sqrt()
+            .max(2.0 * MIN_STEP)
+    }
+
+    /// Moves the film point of `x`, and all that `chain` says. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    pub fn move_film_point(
+        &self,
+        x: &Path<'a>,
+        chain: CameraChain,
+        chosen: impl Fn(&Path) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        // A film point near by
+        let film = x.film + on_ring(numbers, [MIN_STEP, self.max_step()]);
+        if !self.space.is_on_film(film) {
+            return None;
+        }
+        let mut ray = self.space.world.camera.ray(film, x.lens, x.time);
+        let mut kind = RayKind::Camera;
+
+        // The same kinds of scattering along the way
+        let mut camera = Vec::with_capacity(x.len());
+        camera.push(x.vertices[0].clone());
+        for i in 1..=chain.last {
+            let old = &x.vertices[i];
+            let met = self.space.meet(&ray, kind, out);
+            if is_same_point(&camera, &met) {
+                return None;
+            }
+            let mut vertex = match old.source() {
+                Some(_) => self.space.meet_light(met, &ray, numbers.next())?,
+                None => met?,
+            };
+            vertex.is_delta = old.is_delta;
+            self.space.note_through(&mut camera, &vertex, x.time, out);
+            camera.push(vertex);
+            if i < chain.last {
+                kind = RayKind::Bounce;
+                let neighbours = [&x.vertices[i - 1], old, &x.vertices[i + 1]];
+                let w = self.onwards(&camera, neighbours, TransportMode::Radiance, numbers)?;
+                let origin = camera[i].origin_towards_light(self.space.world.scene, Some(&camera[i - 1]), w);
+                ray = Ray::new(origin, w).when(x.time);
+            }
+        }
+        let light = x.vertices[chain.last + 1..].iter().rev().cloned();
+        let fresh = 0..chain.last + 1;
+        let y = self.space.join(camera, light, fresh, (x.lens, x.time), out)?;
+        // A light that is met is one of several far ones by chance.
+        let contribution = |path: &Path| {
+            let joint = match path.source() {
+                Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
+                _ => path.vertices[chain.last].factors.joint,
+            };
+            path.target * joint
+        };
+        let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
+        Some(Proposal::of(y, ratio))
+    }
+
+    /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
+    pub fn move_light(
+        &self,
+        x: &Path<'a>,
+        start: usize,
+        chosen: impl Fn(&Path) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        // A direction near by, or where it does not change a place
+        let from = &x.vertices[start];
+        let old = from.direction_to(&x.vertices[start - 1]);
+        let range = self.range_of_light(x, start);
+        let (origin, w, moved) = match from.source().map(|source| source.kind) {
+            Some(LightSourceKind::Far | LightSourceKind::Parallel) => {
+                let offset = on_ring(numbers, range);
+                let across = Frame::from_z(old).to_world(Vec3::new(offset.x, offset.y, 0.0));
+                let ball = self.space.world.scene.ball();
+                let next = x.vertices[start - 1].p + across;
+                // From before the scene
+                let back = (next - ball.center).dot(old) + ball.radius;
+                (next - back * old, old, offset.length())
+            }
+            _ => {
+                let (w, angle) = turned(old, numbers, range);
+                (from.origin_towards_camera(w), w, angle)
+            }
+        };
+        let mut ray = Ray::new(origin, w).when(x.time);
+
+        // The same kinds of scattering along the way
+        let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
+        light.extend(x.vertices[start..].iter().rev().cloned());
+        for i in (1..start).rev() {
+            let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
+            vertex.is_delta = x.vertices[i].is_delta;
+            if let Some(last) = light.last() {
+                vertex.through = self.space.through((None, &vertex), last, x.time, out);
+            }
+            light.push(vertex);
+            if i > 1 {
+                let neighbours = [&x.vertices[i + 1], &x.vertices[i], &x.vertices[i - 1]];
+                let w = self.onwards(&light, neighbours, TransportMode::Importance, numbers)?;
+                ray = Ray::new(light.last()?.origin_towards_camera(w), w).when(x.time);
+            }
+        }
+        let mut camera = Vec::with_capacity(x.len());
+        camera.push(x.vertices[0].clone());
+        let y = self
+            .space
+            .join(camera, light.into_iter(), 1..start, (x.lens, x.time), out)?;
+
+        // How far it may be moved depends on the path.
+        let [least, greatest] = self.range_of_light(&y, start);
+        if !(least..=greatest).contains(&moved) {
+            return None;
+        }
+        let contribution = |path: &Path| {
+            let chain = path.vertices[2..=start].iter();
+            let towards_camera: f64 = chain.map(|vertex| vertex.factors.towards_camera).product();
+            path.target * towards_camera * path.vertices[0].factors.joint
+        };
+        let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
+        Some(Proposal::of(y, ratio))
+    }
+
+    /// By how much light may be moved at the vertex `start` of `x`: so much that on the film it is as much as film points are. Radians; of
+    /// infinitely distant lights scene units.
+    fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
+        let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.time);
+        let steps = [MIN_STEP, self.max_step()];
+        if x.vertices[start].is_infinite() {
+            return steps.map(|step| step * pixel);
+        }
+        let edges = x.vertices[1..=start].windows(2);
+        let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
+        // The ratio of both is the same for all paths, and with it the density of what lies between.
+        let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
+        [greatest * (steps[0] / steps[1]), greatest]
+    }
+
+    /// The direction in which the last vertex of `path` goes on as `old` did, on the way from `before` to `after`: by the same kind of lobe, and where that
+    /// is no delta lobe in a direction near by.
+    fn onwards(
+        &self,
+        path: &[Vertex<'a>],
+        [before, old, after]: [&Vertex<'a>; 3],
+        mode: TransportMode,
+        numbers: &mut Numbers,
+    ) -> Option<Vec3> {
+        let [.., previous, last] = path else { return None };
+        let surface = last.surface()?;
+        let w = old.direction_to(after);
+        if !old.is_delta {
+            return (!surface.bsdf.is_delta()).then(|| turned(w, numbers, ANGLES).0);
+        }
+        let back = old.direction_to(before);
+        let old = old.surface()?.frame_for(self.space.world.scene, back, mode);
+        let is_reflected = old.to_local(back).z * old.to_local(w).z > 0.0;
+        let back = last.direction_to(previous);
+        let frame = surface.frame_for(self.space.world.scene, back, mode);
+        let single = Single::of(&surface.bsdf, frame.to_local(back), is_reflected, mode)?;
+        Some(frame.to_world(single.direction))
+    }
+}
+
+/// A random distance, from the least to the greatest: its logarithm is uniform.
+fn distance(numbers: &mut Numbers, [least, greatest]: [f32; 2]) -> f32 {
+    greatest * (-(greatest / least).ln() * numbers.next()).exp()
+}
+
+/// A random offset of such a length.
+fn on_ring(numbers: &mut Numbers, range: [f32; 2]) -> Vec2 {
+    let length = distance(numbers, range);
+    length * Vec2::from_angle(TAU * numbers.next())
+}
+
+/// The unit direction `w`, turned by such an angle, and the angle.
+fn turned(w: Vec3, numbers: &mut Numbers, range: [f32; 2]) -> (Vec3, f32) {
+    let angle = distance(numbers, range);
+    let (sin, cos) = angle.sin_cos();
+    let (y, x) = (TAU * numbers.next()).sin_cos();
+    (Frame::from_z(w).to_world(Vec3::new(sin * x, sin * y, cos)), angle)
+}

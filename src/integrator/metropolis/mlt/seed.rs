@@ -1,0 +1,190 @@
+use super::bidirectional::Lengths;
+use super::numbers::Numbers;
+use super::path::{Path, Vertex};
+use super::space::{PathSpace, is_same_point};
+use crate::accel::Accel;
+use crate::integrator::{RaySink, Roulette};
+
+/// Paths that a chain may start with: all that bidirectional path tracing has found in its samples of a frame.
+///
+/// A chain whose first path is drawn from them in proportion to the light that they carry, and whose light is scaled by what they carry in the mean,
+/// is unbiased from its first step on (Veach 1997, §11.3.1).
+#[derive(Debug, Default)]
+pub struct Seeds {
+    seeds: Vec<Seed>,
+    /// Light of all up to each.
+    sums: Vec<f64>,
+    /// Mean luminance of what a pixel sees by such paths.
+    pub(super) mean: f64,
+    /// Of paths that are made anew: by the samples of even numbers, and by those of odd ones.
+    lengths: [Lengths; 2],
+}
+
+/// A path by its place: one of those that a sample finds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Seed {
+    pub sample: u32,
+    pub way: u32,
+}
+
+/// The light that the paths of a sample carry, and their numbers of vertices, in their order.
+pub type Found = Vec<(f64, usize)>;
+
+impl Seeds {
+    /// Those of all `samples`, where paths have such numbers of vertices at least and at most.
+    pub(super) fn new(samples: &[Found], lengths: (usize, usize)) -> Self {
+        let mut seeds = Self::default();
+        let mut total = 0.0;
+        let mut by_length = [0, 1].map(|_| vec![0.0; lengths.1 + 1]);
+        for (sample, found) in (0u32..).zip(samples) {
+            for (way, &(light, n)) in (0..).zip(found) {
+                total += light;
+                by_length[sample as usize % 2][n] += light;
+                seeds.seeds.push(Seed { sample, way });
+                seeds.sums.push(total);
+            }
+        }
+        seeds.mean = total / samples.len().max(1) as f64;
+        seeds.lengths = by_length.map(|light| Lengths::new(&light, lengths));
+        seeds
+    }
+
+    /// How probable lengths are in a chain that starts at `seed`. What a chain does must not depend on the samples that it may start with, or light that is
+    /// found by chance would attract what it starts: they are of the others.
+    pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
+        &self.lengths[1 - seed.sample as usize % 2]
+    }
+
+    /// The one at `u` of [0, 1) of their light; `None` where there is none.
+    pub(super) fn at(&self, u: f64) -> Option<Seed> {
+        let light = u * self.sums.last()?;
+        let index = self.sums.partition_point(|&sum| sum <= light);
+        self.seeds.get(index.min(self.seeds.len() - 1)).copied()
+    }
+}
+
+/// A subpath, and for each of its vertices what makes up for those that roulette has ended before.
+struct Subpath<'a> {
+    vertices: Vec<Vertex<'a>>,
+    weights: Vec<f64>,
+    /// That of the next one; `None` where the subpath ends.
+    next: Option<f64>,
+}
+
+impl<'a> Subpath<'a> {
+    /// One that begins with `first`.
+    fn new(first: Option<Vertex<'a>>) -> Self {
+        Self {
+            next: first.as_ref().map(|_| 1.0),
+            weights: vec![1.0; first.iter().len()],
+            vertices: first.into_iter().collect(),
+        }
+    }
+
+    fn push(&mut self, vertex: Vertex<'a>, roulette: Roulette, u: f32) {
+        let scattered = self.vertices.len() as u32 - 1;
+        let albedo = vertex.surface().map(|surface| surface.bsdf.albedo());
+        let so_far = self.next.unwrap_or(1.0);
+        self.vertices.push(vertex);
+        self.weights.push(so_far);
+        let weight = albedo.and_then(|albedo| roulette.play(scattered, albedo, u));
+        self.next = weight.map(|weight| so_far * weight as f64);
+    }
+
+    /// Computes the factors of all vertices whose neighbours are known: all paths that go on from there have them in common.
+    fn settle<A: Accel>(&mut self, space: &PathSpace<'_, 'a, A>, is_from_light: bool, time: f32) {
+        let n = self.vertices.len();
+        for i in n.saturating_sub(3)..n {
+            let at = |i: Option<usize>| i.and_then(|i| self.vertices.get(i));
+            let [back, onwards] = [[i.checked_sub(1), i.checked_sub(2)], [Some(i + 1), Some(i + 2)]];
+            let (before, after) = match is_from_light {
+                true => (at(onwards[0]), back.map(at)),
+                false => (at(back[0]), onwards.map(at)),
+            };
+            if let Some(factors) = space.factors(&self.vertices[i], before, after, time) {
+                self.vertices[i].factors = factors;
+            }
+        }
+    }
+}
+
+/// All paths that a sample of bidirectional path tracing finds, each with the light that it carries: its target over the density with which such
+/// samples make it, by any of the ways there are (the balance heuristic, Veach 1997, §9.2.2).
+pub(super) fn sample<'a, A: Accel>(
+    space: &PathSpace<'_, 'a, A>,
+    roulette: Roulette,
+    numbers: &mut Numbers,
+    out: &mut impl RaySink,
+) -> Vec<(Path<'a>, f64)> {
+    let mut found = Vec::new();
+    let mut find = |path: Option<Path<'a>>, weight: f64| {
+        let Some(path) = path else { return };
+        let light = weight / space.inverse_contribution(&path, 0, path.len());
+        if light > 0.0 && light.is_finite() {
+            found.push((path, light));
+        }
+    };
+
+    // A subpath from the camera, and each light that it meets
+    let (lens, world) = (numbers.next_2d(), space.world);
+    let time = world.time_at(|| numbers.next());
+    let mut camera = Subpath::new(Some(space.lens(lens, time)));
+    while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.max_vertices) {
+        let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, (lens, time), numbers) else {
+            break;
+        };
+        let met = space.meet(&ray, kind, out);
+        if is_same_point(&camera.vertices, &met) {
+            break;
+        }
+        let light = space.meet_light(met.clone(), &ray, numbers.next());
+        if let Some(next) = met.as_ref().or(light.as_ref()) {
+            space.note_through(&mut camera.vertices, next, time, out);
+        }
+        let n = camera.vertices.len();
+        if let Some(light) = light.filter(|_| n + 1 >= space.min_vertices) {
+            let vertices = camera.vertices.iter().cloned().chain([light]).collect();
+            let path = space.join(vertices, std::iter::empty(), n..n + 1, (lens, time), out);
+            find(path, weight);
+        }
+        let Some(next) = met else { break };
+        camera.push(next, roulette, numbers.next());
+        camera.settle(space, false, time);
+    }
+
+    // One from a light
+    let mut first = Vec::new();
+    let mut light = Subpath::new(
+        space
+            .extend_from_light(&mut first, 1, time, numbers, out)
+            .and(first.pop()),
+    );
+    while light.next.is_some() && light.vertices.len() + 1 < space.max_vertices {
+        if space
+            .extend_from_light(&mut light.vertices, 1, time, numbers, out)
+            .is_none()
+        {
+            break;
+        }
+        if let Some(next) = light.vertices.pop() {
+            light.push(next, roulette, numbers.next());
+            light.settle(space, true, time);
+        }
+    }
+
+    // All ways to join them
+    let (camera_ends, light_ends) = (camera.vertices.iter().zip(1..), light.vertices.iter().zip(1..));
+    for (a, t) in camera_ends {
+        for (b, s) in light_ends.clone() {
+            let fits = (space.min_vertices..=space.max_vertices).contains(&(s + t));
+            if fits && a.is_smooth_somewhere() && b.is_smooth_somewhere() {
+                let mut vertices = Vec::with_capacity(s + t);
+                vertices.extend_from_slice(&camera.vertices[..t]);
+                let others = light.vertices[..s].iter().cloned();
+                let path = space.join(vertices, others, t..t, (lens, time), out);
+                find(path, camera.weights[t - 1] * light.weights[s - 1]);
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,530 @@
+use super::numbers::Numbers;
+use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::geometry::segment;
+use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
+use crate::integrator::{ImportanceImage, RayKind, RaySink, World};
+use crate::light::{Light, LightId, Receiver};
+use crate::math::{Frame, Ray, Vec2, Vec3};
+use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
+use std::ops::Range;
+use std::rc::Rc;
+
+/// The space of all paths that matter, and the steps of which subpaths are made there.
+#[derive(Debug)]
+pub(super) struct PathSpace<'w, 'a, A> {
+    pub world: &'w World<'a, A>,
+    /// What the light of paths is compared with.
+    importance: &'w ImportanceImage,
+    /// Whether lamps that are seen by delta lobes alone are in it.
+    has_lamps: bool,
+    /// Minimum number of vertices of a path, both ends counted.
+    pub min_vertices: usize,
+    /// Maximum number of vertices of a path.
+    pub max_vertices: usize,
+    /// The upper left corner of the film: all that pixels see, by filters as wide as they are.
+    film_min: Vec2,
+    /// Its width and height, pixels.
+    film_size: Vec2,
+    /// Infinitely distant lights that rays can meet.
+    far_lights: usize,
+}
+
+impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
+    /// That of paths of such numbers of vertices.
+    pub fn new(
+        world: &'w World<'a, A>,
+        importance: &'w ImportanceImage,
+        (min_vertices, max_vertices): (usize, usize),
+        has_lamps: bool,
+    ) -> Self {
+        let beyond = Vec2::splat((world.filter.radius() - 0.5).max(0.0));
+        Self {
+            world,
+            importance,
+            has_lamps,
+            min_vertices,
+            max_vertices,
+            film_min: -beyond,
+            film_size: world.camera.resolution().as_vec2() + 2.0 * beyond,
+            far_lights: world.scene.escaped(Receiver::any_side(Vec3::ZERO), Vec3::Z).count(),
+        }
+    }
+
+    /// Area of the film, pixels.
+    pub fn film_area(&self) -> f32 {
+        self.film_size.x * self.film_size.y
+    }
+
+    /// Whether `place` is on the film.
+    pub fn is_on_film(&self, place: Vec2) -> bool {
+        let at = place - self.film_min;
+        at.cmpge(Vec2::ZERO).all() && at.cmplt(self.film_size).all()
+    }
+
+    /// The vertex on the lens drawn with `u`.
+    pub fn lens(&self, u: Vec2, time: f32) -> Vertex<'a> {
+        let camera = self.world.camera;
+        Vertex::new(VertexKind::Lens, camera.lens_point(u, time), camera.forward(time))
+    }
+
+    /// The surface that `ray` meets.
+    pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
+        let hit = self.world.intersect(ray, kind, out)?;
+        let surface = Surface::new(self.world, hit, ray);
+        let (p, ng) = (surface.point.p, surface.point.ng);
+        Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
+    }
+
+    /// The light that `ray` meets: on the surface `met`, or where it meets none an infinitely distant one, of which `u` chooses.
+    pub fn meet_light(&self, met: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
+        let scene = self.world.scene;
+        let from = Receiver::any_side(ray.origin);
+        let Some(vertex) = met else {
+            let index = ((u * self.far_lights as f32) as usize).min(self.far_lights.checked_sub(1)?);
+            let light = scene.escaped(from, ray.direction).nth(index)?;
+            return Some(self.far_away(light.id, light.radiance, ray.direction));
+        };
+        let surface = vertex.surface()?;
+        let light = surface.emitted(scene, &from)?;
+        let ng = scene.lights()[light.id.0 as usize].normal(ray.time)?;
+        let source = LightSource {
+            id: light.id,
+            kind: LightSourceKind::Area,
+            radiance: light.radiance,
+            origin: surface.origin_towards_camera(ng),
+        };
+        Some(Vertex::new(VertexKind::Light(source), vertex.p, ng))
+    }
+
+    /// The infinitely distant light `id` in the direction `w`.
+    fn far_away(&self, id: LightId, radiance: Spectrum, w: Vec3) -> Vertex<'a> {
+        let source = LightSource {
+            id,
+            kind: LightSourceKind::Far,
+            radiance,
+            origin: Vec3::ZERO,
+        };
+        Vertex::new(VertexKind::Light(source), Vec3::ZERO, -w)
+    }
+
+    /// A random point of a random light, chosen by power.
+    fn light(&self, time: f32, numbers: &mut Numbers) -> Option<Vertex<'a>> {
+        let scene = self.world.scene;
+        let (choice, u) = (numbers.next(), [numbers.next_2d(), numbers.next_2d()]);
+        let (id, _, emission) = self.world.sample_emission(time, choice, || u)?;
+        let kind = match (emission.is_infinite, &scene.lights()[id.0 as usize]) {
+            (true, Light::Directional(_)) => LightSourceKind::Parallel,
+            (true, _) => LightSourceKind::Far,
+            (false, _) if emission.is_delta_position => LightSourceKind::Point,
+            (false, _) => LightSourceKind::Area,
+        };
+        let source = LightSource {
+            id,
+            kind,
+            radiance: emission.radiance,
+            origin: emission.origin,
+        };
+        // Infinitely far away there are directions, and no places.
+        let p = if kind.is_infinite() { Vec3::ZERO } else { emission.p };
+        Some(Vertex::new(VertexKind::Light(source), p, emission.ng))
+    }
+
+    /// Adds `count` vertices to a subpath from the camera; if `to_light`, the last of them is where it meets a light. `None` where that cannot be.
+    pub fn extend_from_camera(
+        &self,
+        path: &mut Vec<Vertex<'a>>,
+        (count, to_light): (usize, bool),
+        (lens, time): (Vec2, f32),
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<()> {
+        for left in (0..count).rev() {
+            if path.is_empty() {
+                path.push(self.lens(lens, time));
+                continue;
+            }
+            let (ray, kind) = self.onwards_from_camera(path, (lens, time), numbers)?;
+            let met = self.meet(&ray, kind, out);
+            if is_same_point(path, &met) {
+                return None;
+            }
+            let next = match left == 0 && to_light {
+                true => self.meet_light(met, &ray, numbers.next())?,
+                false => met?,
+            };
+            self.note_through(path, &next, time, out);
+            path.push(next);
+        }
+        Some(())
+    }
+
+    /// The ray on which a subpath from the camera goes on.
+    pub fn onwards_from_camera(
+        &self,
+        path: &mut [Vertex<'a>],
+        (lens, time): (Vec2, f32),
+        numbers: &mut Numbers,
+    ) -> Option<(Ray, RayKind)> {
+        if path.len() > 1 {
+            let ray = self.scatter(path, TransportMode::Radiance, time, numbers)?;
+            return Some((ray, RayKind::Bounce));
+        }
+        let film = self.film_min + numbers.next_2d() * self.film_size;
+        Some((self.world.camera.ray(film, lens, time), RayKind::Camera))
+    }
+
+    /// Adds `count` vertices to a subpath from a light, whose vertices begin there.
+    pub fn extend_from_light(
+        &self,
+        path: &mut Vec<Vertex<'a>>,
+        count: usize,
+        time: f32,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<()> {
+        for _ in 0..count {
+            let next = match path.last().map(|last| (last, last.source())) {
+                None => self.light(time, numbers)?,
+                Some((last, source)) => {
+                    let ray = match source {
+                        Some(source) => self.set_out(last, source, time, numbers)?,
+                        None => self.scatter(path, TransportMode::Importance, time, numbers)?,
+                    };
+                    let mut next = self.meet(&ray, RayKind::Bounce, out)?;
+                    let last = path.last()?;
+                    next.through = self.through((None, &next), last, time, out);
+                    next
+                }
+            };
+            path.push(next);
+        }
+        Some(())
+    }
+
+    /// The ray of light that sets out from `vertex`, on `source`, in a random direction; of light from infinity at a random place.
+    fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
+        let u = numbers.next_2d();
+        let (origin, w) = match source.kind {
+            LightSourceKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
+            LightSourceKind::Point => (
+                source.origin,
+                self.world.emission_of(source.id, time, [Vec2::ZERO, u])?.w,
+            ),
+            LightSourceKind::Far | LightSourceKind::Parallel => {
+                (self.world.scene.ball().before(vertex.ng, uniform_disk(u)), vertex.ng)
+            }
+        };
+        Some(Ray::new(origin, w).when(time))
+    }
+
+    /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on; notes by what kind of lobe.
+    fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, time: f32, numbers: &mut Numbers) -> Option<Ray> {
+        let [.., before, last] = path else { return None };
+        let back = last.direction_to(before);
+        let surface = last.surface()?;
+        let (u_lobe, u) = (numbers.next(), numbers.next_2d());
+        let scene = self.world.scene;
+        let frame = surface.frame_for(scene, back, mode);
+        let local = frame.to_local(back);
+        let is_delta = u_lobe >= surface.bsdf.smooth_probability(local);
+        let direction = match is_delta {
+            false => {
+                let sample = match mode {
+                    TransportMode::Radiance => surface.bsdf.sample(local, u_lobe, u, mode)?,
+                    TransportMode::Importance => surface.sample_from_light(back, u_lobe, u)?,
+                };
+                (!sample.is_delta()).then_some(sample.wi)?
+            }
+            // To one side or to the other, by their shares
+            true => {
+                let sides = [true, false].map(|is_reflected| Single::of(&surface.bsdf, local, is_reflected, mode));
+                let weights = sides.map(|side| side.map_or(0.0, |side| side.probability as f64));
+                sides[numbers.choose(weights.into_iter())?]?.direction
+            }
+        };
+        let w = frame.to_world(direction);
+        let origin = match mode {
+            TransportMode::Radiance => surface.origin_towards_light(scene, back, w),
+            TransportMode::Importance => surface.origin_towards_camera(w),
+        };
+        last.is_delta = is_delta;
+        Some(Ray::new(origin, w).when(time))
+    }
+
+    /// Share of light that passes between `a`, to which the path from the camera comes by `before` if that is known, and the next vertex `b`, where a ray
+    /// has gone all the way.
+    pub fn through(
+        &self,
+        (before, a): (Option<&Vertex>, &Vertex),
+        b: &Vertex,
+        time: f32,
+        out: &mut impl RaySink,
+    ) -> f32 {
+        match self.world.scene.has_alpha() {
+            true => self.visibility((before, a), b, time, out),
+            false => 1.0,
+        }
+    }
+
+    /// The same where none has.
+    fn visibility(
+        &self,
+        (before, a): (Option<&Vertex>, &Vertex),
+        b: &Vertex,
+        time: f32,
+        out: &mut impl RaySink,
+    ) -> f32 {
+        let w = a.direction_to(b);
+        let origin = a.origin_towards_light(self.world.scene, before, w);
+        let ray = match b.is_infinite() {
+            true => Ray::new(origin, w),
+            false => segment(origin, b.origin_towards_camera(-w)),
+        };
+        self.world.transmittance(&ray.when(time), out)
+    }
+
+    /// Notes [`PathSpace::through`] at the last vertex of `camera`, from which a ray has gone to `next`.
+    pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
+        if let [.., before, last] = camera {
+            last.through = self.through((Some(before), last), next, time, out);
+        } else if let [lens] = camera {
+            lens.through = self.through((None, lens), next, time, out);
+        }
+    }
+
+    /// Joins two subpaths by an edge: one from the camera and one from a light, whose vertices begin there. `None` where no light passes. `fresh` are the
+    /// vertices of the whole that are not what they have been, or not where; all others know their factors.
+    pub fn join(
+        &self,
+        mut camera: Vec<Vertex<'a>>,
+        light: impl DoubleEndedIterator<Item = Vertex<'a>>,
+        fresh: Range<usize>,
+        (lens, time): (Vec2, f32),
+        out: &mut impl RaySink,
+    ) -> Option<Path<'a>> {
+        let joint = camera.len();
+        camera.extend(light.rev());
+        if joint < camera.len() {
+            camera[joint - 1].through = 1.0;
+            for end in [joint - 1, joint] {
+                camera[end].is_delta = false;
+                if !camera[end].is_smooth_somewhere() {
+                    return None;
+                }
+            }
+        }
+        // What costs no ray is asked first.
+        let mut path = self.path(camera, fresh, lens, time)?;
+        if joint < path.len() {
+            // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
+            if path.vertices[joint - 1].factors.joint <= 0.0 {
+                return None;
+            }
+            let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
+            let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
+            let through = self.visibility((before, a), b, time, out);
+            if through <= 0.0 {
+                return None;
+            }
+            path.vertices[joint - 1].through = through;
+            path.vertices[joint - 1].factors.joint *= through as f64;
+        }
+        Some(path)
+    }
+
+    /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
+    /// if its share is 1.
+    fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, lens: Vec2, time: f32) -> Option<Path<'a>> {
+        let n = vertices.len();
+        let source = vertices.last()?.source()?;
+        // What has no size is not seen itself.
+        if n < self.min_vertices.max(2) || n > self.max_vertices || (n == 2 && source.kind.is_delta()) {
+            return None;
+        }
+        if !self.has_lamps && vertices[1..n - 1].iter().all(|vertex| vertex.is_delta) {
+            return None;
+        }
+        let w = vertices[0].direction_to(&vertices[1]);
+        let film = self.world.camera.importance(vertices[0].p, w, time)?.film;
+        if !self.is_on_film(film) {
+            return None;
+        }
+        // A vertex knows its neighbours, and the one beyond that its edge is joined to.
+        for i in fresh.start.saturating_sub(2)..n.min(fresh.end + 1) {
+            let before = i.checked_sub(1).map(|i| &vertices[i]);
+            let after = [1, 2].map(|steps| vertices.get(i + steps));
+            vertices[i].factors = self.factors(&vertices[i], before, after, time)?;
+        }
+        let values = vertices.iter().map(|vertex| vertex.factors.value);
+        let color = values.fold(Spectrum::ONE, |color, value| color * value);
+        let target = (color.luminance() / self.importance.at(film)) as f64;
+        (target > 0.0 && target.is_finite()).then_some(Path {
+            vertices,
+            film,
+            lens,
+            time,
+            color,
+            target,
+        })
+    }
+
+    /// Those of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
+    pub fn factors(
+        &self,
+        at: &Vertex,
+        before: Option<&Vertex>,
+        after: [Option<&Vertex>; 2],
+        time: f32,
+    ) -> Option<Factors> {
+        let joint = after[0].map_or(1.0, |next| edge(at, next, after[1]));
+        match &at.kind {
+            VertexKind::Lens => {
+                let camera = self.world.camera;
+                let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
+                // Per area of the lens and solid angle, over the density of film and lens
+                let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
+                let seen = seen * camera.lens_area() / self.film_area();
+                Some(Factors {
+                    joint: seen as f64 * joint,
+                    ..Factors::default()
+                })
+            }
+            VertexKind::Light(source) => self.factors_of_light(at, source, before?, time),
+            VertexKind::Surface(surface) => {
+                let (wo, wi) = (at.direction_to(before?), at.direction_to(after[0]?));
+                let factors = match at.is_delta {
+                    true => self.factors_of_delta(surface, wo, wi)?,
+                    false => self.factors_of_surface(surface, wo, wi),
+                };
+                Some(Factors { joint, ..factors })
+            }
+        }
+    }
+
+    fn factors_of_surface(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Factors {
+        let scene = self.world.scene;
+        let [out, into] = [wo, wi].map(|w| w.dot(surface.point.ng).abs() as f64);
+        let towards_camera = out / into;
+        Factors {
+            value: surface.scattered(scene, wo, wi),
+            camera: surface.pdf_from_camera(scene, wo, wi) as f64,
+            light: surface.pdf_from_light(wi, wo) as f64 / towards_camera,
+            towards_camera,
+            ..Factors::default()
+        }
+    }
+
+    fn factors_of_delta(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<Factors> {
+        let single = |from: Vec3, to: Vec3, mode| {
+            let frame = surface.frame_for(self.world.scene, from, mode);
+            let (from, to) = (frame.to_local(from), frame.to_local(to));
+            Single::of(&surface.bsdf, from, from.z * to.z > 0.0, mode)
+        };
+        let camera = single(wo, wi, TransportMode::Radiance)?;
+        let light = single(wi, wo, TransportMode::Importance)?;
+        let adjoint = surface.point.adjoint_factor(wi, wo);
+        let towards_camera = (light.flux.luminance() * adjoint) as f64 / camera.flux.luminance() as f64;
+        Some(Factors {
+            value: camera.flux,
+            camera: camera.probability as f64,
+            light: light.probability as f64 / towards_camera,
+            towards_camera,
+            ..Factors::default()
+        })
+    }
+
+    fn factors_of_light(&self, at: &Vertex, source: &LightSource, before: &Vertex, time: f32) -> Option<Factors> {
+        let scene = self.world.scene;
+        let light = &scene.lights()[source.id.0 as usize];
+        let w = at.direction_to(before);
+        let [position, direction] = light.emission_pdfs(at.ng, w, time, &scene.ball()).map(f64::from);
+        let (start, onwards) = match source.kind.is_infinite() {
+            true => (direction, position),
+            false => (position, direction),
+        };
+        let (value, towards_camera) = match source.kind {
+            LightSourceKind::Area => {
+                let cos = w.dot(at.ng);
+                (cos > 0.0).then_some((source.radiance, cos as f64))?
+            }
+            LightSourceKind::Point => {
+                let sample = light.sample(before.p, time, Vec2::ZERO, scene.textures())?;
+                (sample.radiance * before.p.distance_squared(at.p), 1.0)
+            }
+            LightSourceKind::Far | LightSourceKind::Parallel => (source.radiance, 1.0),
+        };
+        Some(Factors {
+            value,
+            light: onwards / towards_camera,
+            towards_camera,
+            start: scene.emission_selection().pmf(source.id) as f64 * start,
+            ..Factors::default()
+        })
+    }
+
+    /// Probability with which a ray that leaves the scene, or meets a surface, finds the light `source` there.
+    pub fn met(&self, source: &LightSource) -> f64 {
+        match source.kind {
+            LightSourceKind::Area => 1.0,
+            LightSourceKind::Far => 1.0 / self.far_lights as f64,
+            LightSourceKind::Point | LightSourceKind::Parallel => 0.0,
+        }
+    }
+
+    /// The density with which bidirectional path tracing makes the `count` vertices of `path` that come after the first `kept` ones, by any of the ways to
+    /// split them between both ends, over what the path contributes; up to a factor of the vertices that are kept.
+    ///
+    /// Either subpath keeps what is its own, `kept` vertices from the camera and all that remain from the light, and goes on from there; then the two
+    /// are joined, but where the camera's has met a light (Veach 1997, §10.2 and §11.4.2.1).
+    pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
+        let n = path.len();
+        let kept_light = n - kept - count;
+        let factors = |i: usize| &path.vertices[i].factors;
+        let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
+        // By the number t of vertices from the camera, beginning with most: steps from the light are multiplied up, and the sum, from t on, of all
+        // ways over the steps from the camera that they have in common, as Horner has it
+        let first = (n - kept_light).min(n - 1);
+        let (mut from_light, mut sum) = (1.0, 0.0);
+        for t in (kept.max(1)..=kept + count).rev() {
+            if t < first {
+                from_light *= factors(t + 1).light;
+            }
+            let ends = match (path.source(), kept_light) {
+                (Some(source), 0) if t == n => self.met(source),
+                (_, 0) => factors(n - 1).start,
+                _ => 1.0,
+            };
+            let joint = match t {
+                t if t == n => 1.0,
+                t if path.can_be_joined(t - 1) => factors(t - 1).joint,
+                _ => f64::INFINITY,
+            };
+            sum = or_0(from_light * ends / (joint * path.target)) + or_0(factors(t - 1).camera * sum);
+        }
+        sum
+    }
+}
+
+/// What the values of `at` and `next` are multiplied by where their edge joins two subpaths: `through |cos| / d²` at `next`, whose value is over the
+/// cosine of the light that comes from `after` (Veach 1997, §8.2).
+fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
+    if next.is_infinite() {
+        return at.through as f64;
+    }
+    let w = next.direction_to(at);
+    let cos = |w: Vec3| match next.ng == Vec3::ZERO {
+        true => 1.0,
+        false => w.dot(next.ng).abs() as f64,
+    };
+    let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
+    at.through as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+}
+
+/// Whether the surface `met` is where `camera`, a path from the camera, has left it. There are no such paths here: they are made in one way only.
+pub(super) fn is_same_point(camera: &[Vertex], met: &Option<Vertex>) -> bool {
+    let ends = camera.last().zip(met.as_ref());
+    ends.is_some_and(|(last, met)| met.is_met_again(last))
+}

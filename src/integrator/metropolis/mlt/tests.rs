@@ -1,0 +1,288 @@
+//! Each mutation by itself leaves paths as frequent as they are bright.
+
+use super::*;
+use crate::accel::brute::BruteForce;
+use crate::camera::{Camera, CameraParameters};
+use crate::color::Spectrum;
+use crate::film::Filter;
+use crate::geometry::Mesh;
+use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, RayKind};
+use crate::material::Material;
+use crate::math::{UVec2, Vec3};
+use crate::sampler::Independent;
+use crate::scene::{Scene, SceneBuilder};
+
+/// Nobody asks how many rays there were.
+struct Uncounted;
+
+impl RaySink for Uncounted {
+    fn ray(&mut self, _: RayKind) {}
+    fn cut_walk(&mut self) {}
+}
+
+/// A rectangle with a corner at `p` and the edges `a` and `b`, its front towards `a × b`.
+fn quad(p: Vec3, a: Vec3, b: Vec3) -> Mesh {
+    Mesh {
+        positions: vec![p, p + a, p + a + b, p + b],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+fn matte(diffuse: Spectrum) -> Material {
+    Material {
+        name: "m".into(),
+        diffuse,
+        ..Material::default()
+    }
+}
+
+fn add(b: &mut SceneBuilder, mesh: Mesh, material: Material) {
+    let id = b.add_material(material).unwrap();
+    b.add_mesh(mesh, id).unwrap();
+}
+
+/// A floor, two walls, a wide lamp.
+fn corner(b: &mut SceneBuilder) {
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::Z, 2.0 * Vec3::X),
+        matte(Spectrum::rgb(0.7, 0.6, 0.5)),
+    );
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::X, 2.0 * Vec3::Y),
+        matte(Spectrum::rgb(0.3, 0.6, 0.3)),
+    );
+    add(
+        b,
+        quad(Vec3::ZERO, 2.0 * Vec3::Y, 2.0 * Vec3::Z),
+        matte(Spectrum::rgb(0.7, 0.2, 0.2)),
+    );
+}
+
+fn lamp(b: &mut SceneBuilder) {
+    let material = Material {
+        emission: Spectrum::splat(3.0),
+        ..matte(Spectrum::splat(0.4))
+    };
+    add(
+        b,
+        quad(Vec3::new(0.6, 1.8, 0.6), 0.8 * Vec3::X, 0.8 * Vec3::Z),
+        material,
+    );
+}
+
+/// A mirror that leans on the wall, and a pane of glass before the floor.
+fn mirror_and_glass(b: &mut SceneBuilder) {
+    let mirror = Material {
+        specular: Spectrum::splat(0.6),
+        gloss: crate::material::Gloss::Mirror(crate::bsdf::Fresnel::Full),
+        ..matte(Spectrum::splat(0.3))
+    };
+    add(
+        b,
+        quad(Vec3::new(0.4, 0.0, 0.5), 1.4 * Vec3::X, Vec3::new(0.0, 1.3, -0.4)),
+        mirror,
+    );
+    let glass = Material {
+        transmission: Spectrum::rgb(0.9, 1.0, 0.8),
+        ..matte(Spectrum::ZERO)
+    };
+    add(
+        b,
+        quad(
+            Vec3::new(0.3, 0.5, 0.7),
+            Vec3::new(0.2, 0.1, 1.2),
+            Vec3::new(1.2, 0.05, 0.0),
+        ),
+        glass,
+    );
+}
+
+fn look<T>(
+    build: impl FnOnce(&mut SceneBuilder),
+    lens_radius: f32,
+    with: impl FnOnce(&PathSpaceIntegrator<BruteForce>) -> T,
+) -> T {
+    let mut b = SceneBuilder::new();
+    build(&mut b);
+    let (scene, _): (Scene, _) = b.build().unwrap();
+    let accel = BruteForce::new(&scene);
+    let parameters = CameraParameters {
+        position: Vec3::new(1.7, 1.5, 2.6),
+        look_at: Vec3::new(0.8, 0.6, 0.6),
+        up: Vec3::Y,
+        vertical_fov: 60.0,
+        lens_radius,
+        focus_distance: 2.0,
+    };
+    let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
+    let metropolis = Metropolis {
+        direct: MetropolisDirect::Metropolis,
+        ..Metropolis::default()
+    };
+    let world = World {
+        scene: &scene,
+        accel: &accel,
+        camera: &camera,
+        filter: &Filter::BOX,
+        features: false,
+        strategies: false,
+    };
+    let maker = ImportanceImageMaker {
+        world,
+        heuristic: Heuristic::Power,
+        max_depth: Some(4),
+        roulette: Roulette::default(),
+    };
+    let piece = |index| maker.piece(index, &mut Independent::new(8), &mut Uncounted);
+    let pieces: Vec<_> = (0..ImportanceImageMaker::<BruteForce>::PIECES).map(piece).collect();
+    let importance = maker.join(&pieces);
+    with(&PathSpaceIntegrator {
+        world,
+        max_depth: Some(4),
+        roulette: Roulette::default(),
+        light_samples: 1,
+        metropolis,
+        importance: &importance,
+    })
+}
+
+/// What a path is asked: its length, where it falls, where it scatters first, from where its light comes, and its deltas.
+fn features(path: &Path) -> Vec<f64> {
+    let n = path.len();
+    let mut of = vec![0.0; 10];
+    of[n - 2] = 1.0;
+    let [first, last] = [1, n - 2].map(|i| path.vertices[i.min(n - 1)].p);
+    of.extend([path.film.x, path.film.y, first.x, first.y, first.z, last.x, last.y].map(f64::from));
+    of.push(path.vertices.iter().filter(|v| v.is_delta).count() as f64);
+    of.push(f64::from(path.vertices[n - 1].is_infinite()));
+    of.push((path.vertices.iter().map(|v| v.p.length()).sum::<f32>() as f64).min(20.0));
+    of
+}
+
+/// A step of a chain from where its paths are as frequent as they are bright must leave them so. Over independent samples of such paths, whatever is asked of
+/// x and y, the mean of `w a (h(y) − h(x))` is 0. The balance of each pair says more: so is that of `w a φ(x, y)` for antisymmetric φ.
+fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
+    const SAMPLES: u32 = 6000;
+    let space = integrator.space();
+    let (mut rays, mut sampler) = (Uncounted, Independent::new(7));
+    let light_of = |(path, light): &(Path, f64)| (*light, path.len());
+    let found: Vec<Found> = (0..512)
+        .map(|i| {
+            let seed = integrator.seed(&space, 0, i, &mut sampler, &mut rays);
+            seed.iter().map(light_of).collect()
+        })
+        .collect();
+    let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
+    let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
+    let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
+    for i in 0..SAMPLES {
+        let mut numbers = Numbers::of(SampleKey::new(i, 3, 1), &mut sampler);
+        let mut sample: Vec<f64> = Vec::new();
+        for (x, light) in integrator.seed(&space, 1, i, &mut sampler, &mut rays) {
+            let (index, proposal) = integrator.mutate_by(kind, (&space, lengths), &x, &mut numbers, &mut rays);
+            let Some(Proposal { path: y, acceptance }) = proposal.filter(|_| NAMES[index] == name) else {
+                continue;
+            };
+            moved += u32::from(acceptance > 0.0);
+            let flow = light * kind.probability(&x) * acceptance;
+            let (of_x, of_y) = (features(&x), features(&y));
+            let n = of_x.len();
+            sample.resize(2 * n, 0.0);
+            for j in 0..n {
+                let next = (j + 1) % n;
+                sample[j] += flow * (of_y[j] - of_x[j]);
+                sample[n + j] += flow * (of_y[j] * of_x[next] - of_x[j] * of_y[next]);
+            }
+        }
+        sums.resize(sums.len().max(sample.len()), [0.0; 2]);
+        for (sum, value) in sums.iter_mut().zip(sample) {
+            *sum = [sum[0] + value, sum[1] + value * value];
+        }
+    }
+    let z_score = |[sum, squares]: &[f64; 2]| sum / squares.sqrt().max(1e-12);
+    let z: Vec<f64> = sums.iter().map(z_score).collect();
+    let worst = z.iter().fold(0.0f64, |worst, z| worst.max(z.abs()));
+    println!(
+        "{what}, {name}: {moved} moves, worst of {} z-scores {worst:.2}",
+        z.len()
+    );
+    assert!(moved > 200, "{what}, {name}: {moved} moves");
+    assert!(z.iter().all(|z| z.abs() < 4.5), "{what}, {name}: {z:.1?}");
+}
+
+const KINDS: [(&str, Mutation); 5] = [
+    ("new path", Mutation::Replace),
+    ("bidirectional", Mutation::Bidirectional),
+    ("lens", Mutation::FromCamera),
+    ("caustic", Mutation::FromLight),
+    ("multi-chain", Mutation::FromCamera),
+];
+
+#[test]
+fn mutations_balance_between_matte_surfaces() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+    };
+    // Nothing is seen in mirrors.
+    for kind in KINDS.into_iter().take(4) {
+        look(build, 0.0, |integrator| is_balanced("matte", integrator, kind));
+    }
+}
+
+#[test]
+fn mutations_balance_through_mirrors_and_glass() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+        mirror_and_glass(b);
+    };
+    for kind in KINDS {
+        look(build, 0.1, |integrator| {
+            is_balanced("mirror and glass", integrator, kind)
+        });
+    }
+}
+
+#[test]
+fn mutations_balance_where_light_comes_from_points_and_from_afar() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        mirror_and_glass(b);
+        let grey = Spectrum::splat;
+        b.add_point_light(Vec3::new(1.2, 1.6, 1.2), grey(1.0)).unwrap();
+        let direction = Vec3::new(-1.0, -1.0, -1.2);
+        b.add_spot_light(Vec3::splat(1.5), direction, grey(2.0), 30.0, 20.0)
+            .unwrap();
+        b.add_constant_light(grey(0.4)).unwrap();
+        b.add_directional_light(Vec3::new(-0.5, -1.0, -0.4), grey(0.7)).unwrap();
+    };
+    for kind in KINDS {
+        look(build, 0.0, |integrator| is_balanced("far", integrator, kind));
+    }
+}
+
+#[test]
+fn mutations_balance_where_lights_are_near_and_far() {
+    // A ray that goes past the lamp, which the camera sees, meets one of four skies, by chance.
+    let build = |b: &mut SceneBuilder| {
+        let material = Material {
+            emission: Spectrum::splat(2.0),
+            ..matte(Spectrum::splat(0.4))
+        };
+        add(
+            b,
+            quad(Vec3::new(0.4, 0.3, 0.5), 0.6 * Vec3::X, 0.6 * Vec3::Y),
+            material,
+        );
+        for light in [0.2, 0.3, 0.4, 0.6] {
+            b.add_constant_light(Spectrum::splat(light)).unwrap();
+        }
+    };
+    for kind in KINDS.into_iter().take(4) {
+        look(build, 0.0, |integrator| is_balanced("near and far", integrator, kind));
+    }
+}

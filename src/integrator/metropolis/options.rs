@@ -1,0 +1,152 @@
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::integrator::{Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
+use crate::material::BsdfSlot;
+use crate::math::hash::{GOLDEN_GAMMA, mix};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// How Metropolis light transport is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metropolis {
+    /// Who finds the light that is scattered once, or not at all, and lamps that are seen by delta lobes alone.
+    pub direct: MetropolisDirect,
+    /// What chains are after.
+    pub target: MetropolisTarget,
+    /// Chains in a frame; `None`: as many as serve its number of pixels well.
+    pub chains: Option<u32>,
+    /// Paths in a frame that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
+    pub bootstrap: Option<u32>,
+    /// Share of large steps, 0 to 1.
+    pub large_step_probability: f32,
+    /// The longest small step, as a share of the range of a random number, above 0 and 0.5 at most.
+    pub mutation_size: f32,
+}
+
+/// Mutations, one for each pixel of the image in an iteration, for which there is a chain.
+const MUTATIONS_PER_CHAIN: u64 = 256;
+
+/// Minimum number of chains, where none is given.
+const MIN_CHAINS: u64 = 16;
+
+impl Default for Metropolis {
+    /// Steps as Kelemen et al. have them.
+    fn default() -> Self {
+        Self {
+            direct: MetropolisDirect::Ordinary,
+            target: MetropolisTarget::Relative,
+            chains: None,
+            bootstrap: None,
+            large_step_probability: 0.3,
+            mutation_size: 1.0 / 64.0,
+        }
+    }
+}
+
+/// Who finds direct light, light that is not scattered at all, and lamps that are seen in mirrors and through glass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MetropolisDirect {
+    /// Path tracing, a sample a pixel: chains would go where it is bright, and do no better (Veach and Guibas 1997, §5.4).
+    #[default]
+    Ordinary,
+    /// Chains, as all other light.
+    Metropolis,
+}
+
+/// What Markov chains are after: they visit paths in proportion to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MetropolisTarget {
+    /// The luminance that a path brings to the picture.
+    Luminance,
+    /// That over what a [`ImportanceImage`](crate::integrator::ImportanceImage) shows at its place, so that dark places get about as many paths as bright ones (two-stage Metropolis light
+    /// transport, Veach and Guibas 1997).
+    #[default]
+    Relative,
+}
+
+impl Metropolis {
+    /// Whether chains carry all light, and not only what [`OrdinaryLight`] does not find.
+    pub(crate) fn carries_all(&self) -> bool {
+        self.direct == MetropolisDirect::Metropolis
+    }
+
+    /// Chains of an iteration that has `mutations` mutations, one for each pixel of the image.
+    pub(crate) fn chains(&self, mutations: u64) -> u32 {
+        let usual = (mutations / MUTATIONS_PER_CHAIN).max(MIN_CHAINS);
+        let chains = self.chains.map_or(usual, u64::from);
+        chains.clamp(1, mutations) as u32
+    }
+
+    /// Vertices, at least, of the paths that chains carry.
+    pub(crate) fn min_vertices(&self) -> usize {
+        if self.carries_all() { 2 } else { 4 }
+    }
+}
+
+/// Finds what is left to path tracing beside chains: light that is scattered once or not at all, and lamps that are seen in mirrors and through glass, which a
+/// path from the camera meets without looking for them. They are few pixels, and bright: chains would either live there or never come.
+#[derive(Debug)]
+pub(crate) struct OrdinaryLight<'a, A> {
+    pub world: World<'a, A>,
+    pub heuristic: Heuristic,
+    /// Scattering events at most.
+    pub max_depth: Option<u32>,
+    pub roulette: Roulette,
+    pub light_samples: u32,
+}
+
+impl<A: Accel> OrdinaryLight<'_, A> {
+    /// Traces the sample `key`.
+    pub fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let direct = PathIntegrator {
+            world: self.world,
+            strategy: Strategy {
+                heuristic: self.heuristic,
+                ..Strategy::default()
+            },
+            max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
+            roulette: self.roulette,
+            light_samples: self.light_samples,
+        };
+        direct.sample(key, sampler, out);
+        self.sample_lamps(key, sampler, out);
+    }
+
+    /// Adds the light that comes along the sample's ray by two delta lobes or more, and by nothing else.
+    fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let world = &self.world;
+        let mut ray = world.camera_ray(key, None, sampler, out);
+        let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
+        for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
+            let hit = world.intersect(&ray, RayKind::Bounce, out);
+            let slot = BsdfSlot::new();
+            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+            let met = hit.as_ref().zip(vertex.as_ref());
+            if depth > 1 {
+                Strategy::default().emitted(world.scene, &ray, None, beta, met, |light| out.radiance(light));
+            }
+            let Some(vertex) = vertex else { return };
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let sample = vertex.bsdf.sample(vertex.wo, u_lobe, u, TransportMode::Radiance);
+            let Some(sample) = sample.filter(|sample| sample.is_delta()) else {
+                return;
+            };
+            beta *= sample.weight;
+            eta_squared *= sample.eta * sample.eta;
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
+            let Some(factor) = self.roulette.play(depth, beta * eta_squared, u) else {
+                return;
+            };
+            beta *= factor;
+            ray = vertex.ray_along(sample.wi);
+        }
+    }
+}
+
+/// A name for what the sampler stands at: chains draw all of their own numbers from it.
+pub(crate) fn name(sampler: &impl Sampler) -> u64 {
+    let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
+    let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;
+    mix(mix(word(a.x, a.y).wrapping_add(GOLDEN_GAMMA)) ^ word(b.x, b.y))
+}

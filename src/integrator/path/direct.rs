@@ -1,0 +1,165 @@
+use super::strategy::PrevVertex;
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::Hit;
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{Gathered, Sink, Strategy, World};
+use crate::light::{LightId, Receiver};
+use crate::math::{Ray, Vec2};
+use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::{Incident, Scene};
+
+/// The random numbers of one estimate of direct light.
+pub(crate) struct LightNumbers<'a, S> {
+    choice: f32,
+    point: Vec2,
+    sampler: &'a S,
+    depth: u32,
+}
+
+impl<'a, S: Sampler> LightNumbers<'a, S> {
+    /// Those of the vertex reached after `depth` scatterings.
+    pub fn draw(sampler: &'a S, depth: u32) -> Self {
+        let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
+        Self::with_choice(sampler, depth, decisions.x)
+    }
+
+    /// The same, where the number that chooses the light has been drawn.
+    pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
+        Self {
+            choice,
+            point: sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint)),
+            sampler,
+            depth,
+        }
+    }
+
+    /// Those of the light in place `index`, where all lights are sampled.
+    fn point_of(&self, index: u32) -> Vec2 {
+        self.sampler
+            .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
+    }
+}
+
+impl Strategy {
+    /// Gives `add` the light that `ray` finds, times the throughput `beta`: emitted by the surface `met`, or by infinitely distant lights where it
+    /// meets none. It is weighed against the light samples of the previous vertex.
+    #[inline(always)]
+    pub(crate) fn emitted<R: Gathered>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        prev: Option<&PrevVertex>,
+        beta: Spectrum,
+        met: Option<(&Hit, &Vertex)>,
+        mut add: impl FnMut(R),
+    ) {
+        let from = prev.map_or(Receiver::any_side(ray.origin), |prev| prev.from);
+        let mut add = |light: Incident| {
+            let weight = self.emission_weight(prev, &light);
+            add(R::of_light(beta * light.radiance * weight, light.id, scene));
+        };
+        match met {
+            Some((hit, vertex)) => {
+                let light = scene.emitted(hit, &from, vertex.point.p, ray.direction, ray.time);
+                light.into_iter().for_each(add);
+            }
+            None => {
+                for light in scene.escaped(from, ray.direction) {
+                    add(light);
+                }
+            }
+        }
+    }
+}
+
+/// Lights between two looks at whether the work is cancelled, where all are sampled.
+const LIGHTS_A_LOOK: usize = 64;
+
+/// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
+///
+/// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
+/// scattered ray meets.
+pub(crate) enum Direct<R> {
+    /// So much arrives.
+    Known(R),
+    /// So much arrives unless something is on the way.
+    Unless(Ray, R),
+}
+
+impl<R: Gathered> Direct<R> {
+    /// Nothing arrives.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self::Known(R::default())
+    }
+
+    /// Draws it for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
+    /// here; a single one is left to [`Direct::arrives`].
+    #[inline(always)]
+    pub fn sample<A: Accel>(
+        world: &World<A>,
+        vertex: &Vertex,
+        strategy: &Strategy,
+        count: u32,
+        u: &LightNumbers<impl Sampler>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> Self {
+        if !strategy.samples_lights() || vertex.bsdf.is_delta() {
+            return Self::none();
+        }
+        let selection = world.scene.light_selection();
+        if let Some(ids) = selection.all() {
+            let mut sum = R::default();
+            for (index, &id) in ids.iter().enumerate() {
+                if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
+                    break;
+                }
+                let light = Self::of_light(
+                    world.scene,
+                    vertex,
+                    strategy,
+                    (id, count as f32),
+                    u.point_of(index as u32),
+                );
+                sum += light.arrives(world, out);
+            }
+            return Self::Known(sum);
+        }
+        match selection.sample(world.scene.lights(), &vertex.receiver(), u.choice) {
+            Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
+            None => Self::none(),
+        }
+    }
+
+    /// That of the light `id`, of which `expected` samples are expected at the vertex.
+    #[inline(always)]
+    fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
+        // A direction towards the light
+        let light = &scene.lights()[id.0 as usize];
+        let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
+            return Self::none();
+        };
+
+        // What would be scattered; a shadow ray is worth while only where that is anything.
+        let wi = vertex.frame.to_local(light.wi);
+        let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
+        if f.is_black() {
+            return Self::none();
+        }
+        let pdf = expected * light.pdf;
+        let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
+        let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
+        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))
+    }
+
+    /// What arrives: the shadow ray is traced.
+    #[inline(always)]
+    pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
+        match self {
+            Self::Known(radiance) => radiance,
+            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),
+        }
+    }
+}

@@ -1,0 +1,320 @@
+use super::direct::{Direct, LightNumbers};
+use super::reuse::{NoReuse, Reuse};
+use super::strategy::PrevVertex;
+use crate::accel::Accel;
+use crate::bsdf::Bsdf;
+use crate::color::Spectrum;
+use crate::geometry::Hit;
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
+use crate::material::BsdfSlot;
+use crate::math::{Ray, Vec2, Vec3};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use std::array::from_fn;
+
+/// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled at every vertex and
+/// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
+#[derive(Debug)]
+pub struct PathIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How directions are drawn and direct light is found.
+    pub strategy: Strategy,
+    /// Scattering events at most: 0 shows emission alone, `None` leaves the end to roulette.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+    /// Light samples at the first vertex, which all of a pixel's samples have; one at all others.
+    pub light_samples: u32,
+}
+
+// Derived, these would ask the same of `A`, of which there is only a reference.
+impl<A> Clone for PathIntegrator<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A> Copy for PathIntegrator<'_, A> {}
+
+/// Where a path begins: a ray, and the surface that it meets.
+pub(crate) struct PathStart<'s, S> {
+    pub key: SampleKey,
+    /// Started with `key`.
+    pub sampler: &'s S,
+    pub ray: Ray,
+    /// Closest hit of `ray`.
+    pub hit: Option<Hit>,
+    /// Scattering events before `ray`: 0 at the camera.
+    pub depth: u32,
+    /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
+    pub tail_depth: u32,
+}
+
+/// The state of a path between two vertices.
+pub(crate) struct PathState {
+    pub ray: Ray,
+    /// Throughput.
+    pub beta: Spectrum,
+    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and
+    /// what a path that serves several pixels counts in them.
+    pub roulette_scale: f32,
+    /// The scattering that `ray` comes from; `None` at the camera.
+    pub prev: Option<PrevVertex>,
+}
+
+/// Estimate of the radiance that arrives along a path's first ray, in two parts.
+pub(crate) struct PathRadiance<R> {
+    /// Light emitted at vertices up to the one at [`PathStart::tail_depth`], and scattered before it.
+    pub head: R,
+    /// All other light: scattered at that vertex, or emitted or scattered behind it.
+    pub tail: R,
+}
+
+impl<R: Gathered> PathRadiance<R> {
+    pub fn sum(mut self) -> R {
+        self.head += self.tail;
+        self.head
+    }
+}
+
+impl<A: Accel> Integrator for PathIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
+            for (i, out) in out.iter_mut().enumerate() {
+                let slot = BsdfSlot::new();
+                let radiance = self.li(&packet.start(i, keys), &slot, &mut NoReuse, out);
+                out.radiance(radiance.sum());
+            }
+        }
+    }
+}
+
+impl<A: Accel> PathIntegrator<'_, A> {
+    /// The radiance that arrives along the ray of `start`, by following one path. `slot` holds what varies over its first surface; `reuse` is
+    /// told of the vertices that path reuse needs.
+    #[inline(always)]
+    pub(crate) fn li<'v, S: Sampler, R: Gathered>(
+        &'v self,
+        start: &PathStart<S>,
+        slot: &'v BsdfSlot,
+        reuse: &mut impl Reuse<'v>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> PathRadiance<R> {
+        let (world, strategy) = (&self.world, &self.strategy);
+        let (mut head, mut radiance) = (R::default(), R::default());
+        let mut path = PathState::new(start.ray);
+        for depth in start.depth.. {
+            // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile.
+            let u = VertexNumbers::draw(start.sampler, depth, self.roulette);
+
+            // Intersect the ray with the scene
+            let is_first = depth == start.depth;
+            let hit = match is_first {
+                true => start.hit,
+                false => world.intersect(&path.ray, RayKind::Bounce, out),
+            };
+            let later = BsdfSlot::new();
+            let vertex = match (hit, is_first) {
+                (None, _) => None,
+                (Some(hit), true) => Some(reuse.first_vertex(world.vertex(&hit, &path.ray, slot))),
+                (Some(hit), false) => Some(world.vertex(&hit, &path.ray, &later)),
+            };
+
+            // Add emitted light, weighed against the light samples of the previous vertex
+            let mut emitted = R::default();
+            let met = hit.as_ref().zip(vertex.as_ref());
+            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
+                emitted += light
+            });
+            radiance += emitted;
+
+            // End the path where it leaves the scene, and at its maximum depth
+            let (Some(hit), Some(vertex)) = (hit, vertex) else {
+                break;
+            };
+            if depth == 0 {
+                out.first_surface(world.first_surface(&hit, &vertex));
+            }
+            if depth == start.tail_depth {
+                head = std::mem::take(&mut radiance);
+                reuse.tail_vertex(&vertex, &mut path);
+            }
+            if self.max_depth.is_some_and(|max| depth >= max) {
+                break;
+            }
+
+            // Sample lights (next-event estimation)
+            let light_samples = if depth == 0 { self.light_samples } else { 1 };
+            let (mut direct, shadow) = self.sample_lights(&vertex, (start.key, start.sampler), u.light.as_ref(), out);
+
+            // Sample the BSDF, update the throughput and play Russian roulette
+            let next = 'scatter: {
+                let u_lobe = u.lobe(vertex.bsdf);
+                let sample = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u.direction);
+                let Some(sample) = sample else { break 'scatter None };
+                let beta = path.beta * sample.weight;
+                // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
+                let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
+                let factor = self.roulette.play(depth, beta * roulette_scale, u.roulette);
+                factor.map(|factor| PathState {
+                    ray: vertex.ray_along(sample.wi),
+                    beta: beta * factor,
+                    roulette_scale,
+                    prev: Some(PrevVertex::new(&vertex, &sample, light_samples)),
+                })
+            };
+
+            // Add direct light. Its shadow ray is traced last, so that the next ray can follow it without delay.
+            direct += shadow.arrives(world, out);
+            radiance += direct * path.beta;
+            let Some(next) = next else { break };
+            path = next;
+        }
+        PathRadiance { head, tail: radiance }
+    }
+
+    /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.
+    ///
+    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together.
+    #[inline(always)]
+    pub(crate) fn sample_lights<S: Sampler, R: Gathered>(
+        &self,
+        vertex: &Vertex,
+        (key, sampler): (SampleKey, &S),
+        u: Option<&LightNumbers<S>>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> (R, Direct<R>) {
+        let (world, strategy) = (&self.world, &self.strategy);
+        if let Some(u) = u {
+            return (R::default(), Direct::sample(world, vertex, strategy, 1, u, out));
+        }
+        let (mut radiance, mut shadow) = (R::default(), Direct::none());
+        let count = self.light_samples;
+        let mut sampler = sampler.clone();
+        for i in 0..count {
+            // A single one is the path's own.
+            if count > 1 {
+                sampler.start(SampleKey {
+                    sample: key.sample.wrapping_mul(count).wrapping_add(i),
+                    ..key
+                });
+            }
+            // Each shadow ray is traced when the next sample is ready.
+            let u = LightNumbers::draw(&sampler, 0);
+            let next = Direct::sample(world, vertex, strategy, count, &u, out);
+            radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
+        }
+        (radiance, shadow)
+    }
+}
+
+/// Camera rays of several samples, traced as one packet.
+pub(crate) struct CameraPacket<S> {
+    samplers: [S; SAMPLES_AT_ONCE],
+    rays: [Ray; SAMPLES_AT_ONCE],
+    hits: [Option<Hit>; SAMPLES_AT_ONCE],
+}
+
+impl<S: Sampler> CameraPacket<S> {
+    /// That of the samples `keys`, [`SAMPLES_AT_ONCE`] at most; `is_one_time` gives all of them the time of the first.
+    #[inline(always)]
+    pub fn trace<A: Accel>(
+        world: &World<A>,
+        keys: &[SampleKey],
+        sampler: &S,
+        is_one_time: bool,
+        out: &mut [impl Sink],
+    ) -> Self {
+        let mut packet = Self {
+            samplers: from_fn(|_| sampler.clone()),
+            rays: [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE],
+            hits: [None; SAMPLES_AT_ONCE],
+        };
+        let mut time = None;
+        let samples = packet.rays.iter_mut().zip(&mut packet.samplers);
+        for ((ray, sampler), (key, out)) in samples.zip(keys.iter().zip(&mut *out)) {
+            *ray = world.camera_ray(*key, time, sampler, out);
+            time = time.or(is_one_time.then_some(ray.time));
+        }
+        let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
+        world.accel.intersect_coherent(rays, hits);
+        out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
+        if world.scene.has_alpha() {
+            for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
+                *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
+            }
+        }
+        packet
+    }
+
+    /// The path of the sample `i`.
+    pub fn start(&self, i: usize, keys: &[SampleKey]) -> PathStart<'_, S> {
+        PathStart {
+            key: keys[i],
+            sampler: &self.samplers[i],
+            ray: self.rays[i],
+            hit: self.hits[i],
+            depth: 0,
+            tail_depth: 1,
+        }
+    }
+}
+
+/// The random numbers of one vertex.
+pub(crate) struct VertexNumbers<'s, S> {
+    sampler: &'s S,
+    depth: u32,
+    /// Chooses and samples a light; `None` at the first vertex, where [`PathIntegrator::sample_lights`] draws those of each light sample.
+    pub light: Option<LightNumbers<'s, S>>,
+    /// Draws the direction.
+    pub direction: Vec2,
+    pub roulette: f32,
+}
+
+impl<'s, S: Sampler> VertexNumbers<'s, S> {
+    /// Those of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs no number there.
+    #[inline(always)]
+    pub fn draw(sampler: &'s S, depth: u32, roulette: Roulette) -> Self {
+        let decisions = match depth == 0 && roulette.depth > 0 {
+            true => Vec2::ZERO,
+            false => sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)),
+        };
+        Self {
+            sampler,
+            depth,
+            light: (depth > 0).then(|| LightNumbers::with_choice(sampler, depth, decisions.x)),
+            direction: sampler.get_2d(Dimension::bounce(depth, Bounce::Direction)),
+            roulette: decisions.y,
+        }
+    }
+
+    /// Chooses a lobe of `bsdf`, where there are several.
+    pub fn lobe(&self, bsdf: &Bsdf) -> f32 {
+        match bsdf {
+            Bsdf::Single(_) => 0.0,
+            Bsdf::Mix(_) | Bsdf::Layered(_) => self.sampler.get_1d(Dimension::bounce(self.depth, Bounce::Lobe)),
+        }
+    }
+}
+
+impl PathState {
+    /// Before the first vertex.
+    pub fn new(ray: Ray) -> Self {
+        Self {
+            ray,
+            beta: Spectrum::ONE,
+            roulette_scale: 1.0,
+            prev: None,
+        }
+    }
+
+    /// Whether `ray` leaves a mirror, or the like.
+    pub fn is_delta(&self) -> bool {
+        self.prev.is_some_and(|prev| prev.is_delta)
+    }
+}

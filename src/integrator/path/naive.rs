@@ -1,0 +1,76 @@
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::integrator::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
+use crate::light::Receiver;
+use crate::material::BsdfSlot;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Kajiya's path tracing by brute force: directions uniform over the hemisphere, light only where a path happens to meet it
+/// (Kajiya 1986). A surface that emits and reflects does one of the two, by the flip of a coin.
+#[derive(Debug)]
+pub struct NaiveIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Scattering events at most, or roulette alone.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+}
+
+impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let world = &self.world;
+        let mut ray = world.camera_ray(key, None, sampler, out);
+        let mut beta = Spectrum::ONE;
+        let mut eta_squared = 1.0;
+
+        for depth in 0.. {
+            let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
+            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+            let Some(hit) = world.intersect(&ray, kind, out) else {
+                Strategy::default().emitted(world.scene, &ray, None, beta, None, |light| out.radiance(light));
+                return;
+            };
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
+            if depth == 0 {
+                out.first_surface(world.first_surface(&hit, &vertex));
+            }
+
+            // Emit or reflect: certain where one of them is nothing, else a coin decides.
+            let emitted = world.scene.emitted(
+                &hit,
+                &Receiver::any_side(ray.origin),
+                vertex.point.p,
+                ray.direction,
+                ray.time,
+            );
+            let emitted = emitted.filter(|light| !light.radiance.is_black());
+            let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
+            let chance = match (emitted, reflects) {
+                (None, false) => return,
+                (Some(_), true) => 0.5,
+                _ => 1.0,
+            };
+            if let (Some(light), true) = (emitted, !reflects || decisions.x < 0.5) {
+                let radiance = beta * light.radiance / chance;
+                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
+                return;
+            }
+            beta = beta / chance;
+
+            // On in a uniform direction
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u_lobe, direction);
+            let Some(sample) = sample else { return };
+            beta *= sample.weight;
+            eta_squared *= sample.eta * sample.eta;
+            let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {
+                return;
+            };
+            beta *= factor;
+            ray = vertex.ray_along(sample.wi);
+        }
+    }
+}

@@ -1,0 +1,258 @@
+use super::integrator::{CameraPacket, PathIntegrator, PathState};
+use super::strategy::Directions;
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::{SurfacePoint, offset_origin, segment};
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, World};
+use crate::material::BsdfSlot;
+use crate::math::{Ray, Vec3};
+use crate::sampler::{SampleKey, Sampler};
+use std::array::from_fn;
+
+/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that are matte (Bekaert, Sbert and
+/// Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
+#[derive(Debug)]
+pub struct ReusingPathIntegrator<'a, A> {
+    /// How each path is followed. Its roulette ends no path before the second vertex.
+    pub path: PathIntegrator<'a, A>,
+}
+
+/// Minimum throughput that roulette assumes for a shared path.
+const MIN_SHARED_BETA: f32 = 0.5;
+
+impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        let world = &self.path.world;
+        // That one pixel's surface is dark says nothing of those with which it shares its path.
+        let path = PathIntegrator {
+            roulette: Roulette {
+                depth: self.path.roulette.depth.max(1),
+            },
+            ..self.path
+        };
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            // Paths that are shared must be of one time.
+            let packet = CameraPacket::trace(world, keys, sampler, true, out);
+
+            // Follow each path by itself
+            let slots: [BsdfSlot; SAMPLES_AT_ONCE] = from_fn(|_| BsdfSlot::new());
+            let mut firsts = [const { None }; SAMPLES_AT_ONCE];
+            let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            for (i, out) in out.iter_mut().enumerate() {
+                let mut ours = Shared::default();
+                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut ours, out);
+                firsts[i] = ours.first;
+                match ours.end {
+                    Some(end) => {
+                        out.radiance(radiance.head);
+                        ends[i] = Some((end, radiance.tail));
+                    }
+                    None => out.radiance(radiance.sum()),
+                }
+            }
+
+            // All first vertices look at the shared ends.
+            for (owner, end) in ends.iter().enumerate() {
+                if let Some((end, radiance)) = end {
+                    end.light_all(*radiance, world, path.strategy.directions, &firsts, owner, out);
+                }
+            }
+        }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        SAMPLES_AT_ONCE
+    }
+}
+
+/// What path reuse asks of a path on its way.
+pub(crate) trait Reuse<'v> {
+    /// Takes note of the first vertex, and gives it back.
+    #[inline(always)]
+    fn first_vertex(&mut self, vertex: Vertex<'v>) -> Vertex<'v> {
+        vertex
+    }
+
+    /// Decides whether pixels share the light that is scattered at `vertex`, where `path` has come to the depth
+    /// [`tail_depth`](super::integrator::PathStart::tail_depth); then the path goes on for all of them.
+    #[inline(always)]
+    fn tail_vertex(&mut self, _vertex: &Vertex, _path: &mut PathState) {}
+}
+
+/// Each path for its own pixel.
+pub(crate) struct NoReuse;
+
+impl Reuse<'_> for NoReuse {}
+
+/// What a path shares with others.
+#[derive(Default)]
+struct Shared<'v> {
+    first: Option<Vertex<'v>>,
+    end: Option<End>,
+}
+
+impl<'v> Reuse<'v> for Shared<'v> {
+    #[inline(always)]
+    fn first_vertex(&mut self, vertex: Vertex<'v>) -> Vertex<'v> {
+        self.first = Some(vertex);
+        vertex
+    }
+
+    #[inline(always)]
+    fn tail_vertex(&mut self, vertex: &Vertex, path: &mut PathState) {
+        if path.is_delta() || !End::can_be(vertex) {
+            return;
+        }
+        self.end = Some(End::new(vertex));
+        // The light that comes back along the path counts in several pixels, in each by a factor of its own, which is not known yet. Roulette
+        // goes by the pixel that follows the path, as long as that is not a dark one.
+        path.roulette_scale *= path.beta.max_component().max(MIN_SHARED_BETA);
+        path.beta = Spectrum::ONE;
+    }
+}
+
+/// Where a path has been led by its first scattering, if that is a matte surface: it sends the same light to the first vertices
+/// of all paths of a group.
+///
+/// Any of the paths might have found the point. By the balance heuristic over all of them (Veach 1997, §9.2.2), the light
+/// `L` of an end `y` counts in the pixel whose first vertex is `xᵢ` as
+///
+/// ```text
+/// f(xᵢ→y) |cos θᵢ| G(xᵢ, y) L / Σₖ pdfₖ(xₖ→y) G(xₖ, y),    G(x, y) = V(x, y) |cos θ_y| / |x − y|²
+/// ```
+///
+/// which is never more than `f |cos θ| / pdf · L` of the pixel's own path. What is emitted at `y`, and what is scattered there by
+/// other than matte surfaces, stays with the path that found it.
+struct End {
+    /// The point, clear of its surface.
+    p: Vec3,
+    /// When the path is there; all paths of a group have the same time.
+    time: f32,
+    /// Unit geometric normal on the side that light leaves.
+    n: Vec3,
+    /// The point where the shading normal is another one: from where it would be bent, the end is another surface.
+    curved: Option<SurfacePoint>,
+}
+
+/// A first vertex that could have found the end.
+#[derive(Clone, Copy)]
+struct Candidate {
+    index: usize,
+    /// `f |cos θ| |cos θ_y| / d²`: the light it takes from the end, if it sees it.
+    f: Spectrum,
+    /// Density per area with which it finds the end, if it sees it.
+    pdf: f32,
+    /// Where its ray to the end starts.
+    origin: Vec3,
+}
+
+impl End {
+    /// Whether `vertex` scatters to all directions alike.
+    fn can_be(vertex: &Vertex) -> bool {
+        vertex.bsdf.is_lambert() && !vertex.is_bent
+    }
+
+    /// The end at `vertex`.
+    fn new(vertex: &Vertex) -> Self {
+        let point = vertex.point;
+        let n = point.ng * 1f32.copysign(vertex.wo.z);
+        Self {
+            p: offset_origin(&point, n),
+            time: point.time,
+            n,
+            curved: point.is_curved().then_some(point),
+        }
+    }
+
+    /// Gives each path whose first vertex sees the end its share of `radiance`, which is an estimate of what is scattered to its side; the
+    /// path `owner` has found it.
+    fn light_all<A: Accel, R: Gathered>(
+        &self,
+        radiance: R,
+        world: &World<A>,
+        directions: Directions,
+        firsts: &[Option<Vertex>; SAMPLES_AT_ONCE],
+        owner: usize,
+        out: &mut [impl Sink<Radiance = R>],
+    ) {
+        if radiance.sum().is_black() {
+            return;
+        }
+
+        // Vertices that could have found it. That the owner's sees it is known.
+        let Some(own) = firsts[owner]
+            .as_ref()
+            .and_then(|v| self.candidate(v, owner, directions))
+        else {
+            return;
+        };
+        let mut others = [own; SAMPLES_AT_ONCE];
+        let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
+        let mut count = 0;
+        for (i, first) in firsts.iter().enumerate().filter(|(i, _)| *i != owner) {
+            let Some(first) = first else { continue };
+            if let Some(candidate) = self.candidate(first, i, directions) {
+                others[count] = candidate;
+                rays[count] = segment(candidate.origin, self.p).when(self.time);
+                count += 1;
+            }
+        }
+
+        // Their visibility; where surfaces have alpha, their transmittance
+        let (others, rays) = (&others[..count], &rays[..count]);
+        let mut seen = [1.0; SAMPLES_AT_ONCE];
+        let mut own_seen = 1.0;
+        if world.scene.has_alpha() {
+            for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
+                *seen = world.transmittance(ray, &mut out[other.index]);
+            }
+            let ray = segment(own.origin, self.p).when(self.time);
+            own_seen = world.transmittance(&ray, &mut out[owner]);
+        } else {
+            let mut occluded = [false; SAMPLES_AT_ONCE];
+            world.accel.occluded_coherent(rays, &mut occluded[..count]);
+            for ((seen, other), occluded) in seen.iter_mut().zip(others).zip(occluded) {
+                out[other.index].ray(RayKind::Shadow);
+                *seen = f32::from(u8::from(!occluded));
+            }
+        }
+
+        // Their shares
+        let others = || others.iter().zip(seen);
+        let pdf = others().fold(own_seen * own.pdf, |pdf, (other, seen)| pdf + seen * other.pdf);
+        if pdf <= 0.0 {
+            return;
+        }
+        let light = radiance * (1.0 / pdf);
+        out[owner].radiance(light * own.f * own_seen);
+        for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
+            out[other.index].radiance(light * other.f * seen);
+        }
+    }
+
+    /// The path `index`, whose first vertex is `vertex`, as one that could have found the end.
+    #[inline(always)]
+    fn candidate(&self, vertex: &Vertex, index: usize, directions: Directions) -> Option<Candidate> {
+        let d = self.p - vertex.point.p;
+        let squared = d.length_squared();
+        let wi = d * (1.0 / squared.sqrt());
+        let g = -self.n.dot(wi) / squared;
+        if self.curved.is_some_and(|point| point.bends_for(-wi)) {
+            return None;
+        }
+        let wi = vertex.frame.to_local(wi);
+        let pdf = directions.pdf(vertex.bsdf, vertex.wo, wi) * g;
+        // Also false where the two points are one
+        (pdf > 0.0 && pdf.is_finite()).then(|| Candidate {
+            index,
+            f: vertex.bsdf.eval(vertex.wo, wi) * (wi.z.abs() * g),
+            pdf,
+            origin: vertex.origin(wi),
+        })
+    }
+}

@@ -1,0 +1,180 @@
+use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
+use crate::integrator::vertex::Vertex;
+use crate::light::Receiver;
+use crate::math::{Vec2, Vec3};
+use crate::sampling::mis::{balance_heuristic, power_heuristic};
+use crate::sampling::warp::{
+    UNIFORM_HEMISPHERE_PDF, cosine_hemisphere, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere,
+};
+use crate::scene::Incident;
+
+/// How directions are drawn at a surface. Delta lobes are followed by all of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Directions {
+    /// Uniformly over the hemisphere.
+    Uniform,
+    /// By the cosine with the normal.
+    Cosine,
+    /// By the cosine too: the normal plus a point of the sphere, which [`crate::sampler::PerturbedQmc`] distributes well there.
+    PerturbedQmc,
+    /// By the BSDF.
+    #[default]
+    Bsdf,
+}
+
+/// How light that comes straight from a light is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DirectLight {
+    /// By following scattered rays.
+    None,
+    /// By sampling lights.
+    Light,
+    /// Both ways, combined by multiple importance sampling.
+    #[default]
+    Mis,
+}
+
+/// How multiple importance sampling weighs two strategies (Veach 1997, §9.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Heuristic {
+    /// By their densities.
+    Balance,
+    /// By the squares of their densities.
+    #[default]
+    Power,
+}
+
+/// The switches of an estimator; the defaults are the best there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Strategy {
+    /// How directions are drawn.
+    pub directions: Directions,
+    /// How direct light is found.
+    pub direct: DirectLight,
+    /// How both ways are combined.
+    pub heuristic: Heuristic,
+}
+
+/// The vertex that a ray comes from: what MIS needs when the ray meets a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PrevVertex {
+    /// Where it happened.
+    pub from: Receiver,
+    /// Density of the ray's direction.
+    pub pdf: f32,
+    /// Whether no light sampling could have drawn this direction.
+    pub is_delta: bool,
+    /// Light samples that were taken there.
+    pub light_samples: u32,
+}
+
+impl PrevVertex {
+    /// `vertex`, left in the direction of `sample`.
+    #[inline(always)]
+    pub fn new(vertex: &Vertex, sample: &BsdfSample, light_samples: u32) -> Self {
+        Self {
+            from: vertex.receiver(),
+            pdf: sample.pdf,
+            is_delta: sample.is_delta(),
+            light_samples,
+        }
+    }
+}
+
+impl Directions {
+    /// Draws `wi` for `wo`.
+    #[inline(always)]
+    pub(crate) fn sample(self, bsdf: &Bsdf, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let mode = TransportMode::Radiance;
+        if self == Self::Bsdf {
+            return bsdf.sample(wo, u_lobe, u, mode);
+        }
+        let smooth = bsdf.smooth_probability(wo);
+        if u_lobe >= smooth {
+            return bsdf.sample(wo, u_lobe, u, mode);
+        }
+        let mut wi = match self {
+            Self::Uniform => uniform_hemisphere(u),
+            Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
+            _ => cosine_hemisphere(u),
+        };
+        // What lets light pass gets half of the directions on either side.
+        let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
+        wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
+        let pdf = self.pdf(bsdf, wo, wi);
+        (pdf > 0.0).then(|| BsdfSample {
+            eta: passed.unwrap_or(1.0),
+            ..BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse)
+        })
+    }
+
+    /// Density with which [`Directions::sample`] draws `wi`, per solid angle.
+    #[inline(always)]
+    pub(crate) fn pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
+        if self == Self::Bsdf {
+            return bsdf.pdf(wo, wi);
+        }
+        // Most lobes reflect: then the hemisphere of wo is all there is.
+        let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
+            (None, false) => return 0.0,
+            (None, true) => 1.0,
+            (Some(_), _) => 0.5,
+        };
+        let hemisphere = match self {
+            Self::Uniform => UNIFORM_HEMISPHERE_PDF,
+            _ => cosine_hemisphere_pdf(wi.z.abs()),
+        };
+        bsdf.smooth_probability(wo) * share * hemisphere
+    }
+}
+
+impl Strategy {
+    /// Whether lights are sampled.
+    pub fn samples_lights(&self) -> bool {
+        self.direct != DirectLight::None
+    }
+
+    /// Whether light that a scattered ray meets may count, where the lobe is no delta lobe.
+    pub(crate) fn meets_lights(&self) -> bool {
+        self.direct != DirectLight::Light
+    }
+
+    /// Weight of light that a ray from the camera, or from a scattering, meets.
+    #[inline(always)]
+    pub(crate) fn emission_weight(&self, prev: Option<&PrevVertex>, light: &Incident) -> f32 {
+        let Some(prev) = prev.filter(|prev| !prev.is_delta) else {
+            return 1.0;
+        };
+        match self.direct {
+            DirectLight::None => 1.0,
+            DirectLight::Light => 0.0,
+            DirectLight::Mis => self.heuristic.weight(prev.pdf, prev.light_samples as f32 * light.pdf),
+        }
+    }
+
+    /// Weight of light that was sampled with density `pdf`, against meeting it along a scattered ray.
+    #[inline(always)]
+    pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: impl FnOnce() -> f32) -> f32 {
+        if is_delta || self.direct != DirectLight::Mis {
+            return 1.0;
+        }
+        self.heuristic.weight(pdf, scattering_pdf())
+    }
+}
+
+impl Heuristic {
+    /// What a strategy counts beside one whose density is smaller by the factor `ratio`.
+    pub(crate) fn raised(self, ratio: f64) -> f64 {
+        match self {
+            Self::Balance => ratio,
+            Self::Power => ratio * ratio,
+        }
+    }
+
+    fn weight(self, pdf: f32, other_pdf: f32) -> f32 {
+        match self {
+            Self::Balance => balance_heuristic(pdf, other_pdf),
+            Self::Power => power_heuristic(pdf, other_pdf),
+        }
+    }
+}

@@ -1,0 +1,70 @@
+use super::photons::Photon;
+use crate::integrator::Gathered;
+use crate::integrator::vertex::Vertex;
+use crate::math::Vec3;
+use crate::scene::Scene;
+use std::f32::consts::PI;
+
+/// Cosine between the normals of two points of one surface, at least: a wall that meets another one at a corner is another surface.
+const MIN_COSINE: f32 = 0.7;
+
+/// Whether points with these unit geometric normals, near to each other, are of one surface.
+pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
+    ng.dot(other).abs() >= MIN_COSINE
+}
+
+/// Light that photons about a vertex have brought, scattered to its viewer: an estimate of the density of flux (Jensen 1996, eq. 6).
+///
+/// With N paths, and photons i of power Φᵢ within a disk of radius r,
+///
+/// ```text
+/// L(ωₒ) ≈ 1 / (π r² N) Σᵢ f(ωₒ, ωᵢ) |cos θᵢ| / |cos θ'ᵢ| Φᵢ
+/// ```
+///
+/// where θ is the angle with the shading normal of the vertex, and θ' that with the geometric normal of the surface that the photon has met: of flat
+/// surfaces both are one. Its mean is that of the scattered light over the disk. What is wrong with it is that light varies within the disk, that the
+/// disk may lie over the edge of a surface, and that curved surfaces have more area in a ball than the disk: a bias that grows with r².
+pub(crate) struct Density<'v, R> {
+    scene: &'v Scene,
+    vertex: &'v Vertex<'v>,
+    sum: R,
+}
+
+impl<'v, R: Gathered> Density<'v, R> {
+    /// About `vertex`, without a photon yet.
+    pub fn new(scene: &'v Scene, vertex: &'v Vertex<'v>) -> Self {
+        Self {
+            scene,
+            vertex,
+            sum: R::default(),
+        }
+    }
+
+    /// Whether `photon` is on the surface that the vertex is on, as far as its normal tells.
+    pub fn is_of_surface(&self, photon: &Photon) -> bool {
+        is_one_surface(photon.ng(), self.vertex.point.ng)
+    }
+
+    /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts where the surface lets it pass.
+    pub fn add(&mut self, photon: &Photon) {
+        if !self.is_of_surface(photon) {
+            return;
+        }
+        let wi = self.vertex.frame.to_local(photon.wi());
+        let factor = wi.z.abs() / photon.wi().dot(photon.ng()).abs();
+        let f = self.vertex.bsdf.eval(self.vertex.wo, wi);
+        if factor.is_finite() && !f.is_black() {
+            self.sum += R::of_light(f * photon.power() * factor, photon.light, self.scene);
+        }
+    }
+
+    /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`; nothing where that is a point, about
+    /// which photons tell nothing.
+    pub fn radiance(self, paths: u32, squared: f32) -> R {
+        let density = 1.0 / (PI * squared * paths as f32);
+        match density.is_finite() {
+            true => self.sum * density,
+            false => R::default(),
+        }
+    }
+}

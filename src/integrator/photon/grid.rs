@@ -1,0 +1,241 @@
+use super::photons::Photon;
+use crate::integrator::radius::Radii;
+use crate::math::Vec3;
+use crate::math::float::gamma;
+use crate::math::hash::mix;
+
+/// What is somewhere.
+pub trait Placed: Copy {
+    /// Where it is, world space.
+    fn place(&self) -> Vec3;
+}
+
+impl Placed for Photon {
+    fn place(&self) -> Vec3 {
+        self.p()
+    }
+}
+
+/// Photons, or the like, by their place: a hash table of the cells of regular grids.
+///
+/// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place
+/// to place, and so whoever looks for photons about a point needs to look at one level, or at two, and at few of its cells, however different radii
+/// are elsewhere.
+#[derive(Debug)]
+pub struct PhotonGrid<T = Photon> {
+    /// By bucket of their cells, and within one in the order in which they came.
+    photons: Vec<T>,
+    cells: Vec<Cell>,
+    /// Where each bucket starts, and the end of the last one.
+    starts: Vec<u32>,
+    /// By how much radii change over a length.
+    slope: f32,
+}
+
+/// A cube of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Cell {
+    /// Exponent of its width.
+    level: i32,
+    place: [i32; 3],
+}
+
+impl Cell {
+    fn of(p: Vec3, level: i32) -> Self {
+        let place = (p * (1.0 / width(level))).floor();
+        Self {
+            level,
+            place: place.to_array().map(|v| v as i32),
+        }
+    }
+
+    fn hash(&self) -> u64 {
+        let [x, y, z] = self.place.map(|v| v as u32 as u64);
+        mix(mix(x << 32 | y) ^ (z << 32 | self.level as u32 as u64))
+    }
+}
+
+/// Level of the cells of photons at whose place the radius is `radius`, which is twice their width at most and a quarter at least.
+fn level(radius: f32) -> i32 {
+    (radius.log2().floor() as i32).clamp(-100, 100) + 2
+}
+
+/// Width of the cells of a level, scene units.
+fn width(level: i32) -> f32 {
+    f32::exp2(level as f32)
+}
+
+impl<T: Placed> PhotonGrid<T> {
+    /// Of `photons`, to be found about points as far away as `radii` say at `time`.
+    pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
+        // Counting sort by bucket
+        let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));
+        let cells: Vec<Cell> = photons.iter().map(cell).collect();
+        let buckets = photons.len().next_power_of_two();
+        let bucket = |cell: &Cell| cell.hash() as usize & (buckets - 1);
+        let mut starts = vec![0; buckets + 1];
+        for cell in &cells {
+            starts[bucket(cell) + 1] += 1;
+        }
+        for i in 0..buckets {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut order = vec![0; cells.len()];
+        for (i, cell) in cells.iter().enumerate() {
+            let place = &mut next[bucket(cell)];
+            order[*place as usize] = i;
+            *place += 1;
+        }
+        Self {
+            photons: order.iter().map(|&i| photons[i]).collect(),
+            cells: order.iter().map(|&i| cells[i]).collect(),
+            starts,
+            slope: radii.slope(),
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// Gives `found` each photon that is no further from `p` than `radius`, the radius there.
+    pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
+        // Levels of photons that may be as near, by the radii at their places
+        let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
+        let levels = level(radius - change)..=level(radius + change);
+        // By more than what rounds
+        let reach = radius * (1.0 + gamma(8)) + gamma(8) * p.abs().max_element();
+        for level in levels {
+            let (first, last) = (Cell::of(p - reach, level).place, Cell::of(p + reach, level).place);
+            for z in first[2]..=last[2] {
+                for y in first[1]..=last[1] {
+                    for x in first[0]..=last[0] {
+                        let cell = Cell {
+                            level,
+                            place: [x, y, z],
+                        };
+                        self.each_in(cell, |photon| {
+                            if photon.place().distance_squared(p) <= radius * radius {
+                                found(photon);
+                            }
+                        });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Gives `found` each photon in `cell`; others may be in the same bucket.
+    fn each_in(&self, cell: Cell, mut found: impl FnMut(&T)) {
+        let bucket = cell.hash() as usize & (self.starts.len() - 2);
+        let bounds = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
+        for (photon, at) in self.photons[bounds.clone()].iter().zip(&self.cells[bounds]) {
+            if *at == cell {
+                found(photon);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, CameraParameters};
+    use crate::color::Spectrum;
+    use crate::integrator::SearchRadius;
+    use crate::light::LightId;
+    use crate::math::{Ball, UVec2};
+    use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
+
+    /// The grid finds what a look at every photon finds, each once: radii from pixels far and near, steep and flat, fixed ones, far from the
+    /// origin, and all photons at one place.
+    #[test]
+    fn the_grid_finds_what_brute_force_finds() {
+        let mut sampler = Independent::new(1);
+        let mut at = |i: u32| {
+            sampler.start(SampleKey::new(i, 0, 0));
+            let xy = sampler.get_2d(Dimension::bounce(0, Bounce::Direction));
+            let zs = sampler.get_2d(Dimension::bounce(1, Bounce::Direction));
+            // At all distances from the camera, from 10⁻³ on
+            let scale = (zs.y * 9.0 - 7.0).exp();
+            scale * (Vec3::new(xy.x, xy.y, zs.x) - 0.5)
+        };
+        let places: Vec<Vec3> = (0..3000).map(&mut at).collect();
+        let mut all = 0;
+        for (offset, side, radius, factor) in [
+            (0.0, 512, SearchRadius::Pixels(3.0), 1.0),
+            (0.0, 512, SearchRadius::Pixels(30.0), 0.5),
+            (0.0, 2, SearchRadius::Pixels(3.0), 1.0),
+            (0.0, 64, SearchRadius::Fixed(0.3), 1.0),
+            (0.0, 64, SearchRadius::Fixed(1e-30), 1.0),
+            (0.0, 64, SearchRadius::Fixed(f32::MAX), 1.0),
+            (1e4, 128, SearchRadius::Pixels(8.0), 1.0),
+            (1e4, 128, SearchRadius::Fixed(0.01), 1.0),
+        ] {
+            let offset = Vec3::splat(offset);
+            let camera = CameraParameters {
+                position: offset,
+                look_at: offset + Vec3::Z,
+                up: Vec3::Y,
+                vertical_fov: 60.0,
+                lens_radius: 0.0,
+                focus_distance: 1.0,
+            };
+            let camera = Camera::new(camera, UVec2::splat(side)).unwrap();
+            let ball = Ball {
+                center: offset,
+                radius: 10.0,
+            };
+            let radii = Radii::new(radius, factor, &camera, &ball);
+            let photon = |p: &Vec3| Photon::new(LightId(0), offset + *p, Vec3::Z, Vec3::Z, Spectrum::ONE);
+            let mut photons: Vec<Photon> = places.iter().map(photon).collect();
+            photons.extend([photons[7]; 20]);
+            let grid = PhotonGrid::new(photons.clone(), &radii, 0.0);
+            assert_eq!(grid.len(), photons.len());
+            let key = |photon: &Photon| photon.p().to_array().map(f32::to_bits);
+            for p in places.iter().step_by(7).map(|p| offset + *p * 1.01) {
+                let r = radii.at(p, 0.0);
+                let near = |photon: &&Photon| photon.p().distance_squared(p) <= r * r;
+                let mut expected: Vec<_> = photons.iter().filter(near).map(key).collect();
+                let mut found = Vec::new();
+                grid.each_within(p, r, |photon| found.push(key(photon)));
+                expected.sort_unstable();
+                found.sort_unstable();
+                assert_eq!(found, expected, "{radius:?} at {p}");
+                all += found.len();
+            }
+        }
+        assert!(all > 10_000, "{all}");
+    }
+
+    #[test]
+    fn an_empty_grid_finds_nothing() {
+        let camera = CameraParameters {
+            position: Vec3::ZERO,
+            look_at: Vec3::Z,
+            up: Vec3::Y,
+            vertical_fov: 60.0,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        };
+        let camera = Camera::new(camera, UVec2::ONE).unwrap();
+        let ball = Ball {
+            center: Vec3::ZERO,
+            radius: 1.0,
+        };
+        let grid = PhotonGrid::new(
+            Vec::<Photon>::new(),
+            &Radii::new(SearchRadius::Fixed(1.0), 1.0, &camera, &ball),
+            0.0,
+        );
+        assert!(grid.is_empty());
+        grid.each_within(Vec3::ZERO, 1.0, |_| panic!("there is none"));
+    }
+}

@@ -1,0 +1,257 @@
+use super::density::Density;
+use super::photons::Photon;
+use super::tree::PhotonTree;
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::integrator::path::direct::{Direct, LightNumbers};
+use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
+use crate::material::BsdfSlot;
+use crate::math::Ray;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen 2001): photons are sent once, and all samples of all
+/// pixels look at them, straight at caustics and by final gathering at all else.
+///
+/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
+/// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it sends rays of directions that the BSDF draws, `gather_rays` the first time and
+/// one later. Then
+///
+/// - light that the path meets on its way is seen, and so is light that a gather ray meets first, by its MIS weight;
+/// - light that comes to a vertex straight from a light is sampled there;
+/// - light that has been scattered by delta lobes alone comes to wide surfaces as photons of the caustic map, the density of which is estimated
+///   there; a gather ray that a delta lobe has sent on meets no light, since that would be the same;
+/// - all other light has left, last of all, a surface that scatters it by other than delta lobes: gather rays meet that surface, straight or by
+///   delta lobes, where the density of the global map, which has all photons, tells what it scatters.
+///
+/// Where a gather ray is shorter than the radius of the disk that it looks at, as it is in corners, the disk would show; such an end is treated as
+/// a vertex of the path instead.
+///
+/// The picture is biased, and stays so however many samples are added: densities are means over disks, and the photons are the same
+/// for all samples. More photons make both less. The error that photons bring is common to all samples, so that variances do not tell of it.
+/// Where things move, each photon has a time of its own, but who looks at photons asks for no time.
+#[derive(Debug)]
+pub struct PhotonMapIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// Photons that were sent before.
+    pub maps: &'a PhotonMaps,
+    /// How direct light is found.
+    pub strategy: Strategy,
+    /// Scattering events at most; `None` means as many as a light's path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+    /// Photons that an estimate is made of, 2 at least.
+    pub photon_count: u32,
+    /// How far they may be, scene units; `None`: [`FAR_SHARE`] of the radius of the scene in the global map, [`NEAR_SHARE`] in that of caustics.
+    pub radius: Option<f32>,
+    /// Rays that leave the first wide surface on the way, ≥ 1.
+    pub gather_rays: u32,
+}
+
+/// How far photons of the global map may be, over the radius of the scene.
+pub const FAR_SHARE: f32 = 0.1;
+
+/// How far photons of caustics may be, over the radius of the scene: where they have edges, they should be seen.
+pub const NEAR_SHARE: f32 = 0.02;
+
+/// The photons of a render.
+#[derive(Debug)]
+pub struct PhotonMaps {
+    /// All of them.
+    pub global: PhotonTree,
+    /// Those whose light has been scattered by delta lobes alone.
+    pub caustics: PhotonTree,
+    /// Paths that left them.
+    pub paths: u32,
+}
+
+impl PhotonMaps {
+    /// Of the photons that `paths` paths left, none of which was left out.
+    pub fn new(photons: Vec<Photon>, paths: u32) -> Self {
+        let caustics = photons.iter().filter(|photon| photon.is_caustic).copied();
+        Self {
+            caustics: PhotonTree::new(caustics.collect()),
+            global: PhotonTree::new(photons),
+            paths,
+        }
+    }
+}
+
+/// What a ray is traced for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Purpose {
+    /// To see, with all light that it meets.
+    See,
+    /// To gather what the surface that it meets scatters. Before its last delta lobe it has come so far.
+    Gather { length: f32, after_delta: bool },
+}
+
+/// A path on its way from one vertex to the next.
+struct QueuedRay {
+    ray: Ray,
+    purpose: Purpose,
+    /// Scatterings so far.
+    depth: u32,
+    /// Which of the paths that have parted it is, from 1 on; 0 before they part.
+    strand: u32,
+    /// What light that is met counts in the pixel.
+    beta: Spectrum,
+    /// Squared indices of refraction that `beta` has been divided by.
+    roulette_scale: f32,
+    prev: Option<PrevVertex>,
+}
+
+impl QueuedRay {
+    /// The block of random numbers of the vertex where it ends.
+    fn block(&self) -> u32 {
+        const DEPTHS: u32 = 64;
+        self.strand * DEPTHS + self.depth.min(DEPTHS - 1)
+    }
+}
+
+impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let ray = self.world.camera_ray(key, None, sampler, out);
+        let mut segments = vec![QueuedRay {
+            ray,
+            purpose: Purpose::See,
+            depth: 0,
+            strand: 0,
+            beta: Spectrum::ONE,
+            roulette_scale: 1.0,
+            prev: None,
+        }];
+        while let Some(segment) = segments.pop().filter(|_| !out.is_cancelled()) {
+            let radiance = self.follow(segment, sampler, &mut segments, out);
+            out.radiance(radiance);
+        }
+    }
+}
+
+impl<A: Accel> PhotonMapIntegrator<'_, A> {
+    /// The light that `segment` finds where it ends; what goes on from there is added to `segments`.
+    fn follow<S: Sampler, R: Gathered>(
+        &self,
+        segment: QueuedRay,
+        sampler: &S,
+        segments: &mut Vec<QueuedRay>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> R {
+        let (world, strategy) = (&self.world, &self.strategy);
+        let QueuedRay { ray, depth, beta, .. } = segment;
+        let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+        let hit = world.intersect(&ray, kind, out);
+        let slot = BsdfSlot::new();
+        let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+        let met = hit.as_ref().zip(vertex.as_ref());
+        let mut emitted = R::default();
+        let prev = segment.prev.as_ref();
+        strategy.emitted(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
+        let is_caustic = matches!(segment.purpose, Purpose::Gather { after_delta: true, .. });
+        let mut radiance = if is_caustic { R::default() } else { emitted * beta };
+        let Some((hit, vertex)) = met else { return radiance };
+        if depth == 0 {
+            out.first_surface(world.first_surface(hit, vertex));
+        }
+        if self.max_depth.is_some_and(|max| depth >= max) {
+            return radiance;
+        }
+
+        // A gather ray ends with the density of photons, unless it is too short
+        let is_delta = vertex.bsdf.is_delta();
+        let mut gathered = None;
+        if let Purpose::Gather { length, .. } = segment.purpose {
+            let length = length + hit.t;
+            let (found, radius) = match is_delta {
+                true => (R::default(), 0.0),
+                false => self.density(&self.maps.global, FAR_SHARE, vertex, depth),
+            };
+            if length > radius {
+                radiance += found * beta;
+                gathered = Some(length);
+            }
+        }
+
+        // Else direct light and caustics
+        let block = segment.block();
+        if gathered.is_none() {
+            let u = LightNumbers::draw(sampler, block);
+            radiance += Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out) * beta;
+            if vertex.bsdf.is_wide() {
+                radiance += self.density::<R>(&self.maps.caustics, NEAR_SHARE, vertex, depth).0 * beta;
+            }
+        }
+
+        // On, by several rays the first time
+        let parts = gathered.is_none() && vertex.bsdf.is_wide() && segment.strand == 0;
+        let rays = if parts { self.gather_rays } else { 1 };
+        for ray in 0..rays {
+            let strand = if parts { 1 + ray } else { segment.strand };
+            let numbers = if parts { strand << 6 | block } else { block };
+            let u_lobe = sampler.get_1d(Dimension::bounce(numbers, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(numbers, Bounce::Direction));
+            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+                continue;
+            };
+            let was_gathering = matches!(segment.purpose, Purpose::Gather { .. });
+            let purpose = match (gathered, sample.is_delta()) {
+                (Some(length), true) => Purpose::Gather {
+                    length,
+                    after_delta: true,
+                },
+                // What other lobes scatter has been gathered.
+                (Some(_), false) => continue,
+                // Light that comes by a delta lobe to a vertex that a gather ray has met is a caustic where that ray comes from, if it is scattered
+                // no more.
+                (None, true) if was_gathering => Purpose::Gather {
+                    length: 0.0,
+                    after_delta: true,
+                },
+                (None, false) if vertex.bsdf.is_wide() => Purpose::Gather {
+                    length: 0.0,
+                    after_delta: false,
+                },
+                (None, _) => Purpose::See,
+            };
+            let beta = beta * sample.weight / rays as f32;
+            let roulette_scale = segment.roulette_scale * sample.eta * sample.eta;
+            let decision = sampler.get_2d(Dimension::bounce(numbers, Bounce::Decisions)).y;
+            // That there are many of them is no reason to end.
+            let judged = beta * (roulette_scale * rays as f32);
+            let Some(factor) = self.roulette.play(depth, judged, decision) else {
+                continue;
+            };
+            segments.push(QueuedRay {
+                ray: vertex.ray_along(sample.wi),
+                purpose,
+                depth: depth + 1,
+                strand,
+                beta: beta * factor,
+                roulette_scale: roulette_scale * if parts { rays as f32 } else { 1.0 },
+                prev: Some(PrevVertex::new(vertex, &sample, 1)),
+            });
+        }
+        radiance
+    }
+
+    /// The light of photons of `map` that `vertex` scatters, after `depth` scatterings of the path, and how far they reach.
+    fn density<R: Gathered>(&self, map: &PhotonTree, share: f32, vertex: &Vertex, depth: u32) -> (R, f32) {
+        let scene = self.world.scene;
+        let most = self.radius.unwrap_or_else(|| share * scene.ball().radius);
+        let mut density = Density::new(scene, vertex);
+        let nearest = map.nearest(vertex.point.p, self.photon_count as usize, most, |photon| {
+            let scatterings = depth + 1 + photon.scatterings as u32;
+            self.max_depth.is_none_or(|max| scatterings <= max) && density.is_of_surface(photon)
+        });
+        for photon in &nearest.photons {
+            density.add(photon);
+        }
+        (
+            density.radiance(self.maps.paths, nearest.squared),
+            nearest.squared.sqrt(),
+        )
+    }
+}

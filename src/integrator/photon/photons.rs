@@ -1,0 +1,147 @@
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::integrator::bidirectional::connection::Connector;
+use crate::integrator::bidirectional::subpath::PathVertex;
+use crate::integrator::{Heuristic, RaySink, Roulette, World};
+use crate::light::LightId;
+use crate::math::Vec3;
+use crate::sampler::{SampleKey, Sampler, Stream};
+
+/// Light that has arrived at a surface, at the end of a path from a light (Jensen 1996, "Global Illumination using Photon Maps").
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Photon {
+    /// Where, world space.
+    p: [f32; 3],
+    /// Unit direction from which it has come, world space.
+    wi: [f32; 3],
+    /// Unit geometric normal of the surface.
+    ng: [f32; 3],
+    /// Power, W, of all the light that its path stands for: the flux of a set of paths is the mean over paths, including those that leave no photon.
+    power: [f32; 3],
+    /// From which light it comes.
+    pub light: LightId,
+    /// Scatterings on its way.
+    pub scatterings: u16,
+    /// Whether all of them were by delta lobes, and there was one: then it is a part of a caustic.
+    pub is_caustic: bool,
+}
+
+impl Photon {
+    /// A photon of a light at `p`, on a surface with unit normal `ng`, that carries `power` there from the unit direction `wi` without being
+    /// scattered.
+    pub fn new(light: LightId, p: Vec3, ng: Vec3, wi: Vec3, power: Spectrum) -> Self {
+        Self {
+            p: p.to_array(),
+            wi: wi.to_array(),
+            ng: ng.to_array(),
+            power: power.to_array(),
+            light,
+            scatterings: 0,
+            is_caustic: false,
+        }
+    }
+
+    /// Where it is, world space.
+    pub fn p(&self) -> Vec3 {
+        Vec3::from_array(self.p)
+    }
+
+    /// Unit direction from which it has come, world space.
+    pub fn wi(&self) -> Vec3 {
+        Vec3::from_array(self.wi)
+    }
+
+    /// Unit geometric normal of the surface that it has met.
+    pub fn ng(&self) -> Vec3 {
+        Vec3::from_array(self.ng)
+    }
+
+    /// What its path carries there, W.
+    pub fn power(&self) -> Spectrum {
+        let [r, g, b] = self.power;
+        Spectrum::rgb(r, g, b)
+    }
+}
+
+/// Sends photons from lights, and leaves one wherever a path meets a surface that does not only scatter by delta lobes.
+#[derive(Debug)]
+pub struct PhotonTracer<'a, A> {
+    /// What light meets.
+    pub world: World<'a, A>,
+    /// Scattering events of a path at most, the one that sends a photon's light on included; `None` means as many as a path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+    /// Which photons are kept: those that have been scattered so often at least.
+    pub min_scatterings: u16,
+}
+
+/// Paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
+pub const PHOTON_PATHS_A_PIECE: u32 = 1024;
+
+impl<'a, A: Accel> PhotonTracer<'a, A> {
+    /// Pieces of work that `paths` paths come in.
+    pub fn pieces(paths: u32) -> u32 {
+        paths.div_ceil(PHOTON_PATHS_A_PIECE)
+    }
+
+    /// The photons of the piece `index` of the `paths` paths of the frame `frame`, in the order of their paths; at `time`, or each path at a time of
+    /// its own.
+    pub fn piece<S: Sampler>(
+        &self,
+        (frame, index): (u32, u32),
+        paths: u32,
+        time: Option<f32>,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Vec<Photon> {
+        let mut photons = Vec::new();
+        self.each_path((frame, index), paths, time, sampler, out, |path| {
+            // A photon wherever light can be scattered to anybody
+            let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
+            let mut is_specular = true;
+            for (scatterings, vertex) in path.iter().skip(1).enumerate() {
+                let Some(surface) = vertex.surface() else { continue };
+                let is_seen = !surface.bsdf.is_delta() && scatterings >= self.min_scatterings as usize;
+                if is_seen && vertex.beta.is_valid() && !vertex.beta.is_black() {
+                    let power = vertex.beta * surface.over_opacity(self.world.scene);
+                    photons.push(Photon {
+                        scatterings: scatterings as u16,
+                        is_caustic: is_specular && scatterings > 0,
+                        ..Photon::new(light, vertex.p, vertex.ng, surface.back, power)
+                    });
+                }
+                is_specular &= vertex.is_delta;
+            }
+        });
+        photons
+    }
+
+    /// Gives `found` each path of the piece, from its light on.
+    pub(crate) fn each_path<S: Sampler>(
+        &self,
+        (frame, index): (u32, u32),
+        paths: u32,
+        time: Option<f32>,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+        mut found: impl FnMut(Vec<PathVertex<'a>>),
+    ) {
+        let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
+        let first = index * PHOTON_PATHS_A_PIECE;
+        for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
+            let sample = frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
+            sampler.start(SampleKey::of_stream(Stream::Photons, index, sample));
+            let time = time.unwrap_or_else(|| self.world.time(sampler));
+            found(connector.light_path(time, sampler, out));
+        }
+    }
+}
+
+impl<A: Accel> World<'_, A> {
+    /// The time of all paths of the frame `frame`, where photons and those who look at them must be of one time.
+    pub(crate) fn time_of_frame<S: Sampler>(&self, frame: u32, sampler: &mut S) -> f32 {
+        sampler.start(SampleKey::of_stream(Stream::Iteration, 0, frame));
+        self.time(sampler)
+    }
+}

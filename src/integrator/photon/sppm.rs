@@ -1,0 +1,227 @@
+use super::density::Density;
+use super::grid::PhotonGrid;
+use super::photons::{Photon, PhotonTracer};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::Hit;
+use crate::integrator::path::direct::{Direct, LightNumbers};
+use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::radius::{Radii, SearchRadius};
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{FrameIntegrator, Gathered, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
+use crate::material::BsdfSlot;
+use crate::math::Ray;
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+
+/// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
+/// Probabilistic Approach"): every frame sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by
+/// itself.
+///
+/// A frame's estimate is biased, by the blur of its radius; frames differ in that, and their mean comes as near to the picture as is wanted. With
+/// radii that shrink as `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as `n^(α − 1)` (Knaus and Zwicker,
+/// §3.3).
+///
+/// Each path of light is counted once. A path from the camera goes on by delta lobes, and past surfaces that scatter narrowly by any; where it meets
+/// a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]) its way ends. Then
+///
+/// - light that it meets on its way is seen: all of it behind a delta lobe, or at the camera, and by its MIS weight behind others;
+/// - light that comes to a vertex straight from a light and leaves it by other than delta lobes is sampled there, and met by a ray of a random
+///   direction, weighed by MIS;
+/// - light that comes to the last vertex after having been scattered once or more, and leaves it by other than delta lobes, is that of photons, which
+///   are kept from their first scattering on;
+/// - light that leaves the last vertex by delta lobes is found by going on, since photons are not asked for that part.
+#[derive(Debug)]
+pub struct ProgressivePhotonIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How direct light is found.
+    pub strategy: Strategy,
+    /// Scattering events at most; `None` means as many as a light's path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When paths end at random.
+    pub roulette: Roulette,
+    /// Paths that lights send in a frame; `None`: as many as the image has pixels.
+    pub photons: Option<u32>,
+    /// How far away photons count in the first frame.
+    pub radius: SearchRadius,
+    /// How much of a disk's photons frames keep as disks shrink, between 0 (least bias) and 1 (radii stay).
+    pub alpha: f32,
+}
+
+/// What the pixels of a frame look at.
+#[derive(Debug)]
+pub struct FramePhotons<'a> {
+    grid: PhotonGrid,
+    radii: Radii<'a>,
+    /// When the photons were there.
+    time: f32,
+}
+
+/// The radius of the frame `frame` over that of the first one.
+pub(crate) fn shrunk(frame: u32, alpha: f32) -> f32 {
+    let alpha = alpha as f64;
+    let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
+    (1..=frame).map(ratio).product::<f64>().sqrt() as f32
+}
+
+impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
+    fn paths(&self) -> u32 {
+        let size = self.world.camera.resolution();
+        self.photons.unwrap_or_else(|| size.x.saturating_mul(size.y)).max(1)
+    }
+
+    /// The light that photons have brought to `vertex`, after `depth` scatterings of the path from the camera.
+    fn photons<R: Gathered>(&self, prepared: &FramePhotons, vertex: &Vertex, depth: u32) -> R {
+        let point = &vertex.point;
+        let radius = prepared.radii.at(point.p, point.time);
+        let mut density = Density::new(self.world.scene, vertex);
+        prepared.grid.each_within(point.p, radius, |photon| {
+            let scatterings = depth + 1 + photon.scatterings as u32;
+            if self.max_depth.is_none_or(|max| scatterings <= max) {
+                density.add(photon);
+            }
+        });
+        density.radiance(self.paths(), radius * radius)
+    }
+}
+
+impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
+    type Part = (f32, Vec<Photon>);
+    type Prepared = FramePhotons<'a>;
+
+    fn preparations(&self) -> u32 {
+        PhotonTracer::<A>::pieces(self.paths())
+    }
+
+    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+        let tracer = PhotonTracer {
+            world: self.world,
+            max_depth: self.max_depth,
+            roulette: self.roulette,
+            // What comes straight from lights is sampled where it is seen.
+            min_scatterings: 1,
+        };
+        let time = self.world.time_of_frame(frame, sampler);
+        (
+            time,
+            tracer.piece((frame, index), self.paths(), Some(time), sampler, out),
+        )
+    }
+
+    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+        let time = parts.first().map_or(0.0, |(time, _)| *time);
+        let (camera, ball) = (self.world.camera, self.world.scene.ball());
+        let radii = Radii::new(self.radius, shrunk(frame, self.alpha), camera, &ball);
+        let photons: Vec<Photon> = parts.into_iter().flat_map(|(_, photons)| photons).collect();
+        FramePhotons {
+            grid: PhotonGrid::new(photons, &radii, time),
+            radii,
+            time,
+        }
+    }
+
+    fn sends_light(&self) -> bool {
+        false
+    }
+
+    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        let radiance = self.follow(prepared, key, sampler, out);
+        out.radiance(radiance);
+    }
+}
+
+impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
+    /// The emitted light that `ray` finds.
+    fn emitted<R: Gathered>(&self, ray: &Ray, prev: Option<&PrevVertex>, met: Option<(&Hit, &Vertex)>) -> R {
+        let mut sum = R::default();
+        let scene = self.world.scene;
+        self.strategy
+            .emitted(scene, ray, prev, Spectrum::ONE, met, |light| sum += light);
+        sum
+    }
+
+    fn follow<S: Sampler, R: Gathered>(
+        &self,
+        prepared: &FramePhotons,
+        key: SampleKey,
+        sampler: &mut S,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> R {
+        let (world, strategy) = (&self.world, &self.strategy);
+        let mut ray = world.camera_ray(key, Some(prepared.time), sampler, out);
+        let mut prev: Option<PrevVertex> = None;
+        let (mut beta, mut roulette_scale) = (Spectrum::ONE, 1.0);
+        let mut radiance = R::default();
+        for depth in 0.. {
+            // Intersect, and add emitted light
+            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+            let hit = world.intersect(&ray, kind, out);
+            let slot = BsdfSlot::new();
+            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+            let met = hit.as_ref().zip(vertex.as_ref());
+            radiance += self.emitted::<R>(&ray, prev.as_ref(), met) * beta;
+            let Some((hit, vertex)) = met else { break };
+            if depth == 0 {
+                out.first_surface(world.first_surface(hit, vertex));
+            }
+            if self.max_depth.is_some_and(|max| depth >= max) {
+                break;
+            }
+
+            // Direct light, and that of photons
+            let u = LightNumbers::draw(sampler, depth);
+            let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
+            radiance += direct * beta;
+            let is_last = vertex.bsdf.is_wide();
+            if is_last {
+                radiance += self.photons::<R>(prepared, vertex, depth) * beta;
+            }
+
+            // On
+            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
+            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+                break;
+            };
+            beta *= sample.weight;
+            ray = vertex.ray_along(sample.wi);
+            let from = PrevVertex::new(vertex, &sample, 1);
+            if is_last && !sample.is_delta() {
+                // The other half of the estimate of direct light
+                if strategy.meets_lights() && !beta.is_black() {
+                    let hit = world.intersect(&ray, RayKind::Bounce, out);
+                    let slot = BsdfSlot::new();
+                    let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
+                    radiance += self.emitted::<R>(&ray, Some(&from), hit.as_ref().zip(vertex.as_ref())) * beta;
+                }
+                break;
+            }
+            roulette_scale *= sample.eta * sample.eta;
+            let decision = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
+            let Some(factor) = self.roulette.play(depth, beta * roulette_scale, decision) else {
+                break;
+            };
+            beta *= factor;
+            prev = Some(from);
+        }
+        radiance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_shrink_as_they_should() {
+        assert_eq!(shrunk(0, 0.5), 1.0);
+        assert!((shrunk(1, 0.5).powi(2) - 0.75).abs() < 1e-6);
+        assert_eq!(shrunk(1000, 1.0), 1.0);
+        // As n^(α − 1)
+        for alpha in [0.3, 2.0 / 3.0, 0.9] {
+            let n = 20_000;
+            let slope = (shrunk(2 * n, alpha) / shrunk(n, alpha)).powi(2).log2();
+            assert!((slope - (alpha - 1.0)).abs() < 1e-3, "{alpha}: {slope}");
+        }
+    }
+}

@@ -1,0 +1,190 @@
+use super::density::is_one_surface;
+use super::grid::{PhotonGrid, Placed};
+use super::photons::PhotonTracer;
+use super::sppm::shrunk;
+use crate::accel::Accel;
+use crate::integrator::bidirectional::connection::{Connector, Merging};
+use crate::integrator::bidirectional::subpath::PathVertex;
+use crate::integrator::radius::{Radii, SearchRadius};
+use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
+use crate::math::Vec3;
+use crate::sampler::{SampleKey, Sampler};
+use std::f32::consts::PI;
+
+/// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka, Pantaleoni and Jensen 2012): bidirectional path
+/// tracing, whose strategies are joined by one more for each vertex: that a path from a light has come near to it.
+///
+/// Merging takes a path from a light that ends within a radius of a vertex for one that ends there: its density is that of both subpaths, times `π r²
+/// n` for n paths from lights. In multiple importance sampling it has its share of each path, and so it finds what no connection can, such as
+/// caustics seen in mirrors. What it finds has the bias of [`crate::integrator::ProgressivePhotonIntegrator`], to the share that it has; radii shrink in the same
+/// way.
+///
+/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of a frame: there may be fewer
+/// of them than pixels, since they take about 500 bytes a vertex.
+#[derive(Debug)]
+pub struct VertexMergingIntegrator<'a, A> {
+    /// What light meets, and from where it is seen.
+    pub world: World<'a, A>,
+    /// How strategies are weighed.
+    pub heuristic: Heuristic,
+    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    pub max_depth: Option<u32>,
+    /// When subpaths end at random.
+    pub roulette: Roulette,
+    /// Paths from lights to merge with, in a frame; `None`: as many as the image has pixels, 65536 at most.
+    pub photons: Option<u32>,
+    /// How far away they may end in the first frame.
+    pub radius: SearchRadius,
+    /// How much of a disk's vertices frames keep as disks shrink.
+    pub alpha: f32,
+}
+
+/// Paths to merge with where nothing else is said, at most.
+pub const MOST_MERGED_PATHS: u32 = 1 << 16;
+
+/// Paths from lights, and when.
+#[derive(Debug)]
+pub struct LightPaths<'a> {
+    time: f32,
+    paths: Vec<Vec<PathVertex<'a>>>,
+}
+
+/// Those of a frame, by where they have been.
+#[derive(Debug)]
+pub struct MergedPaths<'a> {
+    paths: Vec<Vec<PathVertex<'a>>>,
+    grid: PhotonGrid<Visit>,
+    radii: Radii<'a>,
+    time: f32,
+}
+
+/// That a path has been somewhere.
+#[derive(Clone, Copy, Debug)]
+struct Visit {
+    p: [f32; 3],
+    path: u32,
+    vertex: u32,
+}
+
+impl Placed for Visit {
+    fn place(&self) -> Vec3 {
+        Vec3::from_array(self.p)
+    }
+}
+
+impl<A: Accel> VertexMergingIntegrator<'_, A> {
+    fn paths(&self) -> u32 {
+        let size = self.world.camera.resolution();
+        let usual = || size.x.saturating_mul(size.y).min(MOST_MERGED_PATHS);
+        self.photons.unwrap_or_else(usual).max(1)
+    }
+}
+
+impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
+    type Part = LightPaths<'a>;
+    type Prepared = MergedPaths<'a>;
+
+    fn preparations(&self) -> u32 {
+        PhotonTracer::<A>::pieces(self.paths())
+    }
+
+    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+        let tracer = PhotonTracer {
+            world: self.world,
+            max_depth: self.max_depth,
+            roulette: self.roulette,
+            min_scatterings: 0,
+        };
+        let time = self.world.time_of_frame(frame, sampler);
+        let mut paths = Vec::new();
+        let piece = (frame, index);
+        tracer.each_path(piece, self.paths(), Some(time), sampler, out, |mut path| {
+            // They are kept for the frame.
+            path.shrink_to_fit();
+            paths.push(path);
+        });
+        LightPaths { time, paths }
+    }
+
+    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+        let time = parts.first().map_or(0.0, |part| part.time);
+        let (camera, ball) = (self.world.camera, self.world.scene.ball());
+        let radii = Radii::new(self.radius, shrunk(frame, self.alpha), camera, &ball);
+        let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
+        let mut visits = Vec::new();
+        for (path, vertices) in paths.iter().enumerate() {
+            for (i, vertex) in vertices.iter().enumerate() {
+                if vertex.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
+                    visits.push(Visit {
+                        p: vertex.p.to_array(),
+                        path: path as u32,
+                        vertex: i as u32,
+                    });
+                }
+            }
+        }
+        MergedPaths {
+            paths,
+            grid: PhotonGrid::new(visits, &radii, time),
+            radii,
+            time,
+        }
+    }
+
+    fn sends_light(&self) -> bool {
+        true
+    }
+
+    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        let scene = self.world.scene;
+        let connector = Connector {
+            merging: Some(Merging {
+                paths: self.paths() as f32,
+                radii: &prepared.radii,
+            }),
+            ..Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth)
+        };
+        // Both subpaths
+        let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);
+        let mut paths = connector.subpaths(ray, sampler, out);
+        if let Some(surface) = paths.camera.get(1).and_then(|first| first.surface()) {
+            out.first_surface(surface.first_seen(&self.world));
+        }
+
+        // All ways to join them
+        let mut found = Vec::new();
+        connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
+        for c in found {
+            let radiance = Gathered::of_light(c.radiance * c.weight, c.light, scene);
+            match c.film {
+                Some(film) => out.splat(film, radiance),
+                None => out.radiance(radiance),
+            }
+        }
+
+        // Paths from lights that come near to the one from the camera
+        let camera = &paths.camera;
+        for t in 2..=camera.len() {
+            let last = &camera[t - 1];
+            let Some(surface) = last.surface().filter(|surface| !surface.bsdf.is_delta()) else {
+                continue;
+            };
+            let radius = prepared.radii.at(last.p, prepared.time);
+            let density = 1.0 / (PI * radius * radius * self.paths() as f32);
+            prepared.grid.each_within(last.p, radius, |visit| {
+                let path = &prepared.paths[visit.path as usize];
+                let (before, end) = (&path[..visit.vertex as usize], &path[visit.vertex as usize]);
+                let Some(arrived) = end.surface().filter(|_| t + before.len() <= connector.max_vertices()) else {
+                    return;
+                };
+                let wi = arrived.back;
+                let f = surface.scattered(scene, surface.back, wi) * (1.0 / wi.dot(end.ng).abs());
+                let radiance = last.beta * f * end.beta * (density * arrived.over_opacity(scene));
+                if is_one_surface(last.ng, end.ng) && radiance.is_valid() && !radiance.is_black() {
+                    let weight = connector.merging_weight(&camera[..t], before, prepared.time);
+                    out.radiance(Gathered::of_light(radiance * weight, path[0].light_id(), scene));
+                }
+            });
+        }
+    }
+}

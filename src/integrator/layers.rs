@@ -6,7 +6,7 @@ use crate::geometry::Hit;
 use crate::math::Ray;
 use crate::math::hash::{mix, unit_f32};
 
-/// Ray queries of one walk at most. What lies behind so many layers counts as opaque: a walk that is cut loses light and never hangs.
+/// Maximum number of ray queries of one walk. Surfaces behind so many layers count as opaque: a walk that is cut loses light and never hangs.
 /// Statistics count such walks.
 pub(super) const MAX_LAYERS: u32 = 10_000;
 
@@ -25,7 +25,7 @@ pub(super) struct Layers<'a, A> {
 }
 
 impl<'a, A: Accel> Layers<'a, A> {
-    /// All surfaces along `ray`.
+    /// A walk over all surfaces along `ray`.
     pub fn along(accel: &'a A, ray: Ray) -> Self {
         Self {
             accel,
@@ -36,7 +36,7 @@ impl<'a, A: Accel> Layers<'a, A> {
         }
     }
 
-    /// Those behind `hit`, which is the closest hit of `ray`.
+    /// A walk over the surfaces behind `hit`, the closest hit of `ray`.
     pub fn behind(accel: &'a A, ray: Ray, hit: &Hit) -> Self {
         let mut layers = Self::along(accel, ray);
         layers.pass(hit);

@@ -53,7 +53,7 @@ pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// The same for several samples, each into an `out` of its own: what they have in common may be done once.
+    /// Traces several samples, each into an `out` of its own: what they have in common may be done once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
@@ -66,10 +66,10 @@ pub trait Integrator: Sync {
     }
 }
 
-/// Samples that are worth tracing together.
+/// Maximum number of samples that are worth tracing together.
 pub const SAMPLES_AT_ONCE: usize = 16;
 
-/// Why a ray is traced; statistics count by it.
+/// Purpose of a ray; statistics count by it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
     /// From the camera.

@@ -11,23 +11,23 @@ use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::scene::Scene;
 
-/// How wide a sample is, in widths of a pixel.
+/// Width of a sample, in pixels.
 ///
 /// A pixel's samples have places of their own in it, and their mean filters textures once more: for n samples 1/√n is wide enough (PBR4
 /// §10.1.3, which stops at 1/8). Here n is taken to be 64, whatever it will be, so that samples stay what they are when others are added: fewer
 /// see more noise of textures than need be, which is far below that of light (docs/benchmarks.md).
 const SAMPLE_WIDTH: f32 = 0.125;
 
-/// What every integrator works in.
+/// The scene, its backend and its camera: shared by all integrators.
 #[derive(Debug)]
 pub struct World<'a, A> {
     /// What light meets.
     pub scene: &'a Scene,
-    /// Answers ray queries over `scene`.
+    /// Backend of ray queries over `scene`.
     pub accel: &'a A,
     /// Where paths start.
     pub camera: &'a Camera,
-    /// How pixels see the image.
+    /// Pixel filter.
     pub filter: &'a Filter,
     /// Whether first surfaces come with their [`Features`].
     pub features: bool,
@@ -44,7 +44,7 @@ impl<A> Clone for World<'_, A> {
 impl<A> Copy for World<'_, A> {}
 
 impl<'a, A: Accel> World<'a, A> {
-    /// The same with other answers to ray queries.
+    /// This world with another backend for ray queries.
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {
             scene,
@@ -125,7 +125,7 @@ impl<'a, A: Accel> World<'a, A> {
         !self.scene.is_moving() || open == close
     }
 
-    /// What the camera sees in the sample `key`, noted for the auxiliary channels; `None` where that is nothing.
+    /// The first surface of the sample `key`, noted for the auxiliary channels; `None` where the ray leaves the scene.
     pub(super) fn look<'v>(
         &'v self,
         key: SampleKey,
@@ -140,7 +140,7 @@ impl<'a, A: Accel> World<'a, A> {
         Some((hit, vertex))
     }
 
-    /// The closest hit, counted; holes let rays pass.
+    /// The closest hit, counted; surfaces with alpha let rays pass at random.
     #[inline(always)]
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
@@ -218,7 +218,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The same where normals or materials vary, which is kept out of the way of surfaces where they do not.
+    /// [`World::vertex`] where normals or materials vary, which is kept out of line.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
         let wo = -ray.direction;
@@ -238,7 +238,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
     /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
-    /// whoever meets a point, from the camera or from a light, must find the same surface there.
+    /// paths that meet a point, from the camera or from a light, must find the same surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
         let to = point.p - self.camera.position(point.time);
         // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
@@ -246,7 +246,7 @@ impl<'a, A: Accel> World<'a, A> {
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
     }
 
-    /// What the auxiliary channels show of `vertex`.
+    /// Auxiliary channels of `vertex`, which is at `hit`.
     pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
         FirstSurface {
             features: self.features.then(|| self.features_of(hit, vertex)),
@@ -258,7 +258,7 @@ impl<'a, A: Accel> World<'a, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// What further channels show of `vertex`, which is at `hit`.
+    /// Further auxiliary channels of `vertex`, which is at `hit`.
     #[inline(never)]
     fn features_of(&self, hit: &Hit, vertex: &Vertex) -> Features {
         // Where the point is on the film when the shutter opens and when it closes

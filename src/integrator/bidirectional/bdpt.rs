@@ -7,13 +7,13 @@ use crate::sampler::{SampleKey, Sampler};
 /// sampling weighs (Veach 1997, ch. 10; Lafortune and Willems 1993).
 #[derive(Debug)]
 pub struct BidirectionalIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// How strategies are weighed.
+    /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When subpaths end at random.
+    /// Russian roulette of the subpaths.
     pub roulette: Roulette,
 }
 
@@ -66,12 +66,12 @@ impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
     }
 }
 
-/// All strategies (s, t) for paths of up to so many scattering events: by the number of vertices, then by those from the camera.
+/// Strategies (s, t) for paths of up to `max_depth` scattering events: by the number of vertices, then by those from the camera.
 pub fn strategies(max_depth: u32) -> impl Iterator<Item = (usize, usize)> {
     (2..=max_depth as usize + 2).flat_map(|n| (1..=n).map(move |t| (n - t, t)))
 }
 
-/// The place of (s, t) among them.
+/// Index of (s, t) in [`strategies`].
 fn strategy_index(s: usize, t: usize) -> usize {
     let n = s + t;
     n * (n - 1) / 2 - 1 + t - 1

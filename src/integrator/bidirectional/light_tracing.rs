@@ -8,11 +8,11 @@ use crate::sampler::{SampleKey, Sampler};
 /// by a delta lobe first, in mirrors and through glass, it cannot find, nor may it: that light is missing.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
 }
 

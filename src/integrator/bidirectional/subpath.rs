@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Deref;
 
-/// Vertices of a path at most, both ends counted: what is scattered more often than this cannot be seen.
+/// Maximum number of vertices of a path, both ends counted: light that is scattered more often cannot be seen.
 pub(crate) const MAX_VERTICES: usize = 66;
 
 /// A vertex of a subpath, which starts at the camera or at a light.
@@ -75,7 +75,7 @@ impl Deref for Held<'_> {
     }
 }
 
-/// A point of a surface, whoever looks at it.
+/// A point of a surface, independent of its viewer.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
     pub hit: Hit,
@@ -85,7 +85,7 @@ pub(crate) struct Surface<'a> {
     pub bsdf: Held<'a>,
     /// Whether normals or material vary here.
     is_detailed: bool,
-    /// Unit direction to the vertex before, world space.
+    /// Unit direction to the previous vertex, world space.
     pub back: Vec3,
 }
 
@@ -156,7 +156,7 @@ impl<'a> Surface<'a> {
         self.bsdf.pdf(frame.to_local(wo), frame.to_local(wi))
     }
 
-    /// The same of a path from a light that comes from the direction `wi` and goes on in `wo`: it does not know yet who looks.
+    /// Density per solid angle with which a path from a light that comes from the direction `wi` goes on in `wo`. The viewer is not known yet.
     pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
         let (from, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
         let pdf = self.bsdf.pdf(from, to);
@@ -328,12 +328,12 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Whether it is an infinitely distant light.
+    /// Whether the vertex is on an infinitely distant light.
     pub fn is_infinite(&self) -> bool {
         matches!(&self.kind, VertexKind::Light(end) if end.is_infinite)
     }
 
-    /// The light that it is on; any, if it is on none.
+    /// The vertex's light; an arbitrary one if it is on none.
     pub fn light_id(&self) -> LightId {
         match &self.kind {
             VertexKind::Light(end) => end.id,
@@ -341,7 +341,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The surface that it is on, if it is on one.
+    /// The vertex's surface, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -373,7 +373,7 @@ impl<'a> PathVertex<'a> {
     }
 }
 
-/// The way on from a vertex.
+/// A ray that leaves a vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathRay {
     pub ray: Ray,
@@ -388,7 +388,7 @@ pub(crate) struct Walk<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     pub mode: TransportMode,
     pub roulette: Roulette,
-    /// Vertices at most.
+    /// Maximum number of vertices.
     pub most: usize,
 }
 
@@ -473,7 +473,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         None
     }
 
-    /// The way on from `surface`.
+    /// Samples a direction in which the subpath goes on from `surface`.
     fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Onwards> {
         let scene = self.world.scene;
         let back = surface.back;
@@ -525,7 +525,7 @@ impl Surface<'_> {
     }
 }
 
-/// The next segment of a subpath.
+/// A sampled direction in which a subpath goes on.
 struct Onwards {
     ray: Ray,
     weight: Spectrum,
@@ -537,7 +537,7 @@ struct Onwards {
     eta: f32,
 }
 
-/// The random numbers of the vertex after `depth` scatterings: paths from the camera and from lights take turns.
+/// Block of random numbers of the vertex after `depth` scattering events: paths from the camera and from lights take turns.
 pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     match mode {
         TransportMode::Radiance => 2 * depth,
@@ -545,5 +545,5 @@ pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     }
 }
 
-/// Those of the light that a path starts from.
+/// Block of random numbers of the light that a path starts from.
 pub(crate) const EMISSION_BLOCK: u32 = 1;

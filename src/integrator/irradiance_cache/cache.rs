@@ -32,11 +32,11 @@ const COVERED: f32 = 0.7;
 /// Within how many times their reach records make each other smaller.
 const NEIGHBOURHOOD: f32 = 2.0;
 
-/// Levels of the octree at most: floats tell no smaller cubes apart.
+/// Maximum number of levels of the octree: floats tell no smaller cubes apart.
 const MAX_LEVELS: u32 = 24;
 
 impl IrradianceCache {
-    /// One without records, for places inside `bounds`; a record's likely `error` may be so much, as a share.
+    /// An empty cache for points inside `bounds`; records are used up to the relative error `error`.
     pub fn new(error: f32, bounds: Bounds3) -> Self {
         Self {
             center: bounds.center(),
@@ -53,7 +53,7 @@ impl IrradianceCache {
         self.records.len()
     }
 
-    /// Whether there are none.
+    /// Whether the cache is empty.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }

@@ -12,7 +12,7 @@ pub struct Strata {
     columns: u32,
 }
 
-/// What a ray has met.
+/// Radiance and distance that a ray has found.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// Radiance that comes from there.
@@ -29,12 +29,12 @@ impl Seen {
     };
 }
 
-/// What a whole hemisphere sends.
+/// Irradiance of a whole hemisphere.
 #[derive(Clone, Copy, Debug)]
 pub struct GatheredHemisphere {
     /// Irradiance, W·m⁻².
     pub irradiance: Spectrum,
-    /// How it changes, in the local frame.
+    /// Gradients of the irradiance, in the local frame.
     pub gradients: Gradients,
     /// Harmonic mean of the distances, cosine-weighted; infinite where nothing is near.
     pub distance: f32,

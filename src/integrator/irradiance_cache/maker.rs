@@ -16,7 +16,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// rays than the paths of the few pixels that they serve; larger ones would miss what is far from them and yet seen.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
-/// Makes records of irradiance: says where there may be one, and what is in it.
+/// Makes records of irradiance.
 #[derive(Debug)]
 pub struct RecordMaker<'a, A> {
     /// Follows the light that rays of the hemisphere meet; shares no paths.
@@ -25,22 +25,22 @@ pub struct RecordMaker<'a, A> {
     pub rays: u32,
 }
 
-/// Where a record may be.
+/// A surface point at which a record may be made.
 #[derive(Clone, Copy, Debug)]
 pub struct RecordSite {
     point: SurfacePoint,
     /// The side of the shading normal from which it is seen: 1 or −1.
     side: f32,
-    /// Scatterings between the camera and it.
+    /// Number of scattering events between the camera and the point.
     depth: u32,
-    /// How wide a pixel is there, scene units.
+    /// Width of a pixel at the point, scene units.
     pixel: f32,
     /// The sample that has found it.
     key: SampleKey,
 }
 
 impl RecordSite {
-    /// Its position in world space.
+    /// Position in world space.
     pub fn p(&self) -> Vec3 {
         self.point.p
     }
@@ -50,7 +50,7 @@ impl RecordSite {
         self.key
     }
 
-    /// Its unit normal, on the side from which it is seen.
+    /// Unit normal, on the side from which the surface is seen.
     pub fn n(&self) -> Vec3 {
         self.point.ns * self.side
     }

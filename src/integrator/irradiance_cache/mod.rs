@@ -26,7 +26,7 @@ use crate::sampler::{SampleKey, Sampler};
 use maker::is_cached;
 use std::f32::consts::FRAC_1_PI;
 
-/// Mirrors and panes behind which surfaces have records at most.
+/// Maximum number of mirrors and panes behind which surfaces have records.
 const MAX_MIRRORS: u32 = 8;
 
 /// Path tracing in which the indirect light of the first matte surface, behind mirrors and glass too, comes from a cache, if that knows it.
@@ -34,7 +34,7 @@ const MAX_MIRRORS: u32 = 8;
 /// Biased: the cache is wrong by about as much as its error allows. Where it has no say paths go on as they would without it.
 #[derive(Debug)]
 pub struct IrradianceCacheIntegrator<'a, A> {
-    /// What light meets, and how paths go on without the cache; shares no paths.
+    /// Path tracing, for all light that the cache does not know.
     pub path: PathIntegrator<'a, A>,
     /// The records.
     pub cache: &'a IrradianceCache,

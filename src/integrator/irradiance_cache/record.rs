@@ -63,7 +63,7 @@ impl Record {
 }
 
 impl Gradients {
-    /// Those of local directions in `frame`, in world space.
+    /// Gradients in world space, of those in the local frame `frame`.
     pub fn to_world(self, frame: &Frame) -> Self {
         Self {
             rotational: self.rotational.map(|g| frame.to_world(g)),
@@ -71,7 +71,7 @@ impl Gradients {
         }
     }
 
-    /// The same with less change by moves.
+    /// Gradients whose translational part is scaled by `factor`.
     pub fn with_translation_scaled(self, factor: f32) -> Self {
         Self {
             translational: self.translational.map(|g| g * factor),

@@ -5,7 +5,7 @@ use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
-/// How bright the picture is, roughly and by places, over its mean.
+/// Coarse image of the light that each part of the picture receives, over its mean.
 ///
 /// Chains that are after a path's light over that of the importance image visit dark places about as often as bright ones (two-stage Metropolis light
 /// transport, Veach and Guibas 1997). Any importance image above 0 that is made apart from the chains is right. The one that makes the relative error of
@@ -23,7 +23,7 @@ pub struct ImportanceImage {
 
 /// Cells of a picture, about.
 const CELLS: f32 = 1024.0;
-/// Pixels that a cell has in width and height, at least.
+/// Minimum width and height of a cell, pixels.
 const MIN_SIDE: f32 = 4.0;
 /// Independent estimates of each cell, of which the one in the middle counts: a single path that is very bright makes no cell bright.
 const ESTIMATES: u32 = 5;
@@ -33,7 +33,7 @@ const SAMPLES: u32 = 12;
 const EVEN: f32 = 0.2;
 
 impl ImportanceImage {
-    /// One that is as bright everywhere: chains are after luminance itself.
+    /// A constant image: the chains' target is luminance itself.
     pub fn even() -> Self {
         Self {
             size: UVec2::ONE,
@@ -42,7 +42,7 @@ impl ImportanceImage {
         }
     }
 
-    /// One of a picture of `resolution` pixels, not filled yet.
+    /// An image for `resolution` pixels, not filled yet.
     fn of(resolution: UVec2) -> Self {
         let resolution = resolution.as_vec2();
         let side = (resolution.x * resolution.y / CELLS).sqrt().max(MIN_SIDE);
@@ -54,7 +54,7 @@ impl ImportanceImage {
         }
     }
 
-    /// How bright it is at the place `film` (pixels, origin top left), above 0: between the centers of cells bilinear.
+    /// Value at the position `film` (pixels, origin top left), above 0: between the centers of cells bilinear.
     pub fn at(&self, film: Vec2) -> f32 {
         let last = (self.size - 1).as_vec2();
         let at = (film * self.scale - 0.5).clamp(Vec2::ZERO, last);
@@ -77,21 +77,21 @@ impl ImportanceImage {
 /// Makes importance images, by bidirectional path tracing with few samples.
 #[derive(Debug)]
 pub struct ImportanceImageMaker<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// How strategies are weighed.
     pub heuristic: Heuristic,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_depth: Option<u32>,
     /// When subpaths end at random.
     pub roulette: Roulette,
 }
 
 impl<A: Accel> ImportanceImageMaker<'_, A> {
-    /// Pieces that the work comes in.
+    /// Number of pieces of work.
     pub const PIECES: u32 = ESTIMATES * SAMPLES;
 
-    /// One of them: luminance by cells, of a sample of each cell.
+    /// The piece `index`: luminance by cells, of a sample of each cell.
     pub fn piece<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = ImportanceImage::of(self.world.camera.resolution());
@@ -114,7 +114,7 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
         light
     }
 
-    /// Joins all of them, in their order.
+    /// Joins all pieces, in their order.
     pub fn join(&self, pieces: &[Vec<f64>]) -> ImportanceImage {
         let mut picture = ImportanceImage::of(self.world.camera.resolution());
         let estimates = pieces.chunks(SAMPLES as usize);

@@ -6,18 +6,18 @@ use crate::material::BsdfSlot;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// How Metropolis light transport is done.
+/// Options of Metropolis light transport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metropolis {
-    /// Who finds the light that is scattered once, or not at all, and lamps that are seen by delta lobes alone.
+    /// Method for light that is scattered once, or not at all, and for lamps that are seen by delta lobes alone.
     pub direct: MetropolisDirect,
-    /// What chains are after.
+    /// Target of the chains.
     pub target: MetropolisTarget,
     /// Chains in a frame; `None`: as many as serve its number of pixels well.
     pub chains: Option<u32>,
     /// Paths in a frame that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
     pub bootstrap: Option<u32>,
-    /// Share of large steps, 0 to 1.
+    /// Probability of a large step, 0 to 1.
     pub large_step_probability: f32,
     /// The longest small step, as a share of the range of a random number, above 0 and 0.5 at most.
     pub mutation_size: f32,
@@ -43,7 +43,7 @@ impl Default for Metropolis {
     }
 }
 
-/// Who finds direct light, light that is not scattered at all, and lamps that are seen in mirrors and through glass.
+/// Method for direct light, for light that is not scattered at all, and for lamps that are seen in mirrors and through glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisDirect {
     /// Path tracing, a sample a pixel: chains would go where it is bright, and do no better (Veach and Guibas 1997, §5.4).
@@ -53,7 +53,7 @@ pub enum MetropolisDirect {
     Metropolis,
 }
 
-/// What Markov chains are after: they visit paths in proportion to it.
+/// Target of Markov chains: they visit paths in proportion to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisTarget {
     /// The luminance that a path brings to the picture.
@@ -77,7 +77,7 @@ impl Metropolis {
         chains.clamp(1, mutations) as u32
     }
 
-    /// Vertices, at least, of the paths that chains carry.
+    /// Minimum number of vertices of the paths that chains carry.
     pub(crate) fn min_vertices(&self) -> usize {
         if self.carries_all() { 2 } else { 4 }
     }
@@ -89,7 +89,7 @@ impl Metropolis {
 pub(crate) struct OrdinaryLight<'a, A> {
     pub world: World<'a, A>,
     pub heuristic: Heuristic,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_depth: Option<u32>,
     pub roulette: Roulette,
     pub light_samples: u32,
@@ -144,7 +144,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
     }
 }
 
-/// A name for what the sampler stands at: chains draw all of their own numbers from it.
+/// A hash of the sampler's current sample: the key of a chain's own random numbers.
 pub(crate) fn name(sampler: &impl Sampler) -> u64 {
     let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
     let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;

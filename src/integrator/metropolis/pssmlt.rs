@@ -29,17 +29,17 @@ use std::ops::RangeInclusive;
 /// noisy as the bootstrap paths are.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// How techniques are weighed.
     pub heuristic: Heuristic,
-    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
     /// Light samples of each pixel in a frame, where direct light is found in the ordinary way.
     pub light_samples: u32,
-    /// How chains go.
+    /// Options of the chains.
     pub metropolis: Metropolis,
-    /// What the light of paths is compared with.
+    /// Importance image: the light of paths is divided by it.
     pub importance: &'a ImportanceImage,
 }
 
@@ -49,7 +49,7 @@ const MUTATIONS_PER_BOOTSTRAP: u64 = 4;
 const MIN_BOOTSTRAP: u64 = 1024;
 /// Bootstrap paths that are traced together.
 const PIECE: u32 = 1024;
-/// How many times as many bootstrap paths there are of a length as of the one before.
+/// Ratio of the number of bootstrap paths of a length to that of the previous length.
 const LENGTH_RATIO: f64 = 0.8;
 
 /// A bootstrap path that has found light.
@@ -59,7 +59,7 @@ pub struct Seed {
     origin: u64,
     /// Vertices.
     length: usize,
-    /// Its weight; once all are joined, the sum of the weights up to this one.
+    /// Weight of the path; once all are joined, the sum of the weights up to this one.
     weight: f64,
 }
 

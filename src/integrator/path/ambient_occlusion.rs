@@ -9,9 +9,9 @@ use crate::sampling::warp::cosine_hemisphere;
 /// Ambient occlusion: the cosine-weighted share of the hemisphere in which nothing is near; 1 in the open.
 #[derive(Debug)]
 pub struct AmbientOcclusion<'a, A> {
-    /// What is looked at, and from where.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// How far away counts as near, scene units.
+    /// Maximum distance of occluders, scene units.
     pub distance: f32,
 }
 

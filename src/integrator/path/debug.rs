@@ -8,13 +8,13 @@ use crate::sampler::{SampleKey, Sampler};
 /// Shows a property of the first surface as a colour.
 #[derive(Debug)]
 pub struct DebugIntegrator<'a, A> {
-    /// What is looked at, and from where.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// What is shown.
+    /// Property to show.
     pub view: DebugView,
 }
 
-/// What [`DebugIntegrator`] shows.
+/// Property that [`DebugIntegrator`] shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DebugView {
     /// Shading normal in world space, (−1, −1, −1) black and (1, 1, 1) white; its back shows the same colour.

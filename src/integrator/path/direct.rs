@@ -18,13 +18,13 @@ pub(crate) struct LightNumbers<'a, S> {
 }
 
 impl<'a, S: Sampler> LightNumbers<'a, S> {
-    /// Those of the vertex reached after `depth` scatterings.
+    /// Draws the numbers of the vertex after `depth` scattering events.
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
         Self::with_choice(sampler, depth, decisions.x)
     }
 
-    /// The same, where the number that chooses the light has been drawn.
+    /// Draws the other numbers, where the one that chooses the light has been drawn.
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         Self {
             choice,
@@ -34,7 +34,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Those of the light in place `index`, where all lights are sampled.
+    /// Draws the point on the light number `index`, where all lights are sampled.
     fn point_of(&self, index: u32) -> Vec2 {
         self.sampler
             .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
@@ -73,7 +73,7 @@ impl Strategy {
     }
 }
 
-/// Lights between two looks at whether the work is cancelled, where all are sampled.
+/// Number of lights between two checks for cancellation, where all are sampled.
 const LIGHTS_A_LOOK: usize = 64;
 
 /// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
@@ -81,20 +81,20 @@ const LIGHTS_A_LOOK: usize = 64;
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the emission that a
 /// scattered ray meets.
 pub(crate) enum Direct<R> {
-    /// So much arrives.
+    /// Light that is known to arrive.
     Known(R),
-    /// So much arrives unless something is on the way.
+    /// Light that arrives unless its shadow ray is blocked.
     Unless(Ray, R),
 }
 
 impl<R: Gathered> Direct<R> {
-    /// Nothing arrives.
+    /// No light.
     #[inline(always)]
     pub fn none() -> Self {
         Self::Known(R::default())
     }
 
-    /// Draws it for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
     /// here; a single one is left to [`Direct::arrives`].
     #[inline(always)]
     pub fn sample<A: Accel>(
@@ -132,7 +132,7 @@ impl<R: Gathered> Direct<R> {
         }
     }
 
-    /// That of the light `id`, of which `expected` samples are expected at the vertex.
+    /// Samples the light `id`, of which `expected` samples are expected at the vertex.
     #[inline(always)]
     fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
@@ -141,7 +141,7 @@ impl<R: Gathered> Direct<R> {
             return Self::none();
         };
 
-        // What would be scattered; a shadow ray is worth while only where that is anything.
+        // The scattered light; where it is black no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
         if f.is_black() {
@@ -154,7 +154,7 @@ impl<R: Gathered> Direct<R> {
         Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))
     }
 
-    /// What arrives: the shadow ray is traced.
+    /// Traces the shadow ray: the light that arrives.
     #[inline(always)]
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {

@@ -11,13 +11,13 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// tracing; the number of rays grows as a power of the depth.
 #[derive(Debug)]
 pub struct DistributedIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// How directions are drawn and direct light is found.
     pub strategy: Strategy,
-    /// Scattering events at most; there is no roulette.
+    /// Maximum number of scattering events; there is no roulette.
     pub max_depth: u32,
-    /// Rays that leave each vertex, ≥ 1.
+    /// Number of rays that leave each vertex, ≥ 1.
     pub branching: u32,
 }
 
@@ -27,7 +27,7 @@ struct Branch {
     depth: u32,
     /// Number in the tree, breadth first, which names the random numbers of its vertex.
     node: u32,
-    /// Share of the pixel.
+    /// Throughput.
     beta: Spectrum,
     /// The vertex that `ray` comes from; `None` at the camera.
     prev: Option<PrevVertex>,

@@ -16,15 +16,15 @@ use std::array::from_fn;
 /// combined by the power heuristic, and Russian roulette on the throughput ends paths (Kajiya 1986; Veach 1997, ch. 9–10).
 #[derive(Debug)]
 pub struct PathIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// How directions are drawn and direct light is found.
     pub strategy: Strategy,
-    /// Scattering events at most: 0 shows emission alone, `None` leaves the end to roulette.
+    /// Maximum number of scattering events: 0 shows emission alone, `None` leaves the end to roulette.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
-    /// Light samples at the first vertex, which all of a pixel's samples have; one at all others.
+    /// Number of light samples at the first vertex; 1 at all others.
     pub light_samples: u32,
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct PathState {
 pub(crate) struct PathRadiance<R> {
     /// Light emitted at vertices up to the one at [`PathStart::tail_depth`], and scattered before it.
     pub head: R,
-    /// All other light: scattered at that vertex, or emitted or scattered behind it.
+    /// Light scattered at that vertex, and emitted or scattered behind it.
     pub tail: R,
 }
 
@@ -221,7 +221,7 @@ pub(crate) struct CameraPacket<S> {
 }
 
 impl<S: Sampler> CameraPacket<S> {
-    /// That of the samples `keys`, [`SAMPLES_AT_ONCE`] at most; `is_one_time` gives all of them the time of the first.
+    /// Traces the camera rays of `keys`, at most [`SAMPLES_AT_ONCE`]; `is_one_time` gives all of them the time of the first.
     #[inline(always)]
     pub fn trace<A: Accel>(
         world: &World<A>,
@@ -277,7 +277,7 @@ pub(crate) struct VertexNumbers<'s, S> {
 }
 
 impl<'s, S: Sampler> VertexNumbers<'s, S> {
-    /// Those of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs no number there.
+    /// Draws the numbers of the vertex after `depth` scattering events. Roulette that does not play at the first vertex needs none there.
     #[inline(always)]
     pub fn draw(sampler: &'s S, depth: u32, roulette: Roulette) -> Self {
         let decisions = match depth == 0 && roulette.depth > 0 {

@@ -9,11 +9,11 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// (Kajiya 1986). A surface that emits and reflects does one of the two, by the flip of a coin.
 #[derive(Debug)]
 pub struct NaiveIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// Scattering events at most, or roulette alone.
+    /// Maximum number of scattering events; `None` leaves the end to roulette.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
 }
 

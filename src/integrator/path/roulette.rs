@@ -1,12 +1,12 @@
 use crate::color::Spectrum;
 
-/// Largest probability of going on, so that every path ends, also in a closed room that absorbs nothing.
+/// Maximum survival probability, so that every path ends, also in a closed room that absorbs nothing.
 const MAX_SURVIVAL: f32 = 0.95;
 
 /// Russian roulette: ends paths at random where little is left to gain, and weighs those that go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Roulette {
-    /// Scatterings that a path has before roulette may end it.
+    /// Minimum number of scattering events before roulette may end a path.
     pub depth: u32,
 }
 

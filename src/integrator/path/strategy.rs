@@ -44,27 +44,27 @@ pub enum Heuristic {
     Power,
 }
 
-/// The switches of an estimator; the defaults are the best there are.
+/// Options of an estimator; the defaults have the smallest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Strategy {
     /// How directions are drawn.
     pub directions: Directions,
     /// How direct light is found.
     pub direct: DirectLight,
-    /// How both ways are combined.
+    /// MIS heuristic.
     pub heuristic: Heuristic,
 }
 
 /// The vertex that a ray comes from: what MIS needs when the ray meets a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrevVertex {
-    /// Where it happened.
+    /// The vertex as a point that light falls on.
     pub from: Receiver,
     /// Density of the ray's direction.
     pub pdf: f32,
     /// Whether no light sampling could have drawn this direction.
     pub is_delta: bool,
-    /// Light samples that were taken there.
+    /// Number of light samples that were taken there.
     pub light_samples: u32,
 }
 
@@ -163,7 +163,7 @@ impl Strategy {
 }
 
 impl Heuristic {
-    /// What a strategy counts beside one whose density is smaller by the factor `ratio`.
+    /// Relative weight of a strategy whose density is `ratio` times that of another.
     pub(crate) fn raised(self, ratio: f64) -> f64 {
         match self {
             Self::Balance => ratio,

@@ -7,7 +7,7 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
-/// Branches that carry less than this share of the pixel are not followed (Hall and Greenberg 1983).
+/// Minimum throughput of a branch that is followed (Hall and Greenberg 1983).
 const MIN_SHARE: f32 = 1e-3;
 
 /// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light (Whitted 1980).
@@ -15,9 +15,9 @@ const MIN_SHARE: f32 = 1e-3;
 /// There is no light from diffuse to diffuse surfaces, so its picture is another one than a path tracer's.
 #[derive(Debug)]
 pub struct WhittedIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// Scattering events at most; `None` leaves the end to the branches' share.
+    /// Maximum number of scattering events; `None` leaves the end to the branches' share.
     pub max_depth: Option<u32>,
 }
 
@@ -27,7 +27,7 @@ struct Branch {
     depth: u32,
     /// Number in the tree, which names the random numbers of its vertex.
     node: u32,
-    /// Share of the pixel.
+    /// Throughput.
     beta: Spectrum,
     /// Square of the index of refraction that the ray is in, which `beta` was divided by.
     eta_squared: f32,

@@ -4,9 +4,9 @@ use crate::math::Vec3;
 use crate::math::float::gamma;
 use crate::math::hash::mix;
 
-/// What is somewhere.
+/// Items that have a position.
 pub trait Placed: Copy {
-    /// Where it is, world space.
+    /// Position in world space.
     fn place(&self) -> Vec3;
 }
 
@@ -19,7 +19,7 @@ impl Placed for Photon {
 /// Photons, or the like, by their place: a hash table of the cells of regular grids.
 ///
 /// Each photon is in a cell some two to four times as wide as the radius at its place; cells of one width are a level. Radii change slowly from place
-/// to place, and so whoever looks for photons about a point needs to look at one level, or at two, and at few of its cells, however different radii
+/// to place, and so a search about a point visits one level, or at two, and at few of its cells, however different radii
 /// are elsewhere.
 #[derive(Debug)]
 pub struct PhotonGrid<T = Photon> {
@@ -95,12 +95,12 @@ impl<T: Placed> PhotonGrid<T> {
         }
     }
 
-    /// How many there are.
+    /// Number of items.
     pub fn len(&self) -> usize {
         self.photons.len()
     }
 
-    /// Whether there is none.
+    /// Whether the grid is empty.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }

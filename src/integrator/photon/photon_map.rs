@@ -33,19 +33,19 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// Where things move, each photon has a time of its own, but who looks at photons asks for no time.
 #[derive(Debug)]
 pub struct PhotonMapIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// Photons that were sent before.
     pub maps: &'a PhotonMaps,
     /// How direct light is found.
     pub strategy: Strategy,
-    /// Scattering events at most; `None` means as many as a light's path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a light's path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
-    /// Photons that an estimate is made of, 2 at least.
+    /// Number of photons of an estimate, at least 2.
     pub photon_count: u32,
-    /// How far they may be, scene units; `None`: [`FAR_SHARE`] of the radius of the scene in the global map, [`NEAR_SHARE`] in that of caustics.
+    /// Maximum distance of these photons, scene units; `None`: [`FAR_SHARE`] of the radius of the scene in the global map, [`NEAR_SHARE`] in that of caustics.
     pub radius: Option<f32>,
     /// Rays that leave the first wide surface on the way, ≥ 1.
     pub gather_rays: u32,
@@ -60,9 +60,9 @@ pub const NEAR_SHARE: f32 = 0.02;
 /// The photons of a render.
 #[derive(Debug)]
 pub struct PhotonMaps {
-    /// All of them.
+    /// All photons.
     pub global: PhotonTree,
-    /// Those whose light has been scattered by delta lobes alone.
+    /// Photons whose light has been scattered by delta lobes alone.
     pub caustics: PhotonTree,
     /// Paths that left them.
     pub paths: u32,
@@ -80,7 +80,7 @@ impl PhotonMaps {
     }
 }
 
-/// What a ray is traced for.
+/// Purpose of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Purpose {
     /// To see, with all light that it meets.
@@ -89,15 +89,15 @@ enum Purpose {
     Gather { length: f32, after_delta: bool },
 }
 
-/// A path on its way from one vertex to the next.
+/// A ray that is still to be traced, with the state of its path.
 struct QueuedRay {
     ray: Ray,
     purpose: Purpose,
     /// Scatterings so far.
     depth: u32,
-    /// Which of the paths that have parted it is, from 1 on; 0 before they part.
-    strand: u32,
-    /// What light that is met counts in the pixel.
+    /// Number of the gather ray that the path follows, from 1 on; 0 before the path branches.
+    branch: u32,
+    /// Throughput.
     beta: Spectrum,
     /// Squared indices of refraction that `beta` has been divided by.
     roulette_scale: f32,
@@ -108,7 +108,7 @@ impl QueuedRay {
     /// The block of random numbers of the vertex where it ends.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
-        self.strand * DEPTHS + self.depth.min(DEPTHS - 1)
+        self.branch * DEPTHS + self.depth.min(DEPTHS - 1)
     }
 }
 
@@ -119,7 +119,7 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
             ray,
             purpose: Purpose::See,
             depth: 0,
-            strand: 0,
+            branch: 0,
             beta: Spectrum::ONE,
             roulette_scale: 1.0,
             prev: None,
@@ -186,11 +186,11 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
 
         // On, by several rays the first time
-        let parts = gathered.is_none() && vertex.bsdf.is_wide() && segment.strand == 0;
+        let parts = gathered.is_none() && vertex.bsdf.is_wide() && segment.branch == 0;
         let rays = if parts { self.gather_rays } else { 1 };
         for ray in 0..rays {
-            let strand = if parts { 1 + ray } else { segment.strand };
-            let numbers = if parts { strand << 6 | block } else { block };
+            let branch = if parts { 1 + ray } else { segment.branch };
+            let numbers = if parts { branch << 6 | block } else { block };
             let u_lobe = sampler.get_1d(Dimension::bounce(numbers, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(numbers, Bounce::Direction));
             let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
@@ -228,7 +228,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 ray: vertex.ray_along(sample.wi),
                 purpose,
                 depth: depth + 1,
-                strand,
+                branch,
                 beta: beta * factor,
                 roulette_scale: roulette_scale * if parts { rays as f32 } else { 1.0 },
                 prev: Some(PrevVertex::new(vertex, &sample, 1)),

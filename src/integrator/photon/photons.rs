@@ -18,9 +18,9 @@ pub struct Photon {
     ng: [f32; 3],
     /// Power, W, of all the light that its path stands for: the flux of a set of paths is the mean over paths, including those that leave no photon.
     power: [f32; 3],
-    /// From which light it comes.
+    /// The light that it comes from.
     pub light: LightId,
-    /// Scatterings on its way.
+    /// Number of scattering events on its way.
     pub scatterings: u16,
     /// Whether all of them were by delta lobes, and there was one: then it is a part of a caustic.
     pub is_caustic: bool,
@@ -66,21 +66,21 @@ impl Photon {
 /// Sends photons from lights, and leaves one wherever a path meets a surface that does not only scatter by delta lobes.
 #[derive(Debug)]
 pub struct PhotonTracer<'a, A> {
-    /// What light meets.
+    /// The scene.
     pub world: World<'a, A>,
     /// Scattering events of a path at most, the one that sends a photon's light on included; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
-    /// Which photons are kept: those that have been scattered so often at least.
+    /// Minimum number of scattering events of a photon that is kept.
     pub min_scatterings: u16,
 }
 
-/// Paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
+/// Number of paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
 pub const PHOTON_PATHS_A_PIECE: u32 = 1024;
 
 impl<'a, A: Accel> PhotonTracer<'a, A> {
-    /// Pieces of work that `paths` paths come in.
+    /// Number of pieces of work of `paths` paths.
     pub fn pieces(paths: u32) -> u32 {
         paths.div_ceil(PHOTON_PATHS_A_PIECE)
     }

@@ -32,32 +32,32 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// - light that leaves the last vertex by delta lobes is found by going on, since photons are not asked for that part.
 #[derive(Debug)]
 pub struct ProgressivePhotonIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
     /// How direct light is found.
     pub strategy: Strategy,
-    /// Scattering events at most; `None` means as many as a light's path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a light's path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When paths end at random.
+    /// Russian roulette.
     pub roulette: Roulette,
-    /// Paths that lights send in a frame; `None`: as many as the image has pixels.
+    /// Light paths of an iteration; `None`: as many as the image has pixels.
     pub photons: Option<u32>,
-    /// How far away photons count in the first frame.
+    /// Search radius of the first iteration.
     pub radius: SearchRadius,
-    /// How much of a disk's photons frames keep as disks shrink, between 0 (least bias) and 1 (radii stay).
+    /// Radius reduction parameter α, between 0 (smallest bias) and 1 (radii stay).
     pub alpha: f32,
 }
 
-/// What the pixels of a frame look at.
+/// Photons of one iteration.
 #[derive(Debug)]
 pub struct FramePhotons<'a> {
     grid: PhotonGrid,
     radii: Radii<'a>,
-    /// When the photons were there.
+    /// Time of the photons.
     time: f32,
 }
 
-/// The radius of the frame `frame` over that of the first one.
+/// The radius of the iteration `frame` over that of the first one.
 pub(crate) fn shrunk(frame: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);

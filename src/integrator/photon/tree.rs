@@ -15,7 +15,7 @@ pub struct PhotonTree {
 /// The photons nearest to a point.
 #[derive(Debug)]
 pub struct Nearest<'t> {
-    /// In no order.
+    /// Photons, in no order.
     pub photons: Vec<&'t Photon>,
     /// Square of the distance within which there are no others.
     pub squared: f32,
@@ -50,17 +50,17 @@ impl PhotonTree {
         Self { photons, axes }
     }
 
-    /// How many there are.
+    /// Number of photons.
     pub fn len(&self) -> usize {
         self.photons.len()
     }
 
-    /// Whether there is none.
+    /// Whether the tree is empty.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }
 
-    /// All of them, in the order of the tree.
+    /// All photons, in the order of the tree.
     pub fn photons(&self) -> &[Photon] {
         &self.photons
     }

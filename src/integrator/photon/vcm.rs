@@ -23,33 +23,33 @@ use std::f32::consts::PI;
 /// of them than pixels, since they take about 500 bytes a vertex.
 #[derive(Debug)]
 pub struct VertexMergingIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// How strategies are weighed.
+    /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When subpaths end at random.
+    /// Russian roulette of the subpaths.
     pub roulette: Roulette,
     /// Paths from lights to merge with, in a frame; `None`: as many as the image has pixels, 65536 at most.
     pub photons: Option<u32>,
-    /// How far away they may end in the first frame.
+    /// Merging radius of the first iteration.
     pub radius: SearchRadius,
-    /// How much of a disk's vertices frames keep as disks shrink.
+    /// Radius reduction parameter α; 1 keeps the radius.
     pub alpha: f32,
 }
 
-/// Paths to merge with where nothing else is said, at most.
+/// Default maximum number of light paths to merge with.
 pub const MOST_MERGED_PATHS: u32 = 1 << 16;
 
-/// Paths from lights, and when.
+/// Light paths of one piece of work, and their time.
 #[derive(Debug)]
 pub struct LightPaths<'a> {
     time: f32,
     paths: Vec<Vec<PathVertex<'a>>>,
 }
 
-/// Those of a frame, by where they have been.
+/// Light paths of an iteration, with a grid of their vertices.
 #[derive(Debug)]
 pub struct MergedPaths<'a> {
     paths: Vec<Vec<PathVertex<'a>>>,
@@ -58,7 +58,7 @@ pub struct MergedPaths<'a> {
     time: f32,
 }
 
-/// That a path has been somewhere.
+/// A vertex of a light path, in the grid.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     p: [f32; 3],

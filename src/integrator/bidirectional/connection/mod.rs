@@ -13,7 +13,7 @@ use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
 use weights::Met;
 
-/// All ways to make a path of a subpath from the camera and one from a light.
+/// Connects a subpath from the camera and one from a light, by all strategies.
 ///
 /// A strategy (s, t) takes s vertices from the light's subpath and t from the camera's (Veach 1997, §10.2). With s = 1 the point on the light is
 /// drawn anew for the vertex that it lights; with t = 1 the point on the lens is.
@@ -22,9 +22,9 @@ pub(crate) struct Connector<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     pub heuristic: Heuristic,
     pub roulette: Roulette,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_depth: Option<u32>,
-    /// Where subpaths from lights are also merged with those from the camera, with how many and how.
+    /// How subpaths from lights are also merged with those from the camera, if they are.
     pub merging: Option<Merging<'w>>,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Connector<'w, 'a, A> {
 pub(crate) struct Merging<'w> {
     /// Subpaths from lights with which each one from the camera may be merged.
     pub paths: f32,
-    /// How far away their ends may be.
+    /// Maximum distance between their ends.
     pub radii: &'w Radii<'w>,
 }
 
@@ -53,11 +53,11 @@ pub(crate) struct Subpaths<'a> {
     pub light: Vec<PathVertex<'a>>,
     /// How the one from the camera leaves the scene, if it does.
     pub escape: Option<PathRay>,
-    /// When.
+    /// Time of both subpaths.
     pub time: f32,
 }
 
-/// What a strategy finds.
+/// Contribution of one strategy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution {
     /// Vertices from the light, and from the camera.
@@ -66,9 +66,9 @@ pub(crate) struct Contribution {
     pub radiance: Spectrum,
     /// Share of it that the strategy has among all that could have made the path.
     pub weight: f32,
-    /// Where it falls, if not on the sample's own pixel.
+    /// Position on the film, if not in the sample's own pixel.
     pub film: Option<Vec2>,
-    /// From which light it comes.
+    /// The light that it comes from.
     pub light: LightId,
 }
 
@@ -90,7 +90,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         size.x as f32 * size.y as f32
     }
 
-    /// Vertices of a path at most.
+    /// Maximum number of vertices of a path.
     pub fn max_vertices(&self) -> usize {
         self.max_depth
             .map_or(MAX_VERTICES, |depth| MAX_VERTICES.min(depth as usize + 2))
@@ -157,7 +157,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// What all strategies make of `paths`.
+    /// Gives `found` the contribution of each strategy to `paths`.
     pub fn all(
         &self,
         paths: &mut Subpaths<'a>,
@@ -217,7 +217,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         });
     }
 
-    /// The same where it leaves the scene, and meets what is infinitely far away.
+    /// s = 0, where the camera's subpath leaves the scene and meets infinitely distant lights.
     pub fn escape(&self, paths: &mut Subpaths<'a>, found: &mut impl FnMut(Contribution)) {
         let (camera, time) = (&mut paths.camera, paths.time);
         let (Some(PathRay { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {

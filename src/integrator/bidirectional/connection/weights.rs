@@ -5,7 +5,7 @@ use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, Vertex
 use crate::light::{LightId, Receiver};
 use crate::math::Vec3;
 
-/// The light that a path meets, and the density with which it would have been sampled.
+/// A light that a path meets, and the density with which light sampling would have found it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub light: LightId,
@@ -23,7 +23,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// The same of a path from a light.
+    /// Density with which a path from a light that comes from `before` goes on from `at` to `to`.
     fn pdf_from_light(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, before) {

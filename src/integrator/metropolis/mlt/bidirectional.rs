@@ -52,7 +52,7 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// All that some vertex is kept at, in a path of `n` vertices.
+    /// All cuts of a path of `n` vertices that keep some vertex.
     fn all(n: usize) -> impl Iterator<Item = Self> + Clone {
         let cut = move |kept| (0..=n - kept).map(move |count| Self { kept, count });
         (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
@@ -78,7 +78,7 @@ impl Cut {
     }
 }
 
-/// How many vertices are added in the place of `deleted` ones, `least` to `most` (p_a1): mostly as many.
+/// Distribution of the number of vertices that replace `deleted` ones, `least` to `most` (p_a1): mostly as many.
 #[derive(Clone, Copy, Debug)]
 struct Added {
     deleted: usize,
@@ -170,7 +170,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         self.space.join(camera, light.into_iter(), fresh, (lens, time), out)
     }
 
-    /// How many vertices may come in the place of those of `cut`.
+    /// Distribution of the number of vertices that replace those of `cut`.
     fn added(&self, x: &Path, cut: Cut) -> Added {
         let others = x.len() - cut.count;
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
@@ -190,7 +190,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         p_delete * p_add * self.made(y, made)
     }
 
-    /// The same where everything is made anew.
+    /// Density of making all of `y` anew, over its contribution.
     fn density(&self, y: &Path<'a>) -> f64 {
         let all = Cut {
             kept: 0,

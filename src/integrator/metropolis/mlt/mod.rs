@@ -31,17 +31,17 @@ use space::PathSpace;
 /// found for the frame, which also tell how bright the picture is: every frame is an unbiased estimate by itself.
 #[derive(Debug)]
 pub struct PathSpaceIntegrator<'a, A> {
-    /// What light meets, and from where it is seen.
+    /// The scene and the camera.
     pub world: World<'a, A>,
-    /// Scattering events at most; `None` means as many as a path has room for, 64.
+    /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// When the subpaths end at random of which chains start.
+    /// Russian roulette of the subpaths that chains start from.
     pub roulette: Roulette,
     /// Light samples of each pixel in a frame, where direct light is found in the ordinary way.
     pub light_samples: u32,
-    /// How chains go; the steps have sizes of their own here.
+    /// Options of the chains; step sizes are not used here.
     pub metropolis: Metropolis,
-    /// What the light of paths is compared with.
+    /// Importance image: the light of paths is divided by it.
     pub importance: &'a ImportanceImage,
 }
 
@@ -73,7 +73,7 @@ impl Mutation {
         (Self::FromLight, 0.3),
     ];
 
-    /// Whether `x` can be mutated so.
+    /// Whether this kind of mutation applies to `x`.
     fn applies_to(self, x: &Path) -> bool {
         match self {
             Self::Replace | Self::Bidirectional => true,
@@ -82,7 +82,7 @@ impl Mutation {
         }
     }
 
-    /// How often all are chosen for `x`.
+    /// Relative frequency of each kind of mutation for `x`.
     fn weights(x: &Path) -> [f64; 4] {
         Self::ALL.map(|(kind, weight)| if kind.applies_to(x) { weight } else { 0.0 })
     }
@@ -280,7 +280,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
     }
 
-    /// The same of the kind `kind`.
+    /// A mutation of `x` of the kind `kind`, if it leads anywhere, and the place of its kind in [`NAMES`].
     fn mutate_by(
         &self,
         kind: Mutation,

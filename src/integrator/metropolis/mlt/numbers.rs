@@ -2,12 +2,12 @@ use crate::math::Vec2;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Random numbers of a Markov chain, which nobody can tell in advance how many it needs: SplitMix64.
+/// Random numbers of a Markov chain, by SplitMix64: their count is not known in advance.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers(u64);
 
 impl Numbers {
-    /// Those of `key`, which is a name alone. Where they start depends on the sampler's own numbers there, and so on the seed.
+    /// The numbers named by `key`. Where they start depends on the sampler's own numbers there, and so on the seed.
     pub fn of(key: SampleKey, sampler: &mut impl Sampler) -> Self {
         sampler.start(key);
         let pixel = sampler.get_2d(Dimension::PIXEL);

@@ -14,12 +14,12 @@ use std::rc::Rc;
 #[derive(Clone, Debug)]
 pub(super) struct Path<'a> {
     pub vertices: Vec<Vertex<'a>>,
-    /// Where on the film: pixels, origin top left.
+    /// Position on the film: pixels, origin top left.
     pub film: Vec2,
     /// The numbers that have drawn the point of the lens.
     pub lens: Vec2,
     pub time: f32,
-    /// All values of its vertices, multiplied: what the path contributes but for factors that have no colour.
+    /// Product of the values of all vertices: the path's contribution but for factors that have no colour.
     pub color: Spectrum,
     /// What chains are after: the luminance of [`Path::color`], over that of the importance image there. Above 0.
     pub target: f64,
@@ -50,9 +50,9 @@ pub(super) struct Vertex<'a> {
     pub p: Vec3,
     /// Unit geometric normal; zero at single points, the direction of travel at infinity.
     pub ng: Vec3,
-    /// Whether it scatters by a delta lobe.
+    /// Whether the vertex scatters by a delta lobe.
     pub is_delta: bool,
-    /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 where surfaces have holes.
+    /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha.
     pub through: f32,
     pub factors: Factors,
 }
@@ -71,10 +71,10 @@ pub(super) struct LightSource {
     pub origin: Vec3,
 }
 
-/// What kind of a light it is.
+/// Kind of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LightSourceKind {
-    /// One that has an area.
+    /// A light that has an area.
     Area,
     /// A single point.
     Point,
@@ -85,7 +85,7 @@ pub(super) enum LightSourceKind {
 }
 
 impl LightSourceKind {
-    /// Whether it is infinitely far away.
+    /// Whether the light is infinitely far away.
     pub fn is_infinite(self) -> bool {
         matches!(self, Self::Far | Self::Parallel)
     }
@@ -134,7 +134,7 @@ impl Default for Factors {
 }
 
 impl<'a> Vertex<'a> {
-    /// One at `p`.
+    /// A vertex at `p`, with unit geometric normal `ng`.
     pub fn new(kind: PathVertexKind<'a>, p: Vec3, ng: Vec3) -> Self {
         Self {
             kind,
@@ -146,7 +146,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The surface that it is on, if it is on one.
+    /// The vertex's surface, if it is on one.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -154,7 +154,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The light that it is on, if it is on one.
+    /// The vertex's light, if it is on one.
     pub fn source(&self) -> Option<&LightSource> {
         match &self.kind {
             VertexKind::Light(source) => Some(source),
@@ -168,7 +168,7 @@ impl<'a> Vertex<'a> {
         surfaces.is_some_and(|(own, other)| own.is_met_again(other))
     }
 
-    /// Whether it is infinitely far away.
+    /// Whether the vertex is infinitely far away.
     pub fn is_infinite(&self) -> bool {
         self.source().is_some_and(|source| source.kind.is_infinite())
     }
@@ -220,7 +220,7 @@ pub(super) struct Single {
 }
 
 impl Single {
-    /// That of `bsdf` for what comes from `back` (local frame), on the same side or on the other. Lobes that reflect have one direction, and count together.
+    /// The delta direction of `bsdf` for light that comes from `back` (local frame), on the same side or on the other. Lobes that reflect have one direction, and count together.
     pub fn of(bsdf: &Bsdf, back: Vec3, is_reflected: bool, mode: TransportMode) -> Option<Self> {
         let (mut total, mut flux, mut direction) = (0.0, Spectrum::ZERO, None);
         for sample in bsdf.delta_directions(back, mode).filter(|sample| sample.pdf > 0.0) {

@@ -36,7 +36,7 @@ pub(super) struct CameraChain {
 }
 
 impl CameraChain {
-    /// That of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or one that ends at a light that is met.
+    /// The chain of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or one that ends at a light that is met.
     pub fn of(x: &Path) -> Option<Self> {
         let mut is_multiple = false;
         for i in 1..x.len() {

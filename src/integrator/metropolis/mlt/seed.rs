@@ -31,7 +31,7 @@ pub(super) struct Seed {
 pub type Found = Vec<(f64, usize)>;
 
 impl Seeds {
-    /// Those of all `samples`, where paths have such numbers of vertices at least and at most.
+    /// The paths of all `samples`, which have `lengths` as their minimum and maximum number of vertices.
     pub(super) fn new(samples: &[Found], lengths: (usize, usize)) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
@@ -67,12 +67,12 @@ impl Seeds {
 struct Subpath<'a> {
     vertices: Vec<Vertex<'a>>,
     weights: Vec<f64>,
-    /// That of the next one; `None` where the subpath ends.
+    /// Weight of the next vertex; `None` where the subpath ends.
     next: Option<f64>,
 }
 
 impl<'a> Subpath<'a> {
-    /// One that begins with `first`.
+    /// A subpath that begins with `first`.
     fn new(first: Option<Vertex<'a>>) -> Self {
         Self {
             next: first.as_ref().map(|_| 1.0),
@@ -108,7 +108,7 @@ impl<'a> Subpath<'a> {
     }
 }
 
-/// All paths that a sample of bidirectional path tracing finds, each with the light that it carries: its target over the density with which such
+/// Finds all paths of one sample of bidirectional path tracing, each with the light that it carries: its target over the density with which such
 /// samples make it, by any of the ways there are (the balance heuristic, Veach 1997, §9.2.2).
 pub(super) fn sample<'a, A: Accel>(
     space: &PathSpace<'_, 'a, A>,

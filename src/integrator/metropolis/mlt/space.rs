@@ -16,9 +16,9 @@ use std::rc::Rc;
 #[derive(Debug)]
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
-    /// What the light of paths is compared with.
+    /// Importance image: the light of paths is divided by it.
     importance: &'w ImportanceImage,
-    /// Whether lamps that are seen by delta lobes alone are in it.
+    /// Whether lamps that are seen by delta lobes alone belong to the space.
     has_lamps: bool,
     /// Minimum number of vertices of a path, both ends counted.
     pub min_vertices: usize,
@@ -26,14 +26,14 @@ pub(super) struct PathSpace<'w, 'a, A> {
     pub max_vertices: usize,
     /// The upper left corner of the film: all that pixels see, by filters as wide as they are.
     film_min: Vec2,
-    /// Its width and height, pixels.
+    /// Width and height of the film, pixels.
     film_size: Vec2,
     /// Infinitely distant lights that rays can meet.
     far_lights: usize,
 }
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
-    /// That of paths of such numbers of vertices.
+    /// The space of paths of `min_vertices` to `max_vertices` vertices.
     pub fn new(
         world: &'w World<'a, A>,
         importance: &'w ImportanceImage,
@@ -269,7 +269,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// The same where none has.
+    /// Transmittance between `a` and the next vertex `b`, where no ray has gone yet.
     fn visibility(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -371,7 +371,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         })
     }
 
-    /// Those of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
+    /// Factors of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
     pub fn factors(
         &self,
         at: &Vertex,

@@ -2,7 +2,7 @@ use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
     parse_size,
 };
-use crate::io::MaxDepth;
+use crate::description::MaxDepth;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -2,9 +2,10 @@ use super::aovs::aovs;
 use super::args::{EstimatorArgs, ExrArgs, LoadArgs, RenderArgs, ToneArgs};
 use super::error::CliError;
 use crate::color::tone::{Curve, Tone};
+use crate::description::SceneFile;
 use crate::film::{FilterKind, Rect};
 use crate::integrator::Roulette;
-use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, SceneFile, find, join_names};
+use crate::io::{Compression, ExrFormat, FileError, LoadOptions, MtlDialect, find, join_names};
 use crate::math::{UVec2, Vec3};
 use crate::sampler::SamplerKind;
 use crate::session::{

@@ -1,4 +1,4 @@
-use super::{FileError, MtlDialect, SceneFile, Severity, named};
+use super::{MtlDialect, Severity};
 use crate::texture::TextureFilter;
 
 /// How files are read where their formats leave something open.
@@ -17,26 +17,8 @@ pub struct LoadOptions {
 }
 
 impl LoadOptions {
-    /// What `[render]` says of them.
-    pub(super) fn of(file: &SceneFile) -> Result<Self, FileError> {
-        let render = &file.render;
-        let smooth = render.smooth.as_ref();
-        if let Some(degrees) = smooth.filter(|degrees| !Self::is_angle(*degrees.get_ref())) {
-            let error = file.error(degrees.span(), format!("smooth = {}", degrees.get_ref()));
-            return Err(error.help("use a number above 0"));
-        }
-        Ok(Self {
-            mtl_dialect: named(file, "mtl-dialect", &render.mtl_dialect, MtlDialect::NAMES)?.unwrap_or_default(),
-            smooth: smooth.map(|degrees| *degrees.get_ref()),
-            texture_filter: named(file, "texture-filter", &render.texture_filter, TextureFilter::NAMES)?
-                .unwrap_or_default(),
-            max_memory: None,
-            strict: false,
-        })
-    }
-
     /// How bad it is that a file is missing, or cannot be used, which a render could do without.
-    pub(super) fn severity_of_lack(&self) -> Severity {
+    pub(crate) fn severity_of_lack(&self) -> Severity {
         if self.strict {
             Severity::Error
         } else {

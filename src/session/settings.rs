@@ -3,8 +3,9 @@ use super::{Backend, CameraSettings, Error, Estimator, IntegratorKind, InvalidSe
 use crate::camera::{Camera, CameraDescription};
 use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
+use crate::description::{SceneFile, named};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
-use crate::io::{FileError, SceneFile, name_of, named};
+use crate::io::{FileError, name_of};
 use crate::math::UVec2;
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;

@@ -7,12 +7,12 @@ pub mod program;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
+use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
     FrameIntegrator, Heuristic, Integrator, PathIntegrator, Roulette, Strategy, TestPicture, TestPictureMaker, World,
 };
-use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::{Outcome, render, render_frames, test_picture};

@@ -3,8 +3,8 @@ use super::{
     MOST_MERGED_PHOTONS, MOST_PHOTON_COUNT, MOST_PHOTONS, MOST_SCATTERINGS, MOST_STRATEGIES_DEPTH,
 };
 use crate::camera::Camera;
+use crate::description::MaxDepth;
 use crate::integrator::{Metropolis, strategies};
-use crate::io::MaxDepth;
 use crate::scene::Scene;
 use crate::session::settings::ABOVE_0;
 use crate::session::{Error, InvalidSetting};

@@ -7,11 +7,12 @@ mod switches;
 pub(crate) use run::Prepared;
 pub(crate) use switches::SWITCHES;
 
+use crate::description::{MaxDepth, SceneFile, named};
 use crate::integrator::{
     DebugView, DirectLight, Directions, Heuristic, Metropolis, MetropolisDirect, MetropolisTarget, Roulette, Strategy,
     strategies,
 };
-use crate::io::{FileError, MaxDepth, SceneFile, name_of, named};
+use crate::io::{FileError, name_of};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::sampler::{PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::SceneBuilder;

@@ -6,7 +6,8 @@ use super::{
     DIRECT, DIRECTIONS, Estimator, HEURISTICS, METROPOLIS_DIRECT, METROPOLIS_TARGETS, REUSES, SELECTIONS,
     TRIANGLE_SAMPLINGS, VIEWS,
 };
-use crate::io::{MaxDepth, name_of};
+use crate::description::MaxDepth;
+use crate::io::name_of;
 
 /// A switch of the estimator.
 pub(crate) struct Switch {

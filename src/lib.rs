@@ -44,7 +44,9 @@
 //! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
 //! - [`integrator`]: one pixel sample's light transport
 //! - [`options`]: all that a user can set
-//! - [`render`], [`io`]: passes and tiles, and files
+//! - [`render`], [`io`]: passes and tiles, and formats of files
+//! - [`compare`]: how far pictures are from each other
+//! - [`description`]: scene files, and the scenes made of them
 //! - [`lint`]: what is likely not meant in a scene
 //! - [`session`]: a render from scene file to picture
 //! - [`cli`]: the command line
@@ -56,6 +58,7 @@ pub mod cli;
 pub mod color;
 pub mod compare;
 pub mod denoise;
+pub mod description;
 pub mod film;
 pub mod geometry;
 pub mod integrator;
@@ -72,10 +75,11 @@ pub mod scene;
 pub mod session;
 pub mod texture;
 
+pub use description::SceneFile;
 pub use film::{Aov, Image, Rect};
 pub use io::{
     Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
-    OutputLock, SceneFile, read_checkpoint,
+    OutputLock, read_checkpoint,
 };
 pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};

@@ -1,7 +1,7 @@
 //! Scenes and rays that benchmarks share.
 
+use embrasure::description::{SceneFile, load_scene};
 use embrasure::geometry::{Mesh, PrimId, ray_towards};
-use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::Material;
 use embrasure::math::{Frame, Ray, Vec2, Vec3};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};

@@ -1,6 +1,6 @@
 use super::error::CliError;
+use crate::description::SceneFile;
 use crate::film::Aov;
-use crate::io::SceneFile;
 use crate::options::Method;
 
 /// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels; whoever

@@ -6,9 +6,8 @@ use super::job::{Job, SceneKind, kind_of, load_options};
 use super::words;
 use crate::accel::Dispatch;
 use crate::camera::Camera;
-use crate::io::{
-    FileError, Finding, Inspection, MOST_PLACES, Position, SceneFile, SceneOptions, Severity, inspect_scene,
-};
+use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
+use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::options::Backend;

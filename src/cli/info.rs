@@ -2,7 +2,7 @@ use super::args::SceneArgs;
 use super::error::CliError;
 use super::job::read_scene;
 use super::words;
-use crate::io::{Loaded, load_scene};
+use crate::description::{Loaded, load_scene};
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;

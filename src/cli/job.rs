@@ -1,8 +1,9 @@
 use super::aovs::aovs;
 use super::args::{ExrArgs, LoadArgs, RenderArgs};
 use super::error::CliError;
+use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
-use crate::io::{ExrFormat, FileError, LoadOptions, SceneFile, SceneOptions};
+use crate::io::{ExrFormat, FileError, LoadOptions};
 use crate::math::{UVec2, Vec3};
 use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
 use crate::session::{CameraSettings, MOST_FOR_NOISE, Settings};

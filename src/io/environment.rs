@@ -12,15 +12,15 @@ use std::path::Path;
 /// Bytes that a texel of an environment takes for good: its colour, and what directions are drawn by.
 const BYTES_OF_A_TEXEL: u64 = 20;
 /// Bytes that it takes while it is read: three floats and its colour.
-pub(super) const BYTES_OF_A_NEW_TEXEL: u64 = 28;
+pub(crate) const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Bytes that an environment of so many texels takes for good.
-pub(super) fn environment_bytes(texels: u64) -> u64 {
+pub(crate) fn environment_bytes(texels: u64) -> u64 {
     texels * BYTES_OF_A_TEXEL
 }
 
 /// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
-pub(super) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
+pub(crate) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let image = match extension.as_deref() {
         Some("hdr" | "pic") => read_hdr(path, allowance)?,

@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 ///
 /// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and
 /// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
-pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
+pub(crate) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     let exact = folder.join(name);
     if is_there(&exact) {
         return Some(exact);
@@ -27,12 +27,12 @@ fn is_there(path: &Path) -> bool {
 }
 
 /// Whether the file `found` for `name` is written there with letters of the wrong case.
-pub(super) fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
+pub(crate) fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
 /// How many files of its folder have the name of `found`, in whatever case.
-pub(super) fn count_alike(found: &Path) -> usize {
+pub(crate) fn count_alike(found: &Path) -> usize {
     let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
     let Some(wanted) = found.file_name().map(lowercase) else {
         return 0;

@@ -45,7 +45,7 @@ pub struct Finding {
 pub const MOST_PLACES: usize = 5;
 
 /// Wrong statements of a file that are told one by one.
-pub(super) const MAX_WRONG: usize = 20;
+pub(crate) const MAX_WRONG: usize = 20;
 
 impl Finding {
     /// Something that is there once.
@@ -101,7 +101,7 @@ impl Findings {
     }
 
     /// That a file has `count` wrong statements more than were told.
-    pub(super) fn add_untold(&mut self, file: &Path, count: usize) {
+    pub(crate) fn add_untold(&mut self, file: &Path, count: usize) {
         if count > 0 {
             let error = FileError::new(file, format!("{count} more statements are wrong"));
             let error = error.help("correct those above, and check again");

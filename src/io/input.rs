@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// A regular file that is open for reading. It remembers when the system fails to read it, whatever a decoder makes of that.
-pub(super) struct Input {
+pub(crate) struct Input {
     file: File,
     length: u64,
     failure: ReadFailure,
@@ -16,7 +16,7 @@ pub(super) struct Input {
 
 /// What the system said when reading failed, if it did; clones share it.
 #[derive(Clone, Default)]
-pub(super) struct ReadFailure(Arc<OnceLock<io::Error>>);
+pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
 
 impl ReadFailure {
     /// The failure as the error of `path`, where there was one; else `error`, which says what is wrong with the contents.
@@ -109,12 +109,12 @@ impl Input {
 }
 
 /// All bytes of a regular file; `what` it is says the error.
-pub(super) fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
+pub(crate) fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
     Input::open(path, what)?.bytes(path)
 }
 
 /// All of a regular file as text; `what` it is says the error. UTF-16 is read like UTF-8; names may be in any other encoding, and all else is ASCII.
-pub(super) fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
+pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
     let bytes = read_bytes(path, what)?;
     if let Some(characters) = utf16_characters(&bytes) {
         return Ok(characters

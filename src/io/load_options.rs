@@ -31,7 +31,7 @@ pub struct LoadOptions {
 
 impl LoadOptions {
     /// How bad it is that a file is missing, or cannot be used, which a render could do without.
-    pub(super) fn severity_of_lack(&self) -> Severity {
+    pub(crate) fn severity_of_lack(&self) -> Severity {
         if self.strict {
             Severity::Error
         } else {

@@ -85,7 +85,7 @@ fn can_be_had(bytes: u64) -> bool {
 
 /// The memory that reading may take.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Allowance {
+pub(crate) struct Allowance {
     /// At most; `None` where all there is may be taken.
     pub limit: Option<MemoryLimit>,
     /// Bytes that what was read before keeps.

@@ -1,39 +1,31 @@
-//! Files in and out: scene files, OBJ and MTL, textures, EXR and PNG.
+//! Formats of meshes and pictures, in and out: OBJ and MTL, textures, environments, EXR and PNG.
 
 mod ascii;
 mod checkpoint;
 mod contact_sheet;
 mod cryptomatte;
-mod environment;
+pub(crate) mod environment;
 mod error;
 mod exr;
-mod find_file;
+pub(crate) mod find_file;
 mod finding;
 mod guard;
 mod identity;
-mod input;
-mod light_group_section;
-mod light_section;
-mod load;
+pub(crate) mod input;
 mod load_options;
 mod machine;
-mod map_section;
-mod material_section;
-mod memory;
-mod mtl;
+pub(crate) mod memory;
+pub(crate) mod mtl;
 mod normals;
-mod obj;
-mod option_section;
+pub(crate) mod obj;
 mod output;
-mod placement;
 mod png;
 mod read_image;
 mod read_picture;
 mod read_rendering;
-mod scene_file;
-mod statements;
+pub(crate) mod statements;
 mod temporary;
-mod texture;
+pub(crate) mod texture;
 
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
@@ -45,14 +37,7 @@ pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub(crate) use guard::guarded;
 pub use guard::is_guarded;
 pub use identity::FileId;
-pub use light_group_section::LightGroupSection;
-pub use light_section::{LightSection, Rotation};
-pub use load::{
-    DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
-};
 pub use load_options::{LoadOptions, LoadParameters};
-pub use map_section::MapSection;
-pub use material_section::MaterialSection;
 pub use memory::{LimitSource, LoadObserver, MemoryLimit, in_words};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
@@ -61,6 +46,5 @@ pub use output::{Format, Output};
 pub use png::Figure;
 pub use read_image::read_exr;
 pub use read_rendering::{Rendering, read_rendering};
-pub use scene_file::{CameraSection, Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
 pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};

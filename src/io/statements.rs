@@ -5,7 +5,7 @@ use std::borrow::Cow;
 ///
 /// A byte-order mark is skipped, a `\` at the end of a line joins the next line to it, and comments are left out: a `#`
 /// starts one at the beginning of a word, so that names like `Mat#2` stay whole. Empty statements are left out too.
-pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
@@ -20,7 +20,7 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str
 }
 
 /// Cuts a text into pieces of `size` bytes or a little more, none of which ends within a statement.
-pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
+pub(crate) fn pieces(text: &str, size: usize) -> Vec<&str> {
     let mut pieces = Vec::new();
     let mut rest = text;
     while !rest.is_empty() {
@@ -34,7 +34,7 @@ pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
 /// Where the first word that is `word` stands in the statement that begins on `line` of `text`; the line, where there is none.
 ///
 /// Made for messages: it counts lines anew.
-pub(super) fn place_of(text: &str, line: usize, word: &str) -> Position {
+pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     for (index, content) in lines.skip(line.saturating_sub(1)) {
         let starts_word = |i: usize| content[..i].chars().next_back().is_none_or(char::is_whitespace);
@@ -59,7 +59,7 @@ pub(super) fn place_of(text: &str, line: usize, word: &str) -> Position {
 }
 
 /// The keyword of a statement, and what follows it.
-pub(super) fn split_keyword(statement: &str) -> (&str, &str) {
+pub(crate) fn split_keyword(statement: &str) -> (&str, &str) {
     let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
     (keyword, rest.trim())
 }
@@ -98,7 +98,7 @@ fn statement_end(text: &str, from: usize) -> usize {
 }
 
 /// The line without its comment and surrounding blanks.
-pub(super) fn uncommented(line: &str) -> &str {
+pub(crate) fn uncommented(line: &str) -> &str {
     // Few lines have a comment, and this is the faster search.
     if !line.as_bytes().contains(&b'#') {
         return line.trim();

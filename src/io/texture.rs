@@ -58,7 +58,7 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
 }
 
 /// The same, where reading may take so much memory; an error where it takes more.
-pub(super) fn load_textures_within(
+pub(crate) fn load_textures_within(
     requests: &[TextureRequest],
     allowance: Allowance,
     observer: &dyn LoadObserver,

@@ -1,4 +1,5 @@
-use crate::io::{FileError, Finding, Inspection, MOST_PLACES, Position, Severity};
+use crate::description::Inspection;
+use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 

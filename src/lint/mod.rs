@@ -15,7 +15,8 @@ pub use memory::{AccelMemory, Forecast};
 pub use portrait::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
 pub use view::inspect_view;
 
-use crate::io::{DEFAULT_MATERIAL, Finding, Inspection, MaterialSource, ObjFaces, SceneFile};
+use crate::description::{DEFAULT_MATERIAL, Inspection, MaterialSource, SceneFile};
+use crate::io::{Finding, ObjFaces};
 use crate::material::Material;
 use crate::math::Vec3;
 use crate::scene::Scene;

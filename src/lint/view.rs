@@ -1,7 +1,8 @@
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::description::SceneFile;
 use crate::geometry::{GeomId, Placement, rounding};
-use crate::io::{Finding, SceneFile, Severity};
+use crate::io::{Finding, Severity};
 use crate::math::{Bounds3, Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 use crate::scene::{Instance, Scene};

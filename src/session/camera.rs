@@ -1,5 +1,6 @@
 use crate::camera::{CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
-use crate::io::{FileError, SceneFile};
+use crate::description::SceneFile;
+use crate::io::FileError;
 use crate::math::{Bounds3, Encode, UVec2, Vec3, encode_fields};
 use toml::Spanned;
 

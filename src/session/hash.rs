@@ -33,7 +33,7 @@ mod tests {
     use crate::bsdf::Fresnel;
     use crate::camera::{CameraMotion, CameraParameters, Pose};
     use crate::color::Spectrum;
-    use crate::io::{SceneFile, load_scene};
+    use crate::description::{SceneFile, load_scene};
     use crate::light::{
         ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
         SpotLight,

@@ -26,9 +26,10 @@ pub(crate) use method::Prepared;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};
+use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
-use crate::io::{LoadObserver, Loaded, MemoryLimit, SceneFile, in_words, load_scene_watched};
+use crate::io::{LoadObserver, MemoryLimit, in_words};
 use crate::lint::Forecast;
 use crate::scene::Scene;
 use std::path::PathBuf;

@@ -3,8 +3,8 @@ use super::{CameraSettings, Error, InvalidSetting};
 use crate::camera::{Camera, CameraDescription};
 use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
+use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
-use crate::io::{SceneFile, SceneOptions};
 use crate::math::UVec2;
 use crate::options::{
     Backend, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named, OptionGroup, SamplingOptions,

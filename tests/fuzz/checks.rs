@@ -3,12 +3,12 @@
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
+use embrasure::description::{CameraSection, Loaded, SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{
-    CameraSection, FileError, Loaded, MtlDialect, SceneFile, TextureKind, describe_checkpoint, load_scene,
-    load_texture, read_checkpoint, read_rendering,
+    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_rendering,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::render;

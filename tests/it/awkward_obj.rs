@@ -2,7 +2,8 @@
 //! its line.
 
 use crate::support::shared;
-use embrasure::io::{FileError, Loaded, SceneFile, load_scene};
+use embrasure::description::{Loaded, SceneFile, load_scene};
+use embrasure::io::FileError;
 use embrasure::scene::SceneBuilder;
 use std::fs;
 use std::path::{Path, PathBuf};

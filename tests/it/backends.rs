@@ -914,9 +914,9 @@ mod together {
     use super::*;
     use embrasure::accel::{Auditor, bvh::BvhAccel, embree::EmbreeAccel};
     use embrasure::camera::{Camera, CameraParameters};
+    use embrasure::description::{SceneFile, load_scene};
     use embrasure::film::{Film, Filter};
     use embrasure::integrator::World;
-    use embrasure::io::{SceneFile, load_scene};
     use embrasure::math::UVec2;
     use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@
 mod checks;
 
 use checks::DOORS;
-use embrasure::io::{SceneFile, load_scene};
+use embrasure::description::{SceneFile, load_scene};
 use embrasure::scene::SceneBuilder;
 use std::fs;
 use std::path::{Path, PathBuf};

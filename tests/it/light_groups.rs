@@ -2,10 +2,10 @@
 
 use crate::support::*;
 use embrasure::color::Spectrum;
+use embrasure::description::{SceneFile, inspect_scene, load_scene};
 use embrasure::film::{Film, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
-use embrasure::io::{SceneFile, inspect_scene, load_scene};
 use embrasure::light::{LightId, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};

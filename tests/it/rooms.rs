@@ -17,6 +17,7 @@ const ROWS: &[&[&str]] = &[
     &["integrator"],
     &["options"],
     &["io", "render"],
+    &["description"],
     &["lint"],
     &["session"],
     &["cli"],
@@ -26,12 +27,12 @@ const ROWS: &[&[&str]] = &[
 const CIRCLES: &[&str] = &[
     "accel::embree: device packet probe scene",
     "cli: bench bench_tables",
+    "description: light_group_section light_section map_section material_section scene_file",
     "geometry: mesh placement",
     "integrator: connection photon_grid photons",
     "integrator: direct world",
     "io: checkpoint cryptomatte exr output png",
     "io: environment read_image",
-    "io: light_group_section light_section load_options map_section material_section option_section scene_file",
     "io: machine memory",
     "io::obj: faces parse",
     "io::obj: groups smoothing",
@@ -349,6 +350,7 @@ fn the_command_line_stands_on_the_library() {
         "film",
         "color",
         "denoise",
+        "description",
         "cli",
     ];
     for file in ["run", "keeper", "merge", "tev", "clock", "progress"] {

@@ -8,13 +8,13 @@ use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
+use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
     FrameIntegrator, Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, PathIntegrator,
     ReusingPathIntegrator, Roulette, Sink, Strategy, World,
 };
-use embrasure::io::{SceneFile, load_scene};
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::{Outcome, importance_image, render, render_frames};

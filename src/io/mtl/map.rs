@@ -3,7 +3,7 @@ use crate::texture::{Channel, Mapping, Wrap};
 
 /// What a texture of an MTL file is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::io) enum MapSlot {
+pub(crate) enum MapSlot {
     Diffuse,
     Specular,
     Emission,
@@ -17,7 +17,7 @@ pub(in crate::io) enum MapSlot {
 
 /// A texture statement: which file, and how it lies on the surface.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::io) struct MapStatement {
+pub(crate) struct MapStatement {
     pub slot: MapSlot,
     /// The file's name, as it is written.
     pub file: String,

@@ -11,7 +11,7 @@ use crate::color::Spectrum;
 use crate::material::Material;
 use dialect::Dissolve;
 pub use dialect::MtlDialect;
-pub(super) use map::{MapSlot, MapStatement};
+pub(crate) use map::{MapSlot, MapStatement};
 use section::{Complaint, Section};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Diffuse reflectance of a surface whose material says nothing about it.
 const DEFAULT_DIFFUSE: f32 = 0.8;
 /// The material of faces that have none.
-pub(super) fn default_material(name: &str) -> Material {
+pub(crate) fn default_material(name: &str) -> Material {
     Material {
         name: name.into(),
         diffuse: Spectrum::splat(DEFAULT_DIFFUSE),
@@ -28,13 +28,13 @@ pub(super) fn default_material(name: &str) -> Material {
 }
 
 /// Where a library named in an OBJ file lies: relative to the OBJ's folder.
-pub(super) fn library_path(obj: &Path, name: &str) -> PathBuf {
+pub(crate) fn library_path(obj: &Path, name: &str) -> PathBuf {
     obj.parent().unwrap_or(Path::new("")).join(name)
 }
 
 /// A material of a file, and the textures it asks for.
 #[derive(Clone, Debug)]
-pub(super) struct FileMaterial {
+pub(crate) struct FileMaterial {
     pub material: Material,
     pub maps: Vec<MapRequest>,
     pub library: PathBuf,
@@ -44,7 +44,7 @@ pub(super) struct FileMaterial {
 
 /// A texture statement.
 #[derive(Clone, Debug)]
-pub(super) struct MapRequest {
+pub(crate) struct MapRequest {
     pub statement: MapStatement,
     /// Where it stands: an error without a message.
     pub place: FileError,
@@ -62,7 +62,7 @@ impl MapRequest {
 }
 
 /// The materials of an MTL file in its order. Statements that are wrong are left out.
-pub(super) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
+pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
     let text = match read_text(path, "the material library") {
         Ok(text) => text,
         Err(error) => {

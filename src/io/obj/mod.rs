@@ -27,7 +27,7 @@ const PIECE_BYTES: usize = 1 << 20;
 
 /// Triangles of an OBJ file that share a material.
 #[derive(Debug)]
-pub(super) struct Group {
+pub(crate) struct Group {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
     /// Line of its first `usemtl`; 0 where there is none.
@@ -38,7 +38,7 @@ pub(super) struct Group {
 
 /// An OBJ file and its material libraries.
 #[derive(Debug)]
-pub(super) struct ObjFile {
+pub(crate) struct ObjFile {
     /// One group for each material in use, in the order of first use.
     pub groups: Vec<Group>,
     /// Materials that the libraries define.
@@ -58,7 +58,7 @@ impl ObjFile {
 
 /// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
 /// everything else that is wrong, missing or assumed is among the findings.
-pub(super) fn load_obj(
+pub(crate) fn load_obj(
     path: &Path,
     options: &LoadOptions,
     allowance: Allowance,

@@ -1,6 +1,6 @@
 use crate::bsdf::Bsdf;
 use crate::geometry::{Side, SurfacePoint, offset_to};
-use crate::light::Receiver;
+use crate::light::LightSampleContext;
 use crate::math::{Frame, Ray, Vec3};
 
 /// A surface point with the local frame and the scattering that hold there.
@@ -18,12 +18,12 @@ pub(crate) struct Vertex<'a> {
 impl Vertex<'_> {
     /// The point as one that light falls on.
     #[inline(always)]
-    pub fn receiver(&self) -> Receiver {
+    pub fn light_context(&self) -> LightSampleContext {
         let n = match self.bsdf.glossy_eta(self.wo) {
             Some(_) => Vec3::ZERO,
             None => self.point.ns * 1f32.copysign(self.wo.z),
         };
-        Receiver { p: self.point.p, n }
+        LightSampleContext { p: self.point.p, n }
     }
 
     /// The ray that goes on in direction `wi` (local frame).

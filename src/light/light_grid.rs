@@ -1,5 +1,5 @@
 use super::tree::{LightTree, ReceiverRegion};
-use super::{Light, LightId, Receiver};
+use super::{Light, LightId, LightSampleContext};
 use crate::math::{Bounds3, Vec3};
 use std::sync::OnceLock;
 
@@ -87,10 +87,10 @@ impl LightGrid {
         })
     }
 
-    /// Draws a light for `receiver`, and its probability.
+    /// Draws a light for `context`, and its probability.
     #[inline]
-    pub fn sample(&self, lights: &[Light], receiver: &Receiver, u: f32) -> Option<(LightId, f32)> {
-        let entries = self.entries(lights, receiver)?;
+    pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
+        let entries = self.entries(lights, context)?;
         let i = entries
             .partition_point(|e| e.upper <= u)
             .min(entries.len().saturating_sub(1));
@@ -107,11 +107,11 @@ impl LightGrid {
         Some((*self.order.get(range.start + k)?, entry.pmf * share as f32))
     }
 
-    /// Probability with which `light` is drawn for `receiver`.
-    pub fn pmf(&self, lights: &[Light], receiver: &Receiver, light: LightId) -> f32 {
+    /// Probability with which `light` is drawn for `context`.
+    pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let pmf = || {
             let position = (*self.positions.get(light.0 as usize)?)?;
-            let entries = self.entries(lights, receiver)?;
+            let entries = self.entries(lights, context)?;
             let entry = entries.get(entries.partition_point(|e| e.first <= position).checked_sub(1)?)?;
             if entry.count == 1 {
                 return Some(entry.pmf);
@@ -130,11 +130,11 @@ impl LightGrid {
         Some((range.clone(), before, before[range.len()] - before[0]))
     }
 
-    /// The choice at `receiver`.
+    /// The choice at `context`.
     #[inline(always)]
-    fn entries(&self, lights: &[Light], receiver: &Receiver) -> Option<&[Entry]> {
-        let index = self.grids.cell(receiver.p);
-        let normal = normal_index(receiver.n);
+    fn entries(&self, lights: &[Light], context: &LightSampleContext) -> Option<&[Entry]> {
+        let index = self.grids.cell(context.p);
+        let normal = normal_index(context.n);
         let cell = self.cells.get(index)?;
         let entries = cell.get().and_then(|cell| cell[normal].get()).map(Box::as_ref);
         Some(entries.unwrap_or_else(|| self.make(lights, cell, index, normal)))
@@ -414,14 +414,14 @@ mod tests {
         ]
     }
 
-    fn receiver(numbers: &mut Numbers) -> Receiver {
+    fn context(numbers: &mut Numbers) -> LightSampleContext {
         let far = [0.2, 1.0, 1.0, 20.0][(4.0 * numbers.next()) as usize];
         let n = match numbers.next() {
             x if x < 0.2 => Vec3::ZERO,
             x if x < 0.4 => Vec3::NEG_Z,
             _ => numbers.vector().normalize(),
         };
-        Receiver {
+        LightSampleContext {
             p: far * numbers.vector(),
             n,
         }
@@ -434,14 +434,14 @@ mod tests {
         for (name, lights) in scenes() {
             let grid = grid(&lights);
             for _ in 0..6 {
-                let receiver = receiver(&mut numbers);
-                let pmf = |i: usize| grid.pmf(&lights, &receiver, LightId(i as u32));
+                let context = context(&mut numbers);
+                let pmf = |i: usize| grid.pmf(&lights, &context, LightId(i as u32));
                 let sum: f64 = (0..lights.len()).map(|i| pmf(i) as f64).sum();
                 assert!((sum - 1.0).abs() < 1e-4, "{name}: {sum}");
                 const N: u32 = 1 << 16;
                 let mut counts = vec![0u32; lights.len()];
                 for k in 0..N {
-                    let (id, p) = grid.sample(&lights, &receiver, (k as f32 + 0.5) / N as f32).unwrap();
+                    let (id, p) = grid.sample(&lights, &context, (k as f32 + 0.5) / N as f32).unwrap();
                     counts[id.0 as usize] += 1;
                     assert_eq!(p, pmf(id.0 as usize), "{name}");
                 }
@@ -461,17 +461,17 @@ mod tests {
         for (name, lights) in scenes() {
             let grid = grid(&lights);
             for _ in 0..300 {
-                let receiver = receiver(&mut numbers);
+                let context = context(&mut numbers);
                 for (i, light) in lights.iter().enumerate() {
-                    let pmf = grid.pmf(&lights, &receiver, LightId(i as u32));
+                    let pmf = grid.pmf(&lights, &context, LightId(i as u32));
                     assert!((0.0..=1.0).contains(&pmf));
                     let u = Vec2::new(numbers.next(), numbers.next());
-                    let Some(sample) = light.sample(receiver.p, 0.5, u, &[]) else {
+                    let Some(sample) = light.sample(context.p, 0.5, u, &[]) else {
                         continue;
                     };
                     if !sample.radiance.is_black() {
                         sent += 1;
-                        assert!(pmf > 0.0, "{name} {i}: {light:?} at {receiver:?}");
+                        assert!(pmf > 0.0, "{name} {i}: {light:?} at {context:?}");
                     }
                 }
             }
@@ -491,21 +491,21 @@ mod tests {
         let total: f64 = powers.iter().sum();
         let (mut by_place, mut by_power) = (0.0, 0.0);
         for _ in 0..300 {
-            let receiver = Receiver {
+            let context = LightSampleContext {
                 p: numbers.vector(),
                 n: numbers.vector().normalize(),
             };
             let irradiance: Vec<f64> = lights
                 .iter()
-                .map(|l| l.sample(receiver.p, 0.5, Vec2::ZERO, &[]).unwrap())
-                .map(|s| (s.wi.dot(receiver.n).max(0.0) * s.radiance.max_component()) as f64)
+                .map(|l| l.sample(context.p, 0.5, Vec2::ZERO, &[]).unwrap())
+                .map(|s| (s.wi.dot(context.n).max(0.0) * s.radiance.max_component()) as f64)
                 .collect();
             let sum: f64 = irradiance.iter().sum();
             let variance = |pmf: &dyn Fn(usize) -> f64| {
                 let squares = irradiance.iter().enumerate().map(|(i, e)| e * e / pmf(i));
                 squares.filter(|x| !x.is_nan()).sum::<f64>() / (sum * sum) - 1.0
             };
-            by_place += variance(&|i| grid.pmf(&lights, &receiver, LightId(i as u32)) as f64);
+            by_place += variance(&|i| grid.pmf(&lights, &context, LightId(i as u32)) as f64);
             by_power += variance(&|i| powers[i] / total);
         }
         println!(

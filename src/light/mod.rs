@@ -38,7 +38,7 @@ use tree::{LightBounds, ReceiverRegion};
 
 /// A point that light falls on, as far as the choice of a light depends on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver {
+pub struct LightSampleContext {
     /// Where it is, world space.
     pub p: Vec3,
     /// Unit normal, on the side from which light counts; zero where it counts from either side.
@@ -49,7 +49,7 @@ pub struct Receiver {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
 
-impl Receiver {
+impl LightSampleContext {
     /// A point on which light counts from all directions.
     pub fn any_side(p: Vec3) -> Self {
         Self { p, n: Vec3::ZERO }

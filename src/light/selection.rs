@@ -1,5 +1,5 @@
 use super::light_grid::LightGrid;
-use super::{Light, LightId, Receiver};
+use super::{Light, LightId, LightSampleContext};
 use crate::math::Bounds3;
 use crate::sampling::AliasTable;
 
@@ -56,11 +56,11 @@ impl LightSelection {
         }
     }
 
-    /// Draws one of the scene's `lights` for `receiver`, and its probability; `None` where nothing emits.
+    /// Draws one of the scene's `lights` for `context`, and its probability; `None` where nothing emits.
     #[inline(always)]
-    pub fn sample(&self, lights: &[Light], receiver: &Receiver, u: f32) -> Option<(LightId, f32)> {
+    pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
         if let Some(grid) = &self.grid {
-            return grid.sample(lights, receiver, u);
+            return grid.sample(lights, context, u);
         }
         let (index, pmf) = self.table.as_ref()?.sample(u);
         Some((LightId(index as u32), pmf))
@@ -71,11 +71,11 @@ impl LightSelection {
         self.all.as_deref()
     }
 
-    /// Probability that `light`, one of the scene's `lights`, is sampled at `receiver`.
+    /// Probability that `light`, one of the scene's `lights`, is sampled at `context`.
     #[inline(always)]
-    pub fn pmf(&self, lights: &[Light], receiver: &Receiver, light: LightId) -> f32 {
+    pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         if let Some(grid) = &self.grid {
-            return grid.pmf(lights, receiver, light);
+            return grid.pmf(lights, context, light);
         }
         let pmf = self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize));
         if self.all.is_some() && pmf > 0.0 { 1.0 } else { pmf }
@@ -104,7 +104,7 @@ mod tests {
         LightSelection::new(mode, lights, Bounds3::EMPTY, 1.0)
     }
 
-    const HERE: Receiver = Receiver {
+    const HERE: LightSampleContext = LightSampleContext {
         p: Vec3::ONE,
         n: Vec3::X,
     };

@@ -158,7 +158,7 @@ impl TriangleLight {
             radiance: self.radiance,
             pdf,
             is_delta: false,
-            // Off the front, where the receiver is
+            // Off the front, where the lit point is
             target: Some(q + self.normal * self.clearance),
         })
     }

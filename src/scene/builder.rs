@@ -370,9 +370,9 @@ mod tests {
             .collect();
         assert_eq!(first, [Some(0), None, Some(2)]);
         assert_eq!(scene.lights().len(), 4);
-        let receiver = crate::light::Receiver::any_side(Vec3::ONE);
+        let context = crate::light::LightSampleContext::any_side(Vec3::ONE);
         let total: f32 = (0..4)
-            .map(|i| scene.light_selection().pmf(scene.lights(), &receiver, LightId(i)))
+            .map(|i| scene.light_selection().pmf(scene.lights(), &context, LightId(i)))
             .sum();
         assert!((total - 1.0).abs() < 1e-6);
     }

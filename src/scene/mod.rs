@@ -11,7 +11,9 @@ pub use validate::BuildError;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
-use crate::light::{EmissionSelection, Light, LightGroups, LightId, LightSelection, Receiver, TexturedTriangle};
+use crate::light::{
+    EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
+};
 use crate::material::{BsdfSlot, Material, MaterialId, Spot};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
@@ -374,20 +376,20 @@ impl Scene {
         }
     }
 
-    /// What the surface at `hit`, whose point is `q`, sends to `receiver` against the unit direction `wi` from there, all at `time`.
+    /// What the surface at `hit`, whose point is `q`, sends to `context` against the unit direction `wi` from there, all at `time`.
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
-    pub fn emitted(&self, hit: &Hit, receiver: &Receiver, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
+    pub fn emitted(&self, hit: &Hit, context: &LightSampleContext, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
         let first = self.shape(hit.geom).first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let id = LightId(before + first.0 + hit.prim.0);
         let Light::Triangle(light) = &self.lights[id.0 as usize] else {
-            return self.emitted_otherwise(id, hit, receiver, q, wi, time);
+            return self.emitted_otherwise(id, hit, context, q, wi, time);
         };
         Some(Incident {
             id,
             radiance: light.emitted(-wi),
-            pdf: self.light_selection.pmf(&self.lights, receiver, id) * light.pdf(receiver.p, q, wi),
+            pdf: self.light_selection.pmf(&self.lights, context, id) * light.pdf(context.p, q, wi),
         })
     }
 
@@ -397,7 +399,7 @@ impl Scene {
         &self,
         id: LightId,
         hit: &Hit,
-        receiver: &Receiver,
+        context: &LightSampleContext,
         q: Vec3,
         wi: Vec3,
         time: f32,
@@ -410,19 +412,19 @@ impl Scene {
         Some(Incident {
             id,
             radiance: triangle.emitted(-wi) * factor,
-            pdf: self.light_selection.pmf(&self.lights, receiver, id) * triangle.pdf(receiver.p, q, wi),
+            pdf: self.light_selection.pmf(&self.lights, context, id) * triangle.pdf(context.p, q, wi),
         })
     }
 
-    /// What infinitely distant lights send to `receiver` against the unit direction `wi` of a ray that leaves the scene, light by light.
-    pub fn escaped(&self, receiver: Receiver, wi: Vec3) -> impl Iterator<Item = Incident> {
+    /// What infinitely distant lights send to `context` against the unit direction `wi` of a ray that leaves the scene, light by light.
+    pub fn escaped(&self, context: LightSampleContext, wi: Vec3) -> impl Iterator<Item = Incident> {
         self.infinite_lights.iter().filter_map(move |&id| {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
                 _ => return None,
             };
-            let pdf = self.light_selection.pmf(&self.lights, &receiver, id) * pdf;
+            let pdf = self.light_selection.pmf(&self.lights, &context, id) * pdf;
             Some(Incident { id, radiance, pdf })
         })
     }

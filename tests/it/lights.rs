@@ -289,17 +289,17 @@ fn choices_by_place_follow_their_probabilities() {
         (Vec3::new(-1.0, 0.3, 0.2), Vec3::ZERO),
         (Vec3::new(9.0, 5.0, 3.0), Vec3::new(-0.8, -0.6, 0.0)),
     ] {
-        let receiver = Receiver { p, n };
+        let context = LightSampleContext { p, n };
         let mut counts = vec![0u32; lights.len()];
         for i in 0..DRAWS {
-            let (id, pmf) = selection.sample(&lights, &receiver, at(i).x).unwrap();
-            assert_eq!(pmf, selection.pmf(&lights, &receiver, id));
+            let (id, pmf) = selection.sample(&lights, &context, at(i).x).unwrap();
+            assert_eq!(pmf, selection.pmf(&lights, &context, id));
             counts[id.0 as usize] += 1;
         }
         // Lights that are hardly ever drawn count as one.
         let (mut statistic, mut bins, mut rare) = (0.0, 0, [0.0; 2]);
         for (i, &count) in (0..).zip(&counts) {
-            let expected = (selection.pmf(&lights, &receiver, LightId(i)) as f64) * DRAWS as f64;
+            let expected = (selection.pmf(&lights, &context, LightId(i)) as f64) * DRAWS as f64;
             if expected < 10.0 {
                 rare[0] += count as f64;
                 rare[1] += expected;

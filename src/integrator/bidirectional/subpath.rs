@@ -5,7 +5,7 @@ use crate::film::FirstSurface;
 use crate::geometry::{Hit, Side, SurfacePoint, offset_origin, offset_to};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{RayKind, RaySink, Roulette, World};
-use crate::light::{Emission, LightId, Receiver};
+use crate::light::{Emission, LightId, LightSampleContext};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
@@ -230,10 +230,10 @@ impl<'a> Surface<'a> {
     }
 
     /// The point as one that light falls on, seen from the direction `wo`.
-    pub fn receiver(&self, scene: &Scene, wo: Vec3) -> Receiver {
+    pub fn light_context(&self, scene: &Scene, wo: Vec3) -> LightSampleContext {
         let (point, frame) = self.seen_from(scene, wo);
         let wo = frame.to_local(wo);
-        Receiver {
+        LightSampleContext {
             p: point.p,
             n: match self.bsdf.glossy_eta(wo) {
                 Some(_) => Vec3::ZERO,
@@ -265,7 +265,7 @@ impl<'a> Surface<'a> {
     }
 
     /// The light that the surface itself sends back along the ray that has met it, as `from` sees it.
-    pub fn emitted(&self, scene: &Scene, from: &Receiver) -> Option<Incident> {
+    pub fn emitted(&self, scene: &Scene, from: &LightSampleContext) -> Option<Incident> {
         let point = &self.point;
         let light = scene.emitted(&self.hit, from, point.p, -self.back, point.time)?;
         (!light.radiance.is_black()).then_some(light)

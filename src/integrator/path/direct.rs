@@ -4,7 +4,7 @@ use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, Sink, Strategy, World};
-use crate::light::{LightId, Receiver};
+use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::{Incident, Scene};
@@ -54,7 +54,7 @@ impl Strategy {
         met: Option<(&Hit, &Vertex)>,
         mut add: impl FnMut(R),
     ) {
-        let from = prev.map_or(Receiver::any_side(ray.origin), |prev| prev.from);
+        let from = prev.map_or(LightSampleContext::any_side(ray.origin), |prev| prev.from);
         let mut add = |light: Incident| {
             let weight = self.emission_weight(prev, &light);
             add(R::of_light(beta * light.radiance * weight, light.id, scene));
@@ -126,7 +126,7 @@ impl<R: Gathered> Direct<R> {
             }
             return Self::Known(sum);
         }
-        match selection.sample(world.scene.lights(), &vertex.receiver(), u.choice) {
+        match selection.sample(world.scene.lights(), &vertex.light_context(), u.choice) {
             Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
             None => Self::none(),
         }

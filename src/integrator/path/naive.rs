@@ -1,7 +1,7 @@
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
-use crate::light::Receiver;
+use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -40,7 +40,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             // Emit or reflect: certain where one of them is nothing, else a coin decides.
             let emitted = world.scene.emitted(
                 &hit,
-                &Receiver::any_side(ray.origin),
+                &LightSampleContext::any_side(ray.origin),
                 vertex.point.p,
                 ray.direction,
                 ray.time,

@@ -43,23 +43,24 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             let slots: [BsdfSlot; SAMPLES_AT_ONCE] = from_fn(|_| BsdfSlot::new());
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            let mut tails = [Default::default(); SAMPLES_AT_ONCE];
             for (i, out) in out.iter_mut().enumerate() {
-                let mut ours = Shared::default();
-                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut ours, out);
-                firsts[i] = ours.first;
-                match ours.end {
-                    Some(end) => {
-                        out.radiance(radiance.head);
-                        ends[i] = Some((end, radiance.tail));
-                    }
+                let mut shared = Shared {
+                    first: &mut firsts[i],
+                    end: &mut ends[i],
+                };
+                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut shared, out);
+                tails[i] = radiance.tail;
+                match ends[i] {
+                    Some(_) => out.radiance(radiance.head),
                     None => out.radiance(radiance.sum()),
                 }
             }
 
             // All first vertices look at the shared ends.
-            for (owner, end) in ends.iter().enumerate() {
-                if let Some((end, radiance)) = end {
-                    end.light_all(*radiance, world, path.strategy.directions, &firsts, owner, out);
+            for (owner, (end, tail)) in ends.iter().zip(tails).enumerate() {
+                if let Some(end) = end {
+                    end.light_all(tail, world, path.strategy.directions, &firsts, owner, out);
                 }
             }
         }
@@ -90,16 +91,15 @@ pub(crate) struct NoReuse;
 impl Reuse<'_> for NoReuse {}
 
 /// What a path shares with others.
-#[derive(Default)]
-struct Shared<'v> {
-    first: Option<Vertex<'v>>,
-    end: Option<End>,
+struct Shared<'s, 'v> {
+    first: &'s mut Option<Vertex<'v>>,
+    end: &'s mut Option<End>,
 }
 
-impl<'v> Reuse<'v> for Shared<'v> {
+impl<'v> Reuse<'v> for Shared<'_, 'v> {
     #[inline(always)]
     fn first_vertex(&mut self, vertex: Vertex<'v>) -> Vertex<'v> {
-        self.first = Some(vertex);
+        *self.first = Some(vertex);
         vertex
     }
 
@@ -108,7 +108,7 @@ impl<'v> Reuse<'v> for Shared<'v> {
         if path.is_delta() || !End::can_be(vertex) {
             return;
         }
-        self.end = Some(End::new(vertex));
+        *self.end = Some(End::new(vertex));
         // The light that comes back along the path counts in several pixels, in each by a factor of its own, which is not known yet. Roulette
         // goes by the pixel that follows the path, as long as that is not a dark one.
         path.roulette_scale *= path.beta.max_component().max(MIN_SHARED_BETA);

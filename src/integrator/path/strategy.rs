@@ -1,6 +1,6 @@
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::integrator::vertex::Vertex;
-use crate::light::Receiver;
+use crate::light::LightSampleContext;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::mis::{balance_heuristic, power_heuristic};
 use crate::sampling::warp::{
@@ -59,7 +59,7 @@ pub struct Strategy {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrevVertex {
     /// The vertex as a point that light falls on.
-    pub from: Receiver,
+    pub from: LightSampleContext,
     /// Density of the ray's direction.
     pub pdf: f32,
     /// Whether no light sampling could have drawn this direction.
@@ -73,7 +73,7 @@ impl PrevVertex {
     #[inline(always)]
     pub fn new(vertex: &Vertex, sample: &BsdfSample, light_samples: u32) -> Self {
         Self {
-            from: vertex.receiver(),
+            from: vertex.light_context(),
             pdf: sample.pdf,
             is_delta: sample.is_delta(),
             light_samples,

@@ -7,7 +7,7 @@ use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::radius::Radii;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
-use crate::light::{LightId, LightSample, Receiver};
+use crate::light::{LightId, LightSample, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
@@ -200,7 +200,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     fn meet(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
         let [.., before, last] = camera else { return };
         let Some(surface) = last.surface() else { return };
-        let from = self.receiver(before);
+        let from = self.light_context(before);
         let Some(light) = surface.emitted(self.world.scene, &from) else {
             return;
         };
@@ -223,7 +223,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let (Some(PathRay { ray, beta, pdf }), Some(last)) = (paths.escape, camera.last()) else {
             return;
         };
-        let from = self.receiver(last);
+        let from = self.light_context(last);
         for light in self.world.scene.escaped(from, ray.direction) {
             if light.radiance.is_black() {
                 continue;
@@ -261,7 +261,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };
-        self.lights(&self.receiver(last), time, &numbers, sampler, |sampled| {
+        self.lights(&self.light_context(last), time, &numbers, sampler, |sampled| {
             let wi = sampled.sample.wi;
             let f = surface.scattered(self.world.scene, surface.back, wi);
             if f.is_black() {
@@ -298,24 +298,30 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };
-        self.lights(&Receiver::any_side(lens.p), time, &numbers, sampler, |sampled| {
-            let wi = sampled.sample.wi;
-            // What has no size is not seen.
-            let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
-            let Some((film, importance)) = seen else { return };
-            let ray = sampled.sample.shadow_ray(lens.p).when(time);
-            let transmittance = self.world.transmittance(&ray, out);
-            if transmittance > 0.0 {
-                let camera = std::slice::from_ref(&lens);
-                found(Contribution {
-                    strategy: (1, 1),
-                    radiance: sampled.radiance() * (importance * transmittance),
-                    weight: self.weight(camera, &[sampled.vertex()], None, time),
-                    film: Some(film),
-                    light: sampled.id,
-                });
-            }
-        });
+        self.lights(
+            &LightSampleContext::any_side(lens.p),
+            time,
+            &numbers,
+            sampler,
+            |sampled| {
+                let wi = sampled.sample.wi;
+                // What has no size is not seen.
+                let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
+                let Some((film, importance)) = seen else { return };
+                let ray = sampled.sample.shadow_ray(lens.p).when(time);
+                let transmittance = self.world.transmittance(&ray, out);
+                if transmittance > 0.0 {
+                    let camera = std::slice::from_ref(&lens);
+                    found(Contribution {
+                        strategy: (1, 1),
+                        radiance: sampled.radiance() * (importance * transmittance),
+                        weight: self.weight(camera, &[sampled.vertex()], None, time),
+                        film: Some(film),
+                        light: sampled.id,
+                    });
+                }
+            },
+        );
     }
 
     /// t = 1: the last vertex of the light's subpath is joined to the lens.
@@ -408,10 +414,10 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         Some((importance.film, we / self.paths()))
     }
 
-    /// Samples of lights, of one or of all, for `receiver`.
+    /// Samples of lights, of one or of all, for `context`.
     fn lights(
         &self,
-        receiver: &Receiver,
+        context: &LightSampleContext,
         time: f32,
         numbers: &LightNumbers,
         sampler: &impl Sampler,
@@ -421,7 +427,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let selection = scene.light_selection();
         let mut of = |id: LightId, pmf: f32, point: Dimension| {
             let light = &scene.lights()[id.0 as usize];
-            let sample = light.sample(receiver.p, time, sampler.get_2d(point), scene.textures());
+            let sample = light.sample(context.p, time, sampler.get_2d(point), scene.textures());
             if let Some(sample) = sample {
                 found(Sampled {
                     scene,
@@ -436,16 +442,16 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             for (&id, index) in ids.iter().zip(1..) {
                 of(id, 1.0, numbers.point.nth(index));
             }
-        } else if let Some((id, pmf)) = selection.sample(scene.lights(), receiver, sampler.get_2d(numbers.choice).x) {
+        } else if let Some((id, pmf)) = selection.sample(scene.lights(), context, sampler.get_2d(numbers.choice).x) {
             of(id, pmf, numbers.point);
         }
     }
 
     /// The vertex as a point that light falls on, seen from the vertex before it on a path from the camera.
-    fn receiver(&self, vertex: &PathVertex) -> Receiver {
+    fn light_context(&self, vertex: &PathVertex) -> LightSampleContext {
         match vertex.surface() {
-            Some(surface) => surface.receiver(self.world.scene, surface.back),
-            None => Receiver::any_side(vertex.p),
+            Some(surface) => surface.light_context(self.world.scene, surface.back),
+            None => LightSampleContext::any_side(vertex.p),
         }
     }
 

@@ -2,7 +2,7 @@ use super::Connector;
 use crate::accel::Accel;
 use crate::integrator::Heuristic;
 use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, VertexKind};
-use crate::light::{LightId, Receiver};
+use crate::light::{LightId, LightSampleContext};
 use crate::math::Vec3;
 
 /// A light that a path meets, and the density with which light sampling would have found it.
@@ -137,15 +137,15 @@ impl<A: Accel> Connector<'_, '_, A> {
         let VertexKind::Light(end) = &light.kind else {
             return (0.0, false);
         };
-        let receiver = match (at.surface(), wo) {
-            (Some(surface), Some(wo)) => surface.receiver(scene, wo),
-            _ => Receiver::any_side(at.p),
+        let context = match (at.surface(), wo) {
+            (Some(surface), Some(wo)) => surface.light_context(scene, wo),
+            _ => LightSampleContext::any_side(at.p),
         };
-        let pmf = scene.light_selection().pmf(scene.lights(), &receiver, end.id);
+        let pmf = scene.light_selection().pmf(scene.lights(), &context, end.id);
         if end.is_delta {
             return (pmf, true);
         }
-        let pdf = scene.lights()[end.id.0 as usize].pdf(receiver.p, light.p, at.direction_to(light), time);
+        let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, at.direction_to(light), time);
         (pmf * at.density_at(pdf, light), false)
     }
 }

@@ -6,7 +6,7 @@ use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::{ImportanceImage, RayKind, RaySink, World};
-use crate::light::{Light, LightId, Receiver};
+use crate::light::{Light, LightId, LightSampleContext};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
 use std::ops::Range;
@@ -49,7 +49,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             max_vertices,
             film_min: -beyond,
             film_size: world.camera.resolution().as_vec2() + 2.0 * beyond,
-            far_lights: world.scene.escaped(Receiver::any_side(Vec3::ZERO), Vec3::Z).count(),
+            far_lights: world
+                .scene
+                .escaped(LightSampleContext::any_side(Vec3::ZERO), Vec3::Z)
+                .count(),
         }
     }
 
@@ -81,7 +84,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// The light that `ray` meets: on the surface `met`, or where it meets none an infinitely distant one, of which `u` chooses.
     pub fn meet_light(&self, met: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
-        let from = Receiver::any_side(ray.origin);
+        let from = LightSampleContext::any_side(ray.origin);
         let Some(vertex) = met else {
             let index = ((u * self.far_lights as f32) as usize).min(self.far_lights.checked_sub(1)?);
             let light = scene.escaped(from, ray.direction).nth(index)?;

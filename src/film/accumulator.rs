@@ -191,13 +191,11 @@ impl Accumulator {
         spread.max(0.0) / (n * (n - 1.0))
     }
 
-    /// Estimate of the pixel's squared error relative to its value, mean over the channels: what [`Errors::rel_mse`] averages, here
-    /// without leaving the worst pixels out. Infinite before there are two blocks.
+    /// Estimate of the pixel's squared error relative to its value, mean over the channels: the pixel's share of relMSE as `compare` has it,
+    /// whose worst pixels are left out there. Infinite before there are two blocks.
     ///
     /// It is the variance of the mean of independent blocks. Blocks of a low-discrepancy sequence fill each other's gaps:
     /// their mean is better than that, and the estimate too large.
-    ///
-    /// [`Errors::rel_mse`]: super::Errors::rel_mse
     pub fn squared_error(&self) -> f64 {
         if self.block_spread[0].is_nan() {
             return self.independent_squared_error();

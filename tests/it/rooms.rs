@@ -51,6 +51,8 @@ struct Imports {
     mentions: BTreeMap<Name, Vec<Name>>,
     /// What `use` brings into each module: the short name and the full one.
     aliases: BTreeMap<Name, BTreeMap<String, Name>>,
+    /// Modules that write Debug text, but for failures of the program itself.
+    debug_writers: BTreeSet<Name>,
 }
 
 impl Imports {
@@ -59,6 +61,7 @@ impl Imports {
         let mut imports = Self {
             mentions: BTreeMap::new(),
             aliases: BTreeMap::new(),
+            debug_writers: BTreeSet::new(),
         };
         for file in files(&root) {
             let mut name: Name = file
@@ -80,8 +83,12 @@ impl Imports {
                 module: name.clone(),
                 mentions: Vec::new(),
                 aliases: BTreeMap::new(),
+                writes_debug: false,
             };
             reader.visit_file(&code);
+            if reader.writes_debug {
+                imports.debug_writers.insert(name.clone());
+            }
             imports
                 .mentions
                 .entry(name.clone())
@@ -116,6 +123,7 @@ struct Reader {
     module: Name,
     mentions: Vec<Name>,
     aliases: BTreeMap<String, Name>,
+    writes_debug: bool,
 }
 
 impl Reader {
@@ -191,6 +199,13 @@ impl<'ast> Visit<'ast> for Reader {
     fn visit_macro(&mut self, call: &'ast Macro) {
         visit::visit_macro(self, call);
         let text = call.tokens.to_string().replace(' ', "");
+        let name = call
+            .path
+            .segments
+            .last()
+            .map_or(String::new(), |last| last.ident.to_string());
+        let is_failure = name.contains("assert") || matches!(name.as_str(), "panic" | "unreachable");
+        self.writes_debug |= !is_failure && has_debug_format(&text);
         for start in ["crate::", "super::"] {
             for (i, _) in text.match_indices(start) {
                 let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
@@ -200,6 +215,15 @@ impl<'ast> Visit<'ast> for Reader {
             }
         }
     }
+}
+
+/// Whether a format string asks for Debug text, such as `{:?}` and `{value:.3?}`.
+fn has_debug_format(text: &str) -> bool {
+    text.match_indices("?}").any(|(end, _)| {
+        let format = text[..end].rsplit('{').next().unwrap();
+        let is_part = |c: char| c.is_alphanumeric() || "_:.#$".contains(c);
+        format.contains(':') && format.chars().all(is_part)
+    })
 }
 
 fn attributes(item: &Item) -> &[Attribute] {
@@ -269,6 +293,7 @@ fn imports_behind_tests_are_seen() {
         module: vec!["color".into(), "spectrum".into()],
         mentions: Vec::new(),
         aliases: BTreeMap::new(),
+        writes_debug: false,
     };
     let code = "#[cfg(test)] mod tests; #[cfg(test)] use crate::cli; use super::srgb;
         fn f() { crate::math::g(); assert!(super::tone::h() == crate::io::i::J); }";
@@ -334,6 +359,16 @@ fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> B
         }
     }
     reached
+}
+
+/// Files, hashes and users get no text by which Rust shows values: it changes with the names of types.
+#[test]
+fn debug_text_is_for_failures_alone() {
+    // This list may only get shorter.
+    let allowed = [["session", "estimator", "switches"].map(String::from).to_vec()];
+    let mut writers = Imports::read().debug_writers;
+    writers.retain(|name| !allowed.contains(name));
+    assert!(writers.is_empty(), "{writers:?}");
 }
 
 /// What renders, for everybody, stands on the library: commands that are no laboratory know nothing below it.

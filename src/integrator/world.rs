@@ -21,11 +21,11 @@ const SAMPLE_WIDTH: f32 = 0.125;
 /// The scene, its backend and its camera: shared by all integrators.
 #[derive(Debug)]
 pub struct World<'a, A> {
-    /// What light meets.
+    /// Scene.
     pub scene: &'a Scene,
     /// Backend of ray queries over `scene`.
     pub accel: &'a A,
-    /// Where paths start.
+    /// Camera.
     pub camera: &'a Camera,
     /// Pixel filter.
     pub filter: &'a Filter,

@@ -13,9 +13,9 @@ pub struct Metropolis {
     pub direct: MetropolisDirect,
     /// Target of the chains.
     pub target: MetropolisTarget,
-    /// Chains in a frame; `None`: as many as serve its number of pixels well.
+    /// Chains in an iteration; `None`: as many as serve its number of pixels well.
     pub chains: Option<u32>,
-    /// Paths in a frame that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
+    /// Paths in an iteration that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
     pub bootstrap: Option<u32>,
     /// Probability of a large step, 0 to 1.
     pub large_step_probability: f32,

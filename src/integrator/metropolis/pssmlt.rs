@@ -20,7 +20,7 @@ use std::ops::RangeInclusive;
 /// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
 /// (Veach and Guibas 1997).
 ///
-/// **A frame is unbiased by itself.** It first traces M bootstrap paths, each with a length drawn with probability p(n), of weights w = f* / (p(n)
+/// **An iteration is unbiased by itself.** It first traces M bootstrap paths, each with a length drawn with probability p(n), of weights w = f* / (p(n)
 /// M), whose sum B has the mean b. Chains start at bootstrap paths drawn by these weights: of C chains, C w / B are expected to start at a path.
 /// Where the chain at u adds g(u) = f(u) / f*(u), all of them at their starts add B / C times the sum of g over them; given the bootstrap paths the
 /// mean of that is Σ w g = Σ f / (p M), whose mean over the bootstrap paths is ∫ f, whatever M and C are. The same holds for any function in place of
@@ -35,7 +35,7 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub heuristic: Heuristic,
     /// Maximum number of scattering events; `None` means as many as a path has room for, 64.
     pub max_depth: Option<u32>,
-    /// Light samples of each pixel in a frame, where direct light is found in the ordinary way.
+    /// Light samples of each pixel in an iteration, where direct light is found in the ordinary way.
     pub light_samples: u32,
     /// Options of the chains.
     pub metropolis: Metropolis,
@@ -85,8 +85,8 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
         }
     }
 
-    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Seed> {
-        sampler.start(SampleKey::of_stream(Stream::Bootstrap, index, frame));
+    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Seed> {
+        sampler.start(SampleKey::of_stream(Stream::Bootstrap, index, iteration));
         let (name, count) = (name(sampler), self.bootstrap_paths());
         let first = index * PIECE;
         let mut seeds = Vec::new();
@@ -132,9 +132,16 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
         self.metropolis.chains(self.mutations())
     }
 
-    fn chain<S: Sampler>(&self, seeds: &Vec<Seed>, frame: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
+    fn chain<S: Sampler>(
+        &self,
+        seeds: &Vec<Seed>,
+        iteration: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl SplatSink,
+    ) {
         // Where it starts: each chain has a stratum of all the weight.
-        sampler.start(SampleKey::of_stream(Stream::Chains, index, frame));
+        sampler.start(SampleKey::of_stream(Stream::Chains, index, iteration));
         let (name, chains) = (name(sampler), self.chains());
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
         let target = light * (index as f64 + unit_f64(mix(name))) / chains as f64;
@@ -150,7 +157,7 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
         let mut numbers = PrimarySampler::chain(origin, name, mutation_size, Dimension::end(2 * length as u32));
         let mut current = self.state(length, &numbers, out);
 
-        // Its share of the frame's mutations, of whose mean the picture gets its share
+        // Its share of the iteration's mutations, of whose mean the picture gets its share
         let share = |chain: u32| self.mutations() * chain as u64 / chains as u64;
         let mutations = share(index + 1) - share(index);
         let scale = light / (chains as f64 * mutations as f64);
@@ -183,13 +190,13 @@ impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
-    /// Mutations in a frame: one for each pixel of the image.
+    /// Mutations in an iteration: one for each pixel of the image.
     fn mutations(&self) -> u64 {
         let size = self.world.camera.resolution();
         size.x as u64 * size.y as u64
     }
 
-    /// Bootstrap paths in a frame.
+    /// Bootstrap paths in an iteration.
     fn bootstrap_paths(&self) -> u32 {
         let usual = (self.mutations() / MUTATIONS_PER_BOOTSTRAP).max(MIN_BOOTSTRAP);
         let most = u32::MAX - PIECE;

@@ -36,7 +36,7 @@ impl<A> Clone for PathIntegrator<'_, A> {
 }
 impl<A> Copy for PathIntegrator<'_, A> {}
 
-/// Where a path begins: a ray, and the surface that it meets.
+/// Start of a path: a ray, and its closest hit.
 pub(crate) struct PathStart<'s, S> {
     pub key: SampleKey,
     /// Started with `key`.

@@ -14,7 +14,7 @@ use std::array::from_fn;
 /// Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
-    /// How each path is followed. Its roulette ends no path before the second vertex.
+    /// Follows each path. Its roulette ends no path before the second vertex.
     pub path: PathIntegrator<'a, A>,
 }
 
@@ -71,7 +71,7 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     }
 }
 
-/// What path reuse asks of a path on its way.
+/// Hooks of path reuse into [`PathIntegrator::li`].
 pub(crate) trait Reuse<'v> {
     /// Takes note of the first vertex, and gives it back.
     #[inline(always)]
@@ -85,12 +85,12 @@ pub(crate) trait Reuse<'v> {
     fn tail_vertex(&mut self, _vertex: &Vertex, _path: &mut PathState) {}
 }
 
-/// Each path for its own pixel.
+/// No path reuse: each path serves its own pixel.
 pub(crate) struct NoReuse;
 
 impl Reuse<'_> for NoReuse {}
 
-/// What a path shares with others.
+/// Records what a path shares with others.
 struct Shared<'s, 'v> {
     first: &'s mut Option<Vertex<'v>>,
     end: &'s mut Option<End>,
@@ -116,7 +116,7 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
     }
 }
 
-/// Where a path has been led by its first scattering, if that is a matte surface: it sends the same light to the first vertices
+/// The second vertex of a path, on a matte surface: it sends the same light to the first vertices
 /// of all paths of a group.
 ///
 /// Any of the paths might have found the point. By the balance heuristic over all of them (Veach 1997, §9.2.2), the light
@@ -131,7 +131,7 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
 struct End {
     /// The point, clear of its surface.
     p: Vec3,
-    /// When the path is there; all paths of a group have the same time.
+    /// Time of the path, which all paths of a group have in common.
     time: f32,
     /// Unit geometric normal on the side that light leaves.
     n: Vec3,
@@ -147,7 +147,7 @@ struct Candidate {
     f: Spectrum,
     /// Density per area with which it finds the end, if it sees it.
     pdf: f32,
-    /// Where its ray to the end starts.
+    /// Origin of its ray to the end.
     origin: Vec3,
 }
 

@@ -85,18 +85,18 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         paths.div_ceil(PHOTON_PATHS_A_PIECE)
     }
 
-    /// The photons of the piece `index` of the `paths` paths of the frame `frame`, in the order of their paths; at `time`, or each path at a time of
+    /// The photons of the piece `index` of the `paths` paths of `iteration`, in the order of their paths; at `time`, or each path at a time of
     /// its own.
     pub fn piece<S: Sampler>(
         &self,
-        (frame, index): (u32, u32),
+        (iteration, index): (u32, u32),
         paths: u32,
         time: Option<f32>,
         sampler: &mut S,
         out: &mut impl RaySink,
     ) -> Vec<Photon> {
         let mut photons = Vec::new();
-        self.each_path((frame, index), paths, time, sampler, out, |path| {
+        self.each_path((iteration, index), paths, time, sampler, out, |path| {
             // A photon wherever light can be scattered to anybody
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
             let mut is_specular = true;
@@ -120,7 +120,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// Gives `found` each path of the piece, from its light on.
     pub(crate) fn each_path<S: Sampler>(
         &self,
-        (frame, index): (u32, u32),
+        (iteration, index): (u32, u32),
         paths: u32,
         time: Option<f32>,
         sampler: &mut S,
@@ -130,7 +130,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         let first = index * PHOTON_PATHS_A_PIECE;
         for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
-            let sample = frame.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
+            let sample = iteration.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
             sampler.start(SampleKey::of_stream(Stream::Photons, index, sample));
             let time = time.unwrap_or_else(|| self.world.time(sampler));
             found(connector.light_path(time, sampler, out));
@@ -139,9 +139,9 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// The time of all paths of the frame `frame`, where photons and those who look at them must be of one time.
-    pub(crate) fn time_of_frame<S: Sampler>(&self, frame: u32, sampler: &mut S) -> f32 {
-        sampler.start(SampleKey::of_stream(Stream::Iteration, 0, frame));
+    /// The time of all paths of `iteration`, where photons and the points that use them must have one time.
+    pub(crate) fn time_of_iteration<S: Sampler>(&self, iteration: u32, sampler: &mut S) -> f32 {
+        sampler.start(SampleKey::of_stream(Stream::Iteration, 0, iteration));
         self.time(sampler)
     }
 }

@@ -14,10 +14,10 @@ use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and Zwicker (2011, "Progressive Photon Mapping: A
-/// Probabilistic Approach"): every frame sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by
+/// Probabilistic Approach"): every iteration sends photons anew, looks at them within a radius that its index alone decides, and is an estimate by
 /// itself.
 ///
-/// A frame's estimate is biased, by the blur of its radius; frames differ in that, and their mean comes as near to the picture as is wanted. With
+/// An iteration's estimate is biased, by the blur of its radius; iterations differ in that, and their mean comes as near to the picture as is wanted. With
 /// radii that shrink as `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as `n^(α − 1)` (Knaus and Zwicker,
 /// §3.3).
 ///
@@ -57,11 +57,11 @@ pub struct FramePhotons<'a> {
     time: f32,
 }
 
-/// The radius of the iteration `frame` over that of the first one.
-pub(crate) fn shrunk(frame: u32, alpha: f32) -> f32 {
+/// The radius of `iteration` over that of the first one.
+pub(crate) fn shrunk(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
-    (1..=frame).map(ratio).product::<f64>().sqrt() as f32
+    (1..=iteration).map(ratio).product::<f64>().sqrt() as f32
 }
 
 impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
@@ -93,7 +93,7 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
         PhotonTracer::<A>::pieces(self.paths())
     }
 
-    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
         let tracer = PhotonTracer {
             world: self.world,
             max_depth: self.max_depth,
@@ -101,17 +101,17 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
             // What comes straight from lights is sampled where it is seen.
             min_scatterings: 1,
         };
-        let time = self.world.time_of_frame(frame, sampler);
+        let time = self.world.time_of_iteration(iteration, sampler);
         (
             time,
-            tracer.piece((frame, index), self.paths(), Some(time), sampler, out),
+            tracer.piece((iteration, index), self.paths(), Some(time), sampler, out),
         )
     }
 
-    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |(time, _)| *time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrunk(frame, self.alpha), camera, &ball);
+        let radii = Radii::new(self.radius, shrunk(iteration, self.alpha), camera, &ball);
         let photons: Vec<Photon> = parts.into_iter().flat_map(|(_, photons)| photons).collect();
         FramePhotons {
             grid: PhotonGrid::new(photons, &radii, time),

@@ -19,7 +19,7 @@ use std::f32::consts::PI;
 /// caustics seen in mirrors. What it finds has the bias of [`crate::integrator::ProgressivePhotonIntegrator`], to the share that it has; radii shrink in the same
 /// way.
 ///
-/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of a frame: there may be fewer
+/// Each sample has a path from a light of its own for connections. Those to merge with are others, kept for the time of an iteration: there may be fewer
 /// of them than pixels, since they take about 500 bytes a vertex.
 #[derive(Debug)]
 pub struct VertexMergingIntegrator<'a, A> {
@@ -31,7 +31,7 @@ pub struct VertexMergingIntegrator<'a, A> {
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
-    /// Paths from lights to merge with, in a frame; `None`: as many as the image has pixels, 65536 at most.
+    /// Paths from lights to merge with, in an iteration; `None`: as many as the image has pixels, 65536 at most.
     pub photons: Option<u32>,
     /// Merging radius of the first iteration.
     pub radius: SearchRadius,
@@ -88,28 +88,28 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
         PhotonTracer::<A>::pieces(self.paths())
     }
 
-    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
         let tracer = PhotonTracer {
             world: self.world,
             max_depth: self.max_depth,
             roulette: self.roulette,
             min_scatterings: 0,
         };
-        let time = self.world.time_of_frame(frame, sampler);
+        let time = self.world.time_of_iteration(iteration, sampler);
         let mut paths = Vec::new();
-        let piece = (frame, index);
+        let piece = (iteration, index);
         tracer.each_path(piece, self.paths(), Some(time), sampler, out, |mut path| {
-            // They are kept for the frame.
+            // They are kept for the iteration.
             path.shrink_to_fit();
             paths.push(path);
         });
         LightPaths { time, paths }
     }
 
-    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |part| part.time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrunk(frame, self.alpha), camera, &ball);
+        let radii = Radii::new(self.radius, shrunk(iteration, self.alpha), camera, &ball);
         let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
         let mut visits = Vec::new();
         for (path, vertices) in paths.iter().enumerate() {

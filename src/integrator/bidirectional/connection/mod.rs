@@ -84,7 +84,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Paths of a frame: each pixel has one from the camera, and sends one from a light into the scene.
+    /// Paths of an iteration: each pixel has one from the camera, and sends one from a light into the scene.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
         size.x as f32 * size.y as f32
@@ -407,7 +407,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// Where light that comes to the lens against the direction `w` falls, and what it counts there over the density of the point: for one of all the
-    /// paths of a frame.
+    /// paths of an iteration.
     fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
         let importance = self.world.camera.importance(lens.p, w, time)?;
         let we = importance.we * w.dot(lens.ng) / lens.forward;
@@ -455,7 +455,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Density per solid angle with which a path of the frame leaves the lens at `p` in direction `w`.
+    /// Density per solid angle with which a path of the iteration leaves the lens at `p` in direction `w`.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

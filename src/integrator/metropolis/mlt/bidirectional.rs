@@ -1,10 +1,9 @@
 use super::Proposal;
 use super::numbers::Numbers;
-use super::path::Path;
+use super::path::{CameraSample, Path};
 use super::space::PathSpace;
 use crate::accel::Accel;
 use crate::integrator::RaySink;
-use crate::math::Vec2;
 
 /// Bidirectional mutations: a part of the path is deleted, and another is put in its place, of new vertices that either end brings along
 /// (Veach 1997, §11.4.2.1).
@@ -117,7 +116,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         let cut = Cut::all(x.len()).nth(numbers.choose(Cut::all(x.len()).map(|cut| cut.weight(x)))?)?;
         let count = numbers.choose(self.added(x, cut).weights())?;
         let t = split(cut.kept, count, numbers);
-        let y = self.exchange(x, cut, (count, t), (x.lens, x.time), numbers, out)?;
+        let y = self.exchange(x, cut, (count, t), x.camera, numbers, out)?;
         let back = Cut { count, ..cut };
         let forth = chosen(x) * self.transition(x, &y, cut, back);
         let back = chosen(&y) * self.transition(&y, x, back, cut);
@@ -139,7 +138,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
             kept: 0,
             count: x.len(),
         };
-        let y = self.exchange(x, all, (n, t), (x.lens, time), numbers, out)?;
+        let y = self.exchange(x, all, (n, t), CameraSample { time, ..x.camera }, numbers, out)?;
         let forth = chosen(x) * self.density(&y);
         let back = chosen(&y) * self.density(x);
         Some(Proposal::of(y, back / forth))
@@ -151,23 +150,25 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         x: &Path<'a>,
         cut: Cut,
         (count, t): (usize, usize),
-        (lens, time): (Vec2, f32),
+        mut sample: CameraSample,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
         // A lens whose vertex is deleted has another point.
-        let lens = if cut.kept == 0 { numbers.next_2d() } else { lens };
+        if cut.kept == 0 {
+            sample.lens = numbers.next_2d();
+        }
         let n = x.len() - cut.count + count;
         let [mut camera, mut light] = [Vec::with_capacity(n), Vec::with_capacity(n)];
         camera.extend_from_slice(&x.vertices[..cut.kept]);
         light.extend(x.vertices[cut.kept + cut.count..].iter().rev().cloned());
         let to_light = t == cut.kept + count && light.is_empty();
         self.space
-            .extend_from_camera(&mut camera, (t - cut.kept, to_light), (lens, time), numbers, out)?;
+            .extend_from_camera(&mut camera, (t - cut.kept, to_light), sample, numbers, out)?;
         self.space
-            .extend_from_light(&mut light, cut.kept + count - t, time, numbers, out)?;
+            .extend_from_light(&mut light, cut.kept + count - t, sample.time, numbers, out)?;
         let fresh = cut.kept..cut.kept + count;
-        self.space.join(camera, light.into_iter(), fresh, (lens, time), out)
+        self.space.join(camera, light.into_iter(), fresh, sample, out)
     }
 
     /// Distribution of the number of vertices that replace those of `cut`.

@@ -27,8 +27,8 @@ use space::PathSpace;
 /// Metropolis light transport: Markov chains of paths, each of which is a mutation of the one before. Paths are visited in proportion to the luminance that
 /// they bring to the picture, over that of the importance image, and so visits of a place bring as much as each other (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
-/// Every frame has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
-/// found for the frame, which also tell how bright the picture is: every frame is an unbiased estimate by itself.
+/// Every iteration has chains of its own, and as many mutations as there are pixels. Its chains start from paths that bidirectional path tracing has
+/// found for the iteration, which also tell how bright the picture is: every iteration is an unbiased estimate by itself.
 #[derive(Debug)]
 pub struct PathSpaceIntegrator<'a, A> {
     /// The scene and the camera.
@@ -37,7 +37,7 @@ pub struct PathSpaceIntegrator<'a, A> {
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths that chains start from.
     pub roulette: Roulette,
-    /// Light samples of each pixel in a frame, where direct light is found in the ordinary way.
+    /// Light samples of each pixel in an iteration, where direct light is found in the ordinary way.
     pub light_samples: u32,
     /// Options of the chains; step sizes are not used here.
     pub metropolis: Metropolis,
@@ -134,7 +134,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         )
     }
 
-    /// Mutations of a frame: one for each pixel.
+    /// Mutations of an iteration: one for each pixel.
     fn mutations(&self) -> u64 {
         let size = self.world.camera.resolution();
         size.x as u64 * size.y as u64
@@ -149,12 +149,12 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     fn seed<S: Sampler>(
         &self,
         space: &PathSpace<'_, 'a, A>,
-        frame: u32,
+        iteration: u32,
         index: u32,
         sampler: &mut S,
         out: &mut impl RaySink,
     ) -> Vec<(Path<'a>, f64)> {
-        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Bootstrap, index, frame), sampler);
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Bootstrap, index, iteration), sampler);
         seed::sample(space, self.roulette, &mut numbers, out)
     }
 }
@@ -171,14 +171,14 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
         }
     }
 
-    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Found> {
+    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Found> {
         let space = self.space();
         let first = index * SEEDS_AT_ONCE;
         let samples = first..self.seeds().min(first.saturating_add(SEEDS_AT_ONCE));
         let light_of = |(path, light): &(Path, f64)| (*light, path.len());
         samples
             .map(|index| {
-                self.seed(&space, frame, index, sampler, out)
+                self.seed(&space, iteration, index, sampler, out)
                     .iter()
                     .map(light_of)
                     .collect()
@@ -217,14 +217,14 @@ impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
         self.metropolis.chains(self.mutations())
     }
 
-    fn chain<S: Sampler>(&self, seeds: &Seeds, frame: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
+    fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
         // A path to start with, from the chain's own part of all
         let space = self.space();
         let chains = self.chains() as u64;
-        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Chains, index, frame), sampler);
+        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Chains, index, iteration), sampler);
         let place = (index as f64 + numbers.next() as f64) / chains as f64;
         let Some(seed) = seeds.at(place) else { return };
-        let found = self.seed(&space, frame, seed.sample, sampler, out);
+        let found = self.seed(&space, iteration, seed.sample, sampler, out);
         let Some((mut x, _)) = found.into_iter().nth(seed.way as usize) else {
             return;
         };

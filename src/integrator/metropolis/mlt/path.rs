@@ -16,13 +16,19 @@ pub(super) struct Path<'a> {
     pub vertices: Vec<Vertex<'a>>,
     /// Position on the film: pixels, origin top left.
     pub film: Vec2,
-    /// The numbers that have drawn the point of the lens.
-    pub lens: Vec2,
-    pub time: f32,
+    pub camera: CameraSample,
     /// Product of the values of all vertices: the path's contribution but for factors that have no colour.
     pub color: Spectrum,
     /// What chains are after: the luminance of [`Path::color`], over that of the importance image there. Above 0.
     pub target: f64,
+}
+
+/// Random choices of a path at the camera.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CameraSample {
+    /// The numbers that draw the point of the lens.
+    pub lens: Vec2,
+    pub time: f32,
 }
 
 impl Path<'_> {

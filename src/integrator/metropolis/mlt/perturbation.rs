@@ -82,7 +82,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         if !self.space.is_on_film(film) {
             return None;
         }
-        let mut ray = self.space.world.camera.ray(film, x.lens, x.time);
+        let mut ray = self.space.world.camera.ray(film, x.camera.lens, x.camera.time);
         let mut kind = RayKind::Camera;
 
         // The same kinds of scattering along the way
@@ -99,19 +99,19 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
                 None => met?,
             };
             vertex.is_delta = old.is_delta;
-            self.space.note_through(&mut camera, &vertex, x.time, out);
+            self.space.note_through(&mut camera, &vertex, x.camera.time, out);
             camera.push(vertex);
             if i < chain.last {
                 kind = RayKind::Bounce;
                 let neighbours = [&x.vertices[i - 1], old, &x.vertices[i + 1]];
                 let w = self.onwards(&camera, neighbours, TransportMode::Radiance, numbers)?;
                 let origin = camera[i].origin_towards_light(self.space.world.scene, Some(&camera[i - 1]), w);
-                ray = Ray::new(origin, w).when(x.time);
+                ray = Ray::new(origin, w).when(x.camera.time);
             }
         }
         let light = x.vertices[chain.last + 1..].iter().rev().cloned();
         let fresh = 0..chain.last + 1;
-        let y = self.space.join(camera, light, fresh, (x.lens, x.time), out)?;
+        let y = self.space.join(camera, light, fresh, x.camera, out)?;
         // A light that is met is one of several far ones by chance.
         let contribution = |path: &Path| {
             let joint = match path.source() {
@@ -152,7 +152,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
                 (from.origin_towards_camera(w), w, angle)
             }
         };
-        let mut ray = Ray::new(origin, w).when(x.time);
+        let mut ray = Ray::new(origin, w).when(x.camera.time);
 
         // The same kinds of scattering along the way
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
@@ -161,20 +161,18 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
             if let Some(last) = light.last() {
-                vertex.through = self.space.through((None, &vertex), last, x.time, out);
+                vertex.through = self.space.through((None, &vertex), last, x.camera.time, out);
             }
             light.push(vertex);
             if i > 1 {
                 let neighbours = [&x.vertices[i + 1], &x.vertices[i], &x.vertices[i - 1]];
                 let w = self.onwards(&light, neighbours, TransportMode::Importance, numbers)?;
-                ray = Ray::new(light.last()?.origin_towards_camera(w), w).when(x.time);
+                ray = Ray::new(light.last()?.origin_towards_camera(w), w).when(x.camera.time);
             }
         }
         let mut camera = Vec::with_capacity(x.len());
         camera.push(x.vertices[0].clone());
-        let y = self
-            .space
-            .join(camera, light.into_iter(), 1..start, (x.lens, x.time), out)?;
+        let y = self.space.join(camera, light.into_iter(), 1..start, x.camera, out)?;
 
         // How far it may be moved depends on the path.
         let [least, greatest] = self.range_of_light(&y, start);
@@ -193,7 +191,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     /// By how much light may be moved at the vertex `start` of `x`: so much that on the film it is as much as film points are. Radians; of
     /// infinitely distant lights scene units.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
-        let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.time);
+        let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.camera.time);
         let steps = [MIN_STEP, self.max_step()];
         if x.vertices[start].is_infinite() {
             return steps.map(|step| step * pixel);

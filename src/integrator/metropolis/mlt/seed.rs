@@ -1,6 +1,6 @@
 use super::bidirectional::Lengths;
 use super::numbers::Numbers;
-use super::path::{Path, Vertex};
+use super::path::{CameraSample, Path, Vertex};
 use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::integrator::{RaySink, Roulette};
@@ -128,9 +128,10 @@ pub(super) fn sample<'a, A: Accel>(
     // A subpath from the camera, and each light that it meets
     let (lens, world) = (numbers.next_2d(), space.world);
     let time = world.time_at(|| numbers.next());
-    let mut camera = Subpath::new(Some(space.lens(lens, time)));
+    let camera_sample = CameraSample { lens, time };
+    let mut camera = Subpath::new(Some(space.lens(camera_sample)));
     while let Some(weight) = camera.next.filter(|_| camera.vertices.len() < space.max_vertices) {
-        let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, (lens, time), numbers) else {
+        let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, camera_sample, numbers) else {
             break;
         };
         let met = space.meet(&ray, kind, out);
@@ -144,7 +145,7 @@ pub(super) fn sample<'a, A: Accel>(
         let n = camera.vertices.len();
         if let Some(light) = light.filter(|_| n + 1 >= space.min_vertices) {
             let vertices = camera.vertices.iter().cloned().chain([light]).collect();
-            let path = space.join(vertices, std::iter::empty(), n..n + 1, (lens, time), out);
+            let path = space.join(vertices, std::iter::empty(), n..n + 1, camera_sample, out);
             find(path, weight);
         }
         let Some(next) = met else { break };
@@ -181,7 +182,7 @@ pub(super) fn sample<'a, A: Accel>(
                 let mut vertices = Vec::with_capacity(s + t);
                 vertices.extend_from_slice(&camera.vertices[..t]);
                 let others = light.vertices[..s].iter().cloned();
-                let path = space.join(vertices, others, t..t, (lens, time), out);
+                let path = space.join(vertices, others, t..t, camera_sample, out);
                 find(path, camera.weights[t - 1] * light.weights[s - 1]);
             }
         }

@@ -1,5 +1,5 @@
 use super::numbers::Numbers;
-use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
+use super::path::{CameraSample, Factors, LightSource, LightSourceKind, Path, Single, Vertex};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
@@ -67,10 +67,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         at.cmpge(Vec2::ZERO).all() && at.cmplt(self.film_size).all()
     }
 
-    /// The vertex on the lens drawn with `u`.
-    pub fn lens(&self, u: Vec2, time: f32) -> Vertex<'a> {
+    /// The vertex on the lens of a sample.
+    pub fn lens(&self, CameraSample { lens, time }: CameraSample) -> Vertex<'a> {
         let camera = self.world.camera;
-        Vertex::new(VertexKind::Lens, camera.lens_point(u, time), camera.forward(time))
+        Vertex::new(VertexKind::Lens, camera.lens_point(lens, time), camera.forward(time))
     }
 
     /// The surface that `ray` meets.
@@ -140,16 +140,16 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         &self,
         path: &mut Vec<Vertex<'a>>,
         (count, to_light): (usize, bool),
-        (lens, time): (Vec2, f32),
+        sample: CameraSample,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<()> {
         for left in (0..count).rev() {
             if path.is_empty() {
-                path.push(self.lens(lens, time));
+                path.push(self.lens(sample));
                 continue;
             }
-            let (ray, kind) = self.onwards_from_camera(path, (lens, time), numbers)?;
+            let (ray, kind) = self.onwards_from_camera(path, sample, numbers)?;
             let met = self.meet(&ray, kind, out);
             if is_same_point(path, &met) {
                 return None;
@@ -158,7 +158,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 true => self.meet_light(met, &ray, numbers.next())?,
                 false => met?,
             };
-            self.note_through(path, &next, time, out);
+            self.note_through(path, &next, sample.time, out);
             path.push(next);
         }
         Some(())
@@ -168,15 +168,15 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     pub fn onwards_from_camera(
         &self,
         path: &mut [Vertex<'a>],
-        (lens, time): (Vec2, f32),
+        sample: CameraSample,
         numbers: &mut Numbers,
     ) -> Option<(Ray, RayKind)> {
         if path.len() > 1 {
-            let ray = self.scatter(path, TransportMode::Radiance, time, numbers)?;
+            let ray = self.scatter(path, TransportMode::Radiance, sample.time, numbers)?;
             return Some((ray, RayKind::Bounce));
         }
         let film = self.film_min + numbers.next_2d() * self.film_size;
-        Some((self.world.camera.ray(film, lens, time), RayKind::Camera))
+        Some((self.world.camera.ray(film, sample.lens, sample.time), RayKind::Camera))
     }
 
     /// Adds `count` vertices to a subpath from a light, whose vertices begin there.
@@ -305,7 +305,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         mut camera: Vec<Vertex<'a>>,
         light: impl DoubleEndedIterator<Item = Vertex<'a>>,
         fresh: Range<usize>,
-        (lens, time): (Vec2, f32),
+        sample: CameraSample,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
         let joint = camera.len();
@@ -320,7 +320,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
         }
         // What costs no ray is asked first.
-        let mut path = self.path(camera, fresh, lens, time)?;
+        let mut path = self.path(camera, fresh, sample)?;
         if joint < path.len() {
             // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
             if path.vertices[joint - 1].factors.joint <= 0.0 {
@@ -328,7 +328,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
             let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
             let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
-            let through = self.visibility((before, a), b, time, out);
+            let through = self.visibility((before, a), b, sample.time, out);
             if through <= 0.0 {
                 return None;
             }
@@ -340,7 +340,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
     /// if its share is 1.
-    fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, lens: Vec2, time: f32) -> Option<Path<'a>> {
+    fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, camera: CameraSample) -> Option<Path<'a>> {
+        let time = camera.time;
         let n = vertices.len();
         let source = vertices.last()?.source()?;
         // What has no size is not seen itself.
@@ -367,8 +368,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         (target > 0.0 && target.is_finite()).then_some(Path {
             vertices,
             film,
-            lens,
-            time,
+            camera,
             color,
             target,
         })

@@ -9,8 +9,8 @@
 //! out of line, so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy it, so its 336 bytes cost
 //! nothing. A [`Lobe`] stays at 64 bytes.
 //!
-//! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. The design page chose
-//!   by albedo and ended the path with the remainder: the mean is the same, but paths ended at the first vertex.
+//! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. Choosing by the
+//!   albedo itself, and ending the path with the remainder, has the same mean but ends paths at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and refraction. That takes a random number of its own,
 //!   `u_lobe`, which a mixture has and hands on. Rough lobes are therefore always in a `Mix`, also a single one.
 //! - Delta lobes have one function, `directions`, that gives their one or two directions with shares of the flux. Sampling picks one of them, and

@@ -1,4 +1,4 @@
-//! What the program prints: errors and warnings on the standard error, results on the standard output, in colour where that is wanted.
+//! Printing: errors and warnings on the standard error, results on the standard output, in colour where that is wanted.
 //!
 //! `anstream` decides about colour from the terminal, `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` and `TERM`, as clap does. The progress bar asks here
 //! too, since indicatif's own rules differ where two of these disagree.

@@ -7,7 +7,7 @@
 //! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash of ray and hit.
 //! - `World::transmittance` multiplies 1 − opacity along a shadow ray, which is less noisy than a random decision.
 //! - Surfaces that coincide to the last bit count as one.
-//! - A walk has 10,000 queries at most. What lies behind counts as opaque, and `cut_walks` of `--stats` counts such walks.
+//! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - Emitting surfaces are opaque, since light sampling samples all of their area.
 //!
 //! Scenes without alpha are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha.

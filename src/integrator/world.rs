@@ -1,9 +1,9 @@
-//! What all integrators share: the scene, its backend, the camera and the pixel filter, and the ray queries over them.
+//! The world that all integrators share: scene, backend, camera and pixel filter, and the ray queries over them.
 //!
-//! Textures are filtered by an eighth of the width of what a pixel would see of the surface if the camera looked straight at it (`World::footprint`).
-//! This needs no state along a path, and both ends of a bidirectional path agree on it. The rest of the filtering is the mean over the pixel's
-//! samples. After a diffuse bounce the filter is sharper than it need be, which costs noise and no blur. docs/benchmarks.md, "Texture filters", has
-//! the widths that were tried.
+//! Textures are filtered by an eighth of the width that a pixel has on the surface as the camera sees it directly (`World::footprint`). This depends
+//! on the point alone and needs no state along a path, so both ends of a bidirectional path agree on it. The rest of the filtering is the mean over
+//! the pixel's samples. After a diffuse bounce the filter is sharper than it need be, which costs noise and no blur. docs/benchmarks.md, "Texture
+//! filters", has the widths that were tried.
 //!
 //! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
 

@@ -1,3 +1,5 @@
+//! How the errors of a method are correlated: what the renderer writes as `embrasure.commonErrors`, for `compare/significance`.
+
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};
 

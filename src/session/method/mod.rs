@@ -1,4 +1,4 @@
-//! What a session does with integrators: which settings and scenes go together with them (`checks`), the memory that they take (`memory`), how their
+//! Integrators in a session: which settings and scenes go together with them (`checks`), the memory that they take (`memory`), how their
 //! errors are correlated (`common_errors`), and how they run (`run`).
 //!
 //! `path` and `direct` are monomorphised per backend for the picture's own samples, because a call that the compiler cannot inline costs some percent

@@ -1,8 +1,8 @@
 //! Bidirectional methods: paths from the camera joined to paths from lights (Veach 1997, ch. 10; Lafortune and Willems 1993).
 //!
 //! `subpath` makes a subpath from either end. `connection` joins the two in all ways, the strategies (s, t) with s vertices from the light and t from
-//! the camera, and weights them. `light_tracing` is all strategies with t = 1, and `bdpt` is all strategies. The methods of `photon` and `metropolis`
-//! use the same `Connector`.
+//! the camera, and weights them. `light_tracing` is all strategies with t = 1, and `bdpt` is all strategies.
+//! `photon/vcm.rs` and `metropolis/pssmlt.rs` use the same `Connector`.
 //!
 //! Light paths light any pixel, so these methods implement `FrameIntegrator`: a sample index is an iteration, an estimate of the whole picture that
 //! depends on the seed and the index alone. The film takes an iteration as one sample of every pixel. Whatever holds of samples therefore holds of

@@ -1,7 +1,7 @@
 //! Connections of a camera subpath and a light subpath by all strategies (s, t), and their weights (`weights`).
 //!
-//! With s = 1 a point on a light is sampled anew for the vertex that it lights, and with t = 1 a point on the lens. The Metropolis methods ask for
-//! single strategies, `photon/vcm.rs` adds merging, and `light_tracing` uses t = 1 alone.
+//! With s = 1 a point on a light is sampled anew for the vertex that it lights, and with t = 1 a point on the lens. `light_tracing` uses t = 1 alone,
+//! `metropolis/pssmlt.rs` asks for single strategies, and `photon/vcm.rs` adds merging.
 
 mod weights;
 

@@ -1,4 +1,4 @@
-//! How the errors of a method are correlated: what the renderer writes as `embrasure.commonErrors`, for `compare/significance`.
+//! The correlation of a method's errors, which the renderer writes as `embrasure.commonErrors`, for `compare/significance`.
 
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};

@@ -4,9 +4,9 @@
 //! alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the mutations.
 //! `seed` finds the paths that chains start from.
 //!
-//! What a mutation changes decides its acceptance. For a bidirectional mutation that is the sum over all splits of the new vertices between both
-//! ends. For a perturbation it is what remains when film point and directions are integrated over. A mutation that deletes some vertices and adds
-//! others is paired with the one that does the reverse, and each pair balances by itself: other ways to the same path need no account.
+//! The acceptance of a mutation depends on what it changes. For a bidirectional mutation that is the sum over all splits of the new vertices between
+//! both ends. For a perturbation it is what remains when film point and directions are integrated over. A mutation that deletes some vertices and
+//! adds others is paired with the one that does the reverse, and each pair balances by itself: other ways to the same path need no account.
 //!
 //! Deltas of mirrors and glass are in the contribution of a path as in every density, and cancel. A path keeps which of its vertices scatter by delta
 //! lobes. A vertex that reflects has all mirror-like lobes at once, since they cannot be told apart.

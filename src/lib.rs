@@ -32,22 +32,21 @@
 //! What this page lists under "Re-exports" follows semantic versioning: before 1.0 it changes with the minor version alone, with a line in the
 //! CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. Types that are reached through it, such as
 //! [`scene::SceneBuilder`], [`geometry::Mesh`], [`material::Material`] and [`film::Image`], come with it. All else that is public in
-//! the modules is there for tests, for benchmarks and for who wants to look inside, and may change with any version.
+//! the modules is there for tests, for benchmarks and for readers of the code, and may change with any version.
 //!
-//! # Rooms
+//! # Modules
 //!
-//! From the ground up; imports run one way, towards the top of this list:
+//! From the ground up; a module imports only modules above it in this list. docs/architecture.md says more of each.
 //!
-//! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and where random numbers come from
+//! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
-//! - [`denoise`]: filters that take noise out of a picture
-//! - [`scene`], [`accel`]: the frozen scene and the ray queries over it
-//! - [`integrator`]: one pixel sample's light transport
-//! - [`options`]: all that a user can set
+//! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
+//! - [`accel`]: ray queries over the scene
+//! - [`integrator`]: light transport of one pixel sample, or of one iteration
+//! - [`options`]: everything that a user can set
 //! - [`render`], [`io`]: passes and tiles, and formats of files
-//! - [`compare`]: how far pictures are from each other
 //! - [`description`]: scene files, and the scenes made of them
-//! - [`lint`]: what is likely not meant in a scene
+//! - [`lint`]: checks of a scene
 //! - [`session`]: a render from scene file to picture
 //! - [`cli`]: the command line
 

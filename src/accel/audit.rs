@@ -1,3 +1,9 @@
+//! Audits: a second backend checks a share of the rays of a render (`embrasure audit`, `render --audit-rays`).
+//!
+//! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited backend is called as without an audit, packets as
+//! packets, so that an audited picture has the same bits. Brute force is asked for a share of these rays that is inverse to the number of triangles,
+//! and for each disagreement in the report; it says which backend is wrong.
+
 use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
 use crate::geometry::Hit;

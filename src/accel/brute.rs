@@ -1,4 +1,4 @@
-//! Every triangle against every ray: slow, and simple enough to be right. The oracle for the other backends.
+//! Brute force: every triangle against every ray, in f64. It is slow, simple enough to be right, and the oracle for the other backends.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};

@@ -1,4 +1,13 @@
-//! When the answers of two backends count as the same, and why they may differ.
+//! When the answers of two backends agree, and why they may differ.
+//!
+//! Distances may differ by a bound on their roundings, derived from the triangle, the ray and the placement (`Crossing`). Each hit must also be where
+//! its ray crosses the triangle that it names, computed in f64: ids and barycentrics are checked without a second opinion, and an error that both
+//! backends make is found.
+//!
+//! A hit that only one backend has is explained if the ray passes the boundary edge of a surface, runs in its plane, or crosses at an end of its
+//! interval, nearer than roundings can tell, or if two surfaces lie in each other. Where the ray passes an edge, eight rays beside it are traced. If
+//! they meet a surface about as near on all sides, the edge is no boundary, and the ray has leaked. Anything else is a defect, and
+//! `tests/it/backends.rs` allows none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};

@@ -1,4 +1,7 @@
-//! Ray queries: the closest hit, and whether there is any.
+//! Ray queries: the trait [`Accel`], its backends (`embree`, `bvh`, `brute`), and their cross-checks (`audit`, `disagreement`).
+//!
+//! A query finds the closest hit, or any hit, in the open interval of a ray. A backend reports ids, the ray parameter and barycentrics alone;
+//! `geometry` makes points and normals of them.
 
 mod audit;
 pub mod brute;

@@ -1,3 +1,5 @@
+//! Recorded queries of a backend. Packets stay together. `--pixel` prints a record, and `embrasure bench` traces it again.
+
 use super::{Accel, Answer, BackendInfo, Query};
 use crate::geometry::Hit;
 use crate::math::Ray;

@@ -1,3 +1,12 @@
+//! A base under a sheen, under a clear coat: transmittances of the layers multiply what each lobe of the base scatters.
+//!
+//! The lobes of the base need to know nothing of the layers. The factor must be the same both ways, and must not let out more in any direction than
+//! the layer leaves. `T(wi) T(wo)` over the mean is exact for diffuse lobes, and the lesser of `T(wi)` and `T(wo)` for mirrors. Wide glossy lobes
+//! between the two lose light (docs/benchmarks.md, "Energy of lobes").
+//!
+//! A real coat also darkens and saturates its base, by reflecting inwards what the base scatters. This one does not. Only surfaces that have layers
+//! pay for them.
+
 use super::mix::{chosen, of_all};
 use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;

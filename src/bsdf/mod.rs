@@ -1,8 +1,20 @@
 //! Scattering at a surface, in its local frame.
 //!
-//! Conventions: `wo` points to the viewer and `wi` to the light, both unit and away from the surface; +z is the shading
-//! normal; `f` excludes the cosine; densities are per solid angle. A delta lobe scatters into single directions: there `f` is
-//! what makes `f |cos θi| / pdf` the weight of the direction, with the probability of choosing it as `pdf`.
+//! Conventions: `wo` points to the viewer and `wi` to the light, both unit and away from the surface; +z is the shading normal; `f` excludes the
+//! cosine; densities are per solid angle. A delta lobe scatters into single directions: there `f` is what makes `f |cos θi| / pdf` the weight of the
+//! direction, with the probability of choosing it as `pdf`. The value of a refracting lobe depends on what is transported: `eval` is that of
+//! radiance, and importance exchanges the directions, which is equivalent.
+//!
+//! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of up to five. All but the single matte lobe is kept
+//! out of line, so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy it, so its 336 bytes cost
+//! nothing. A [`Lobe`] stays at 64 bytes.
+//!
+//! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. Choosing by the
+//!   albedo itself, and ending the path with the remainder, has the same mean but ends paths at the first vertex.
+//! - A rough lobe chooses between single and multiple scattering, and between reflection and refraction. That takes a random number of its own,
+//!   `u_lobe`, which a mixture has and hands on. Rough lobes are therefore always in a `Mix`, also a single one.
+//! - Delta lobes have one function, `directions`, that gives their one or two directions with shares of the flux. Sampling picks one of them, and
+//!   `whitted` follows all.
 
 mod blinn;
 mod coated_lambert;

@@ -1,4 +1,4 @@
-//! From a point on the film and a point on the lens to a ray, and back.
+//! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
 
 mod importance;
 

@@ -1,3 +1,8 @@
+//! Timers of a render: checkpoints, images, previews and the time limit.
+//!
+//! The observer asks the render to stop when something is due, files are written, and the render goes on where it was. `render` knows nothing of
+//! time.
+
 use std::time::{Duration, Instant};
 
 /// When a render is to be left for a moment, or for good.

@@ -1,4 +1,4 @@
-//! `embrasure completions`: what makes a shell complete this program's commands and flags.
+//! `embrasure completions`: scripts by which a shell completes commands and flags.
 
 use super::args::{Args, CompletionsArgs};
 use super::error::CliError;

@@ -1,4 +1,4 @@
-//! `embrasure man`: manual pages, made of what `--help` says.
+//! `embrasure man`: manual pages, made of the text of `--help`.
 
 use super::args::{Args, ManArgs};
 use super::error::CliError;

@@ -1,4 +1,7 @@
-//! The command line: what was typed (`args`), what it means (`job`), and doing it (`run`).
+//! The command line: `args` (what was typed) → `job` (validated and resolved) → the module of the command, such as `run`.
+//!
+//! The commands stand on the library. `run` and `merge` use sessions, files and observers and nothing below (`tests/it/rooms.rs` checks it). `lab`,
+//! `audit`, `bench`, `check` and `explain` exist to look below.
 
 // Its macros are for all that follow.
 #[macro_use]

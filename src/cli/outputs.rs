@@ -1,4 +1,4 @@
-//! The files that a command writes: none may be another one of them, nor a file that the command reads.
+//! The files that a command writes. None may be another output or a file that the command reads (`io/identity.rs`).
 
 use super::error::CliError;
 use crate::io::{FileId, Output};

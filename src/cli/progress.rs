@@ -1,3 +1,12 @@
+//! Interrupts, and the progress of long work.
+//!
+//! An interrupt ends a command at once, with exit code 130, unless the command holds a [`Heeding`]: then it sets a flag, which the observers of
+//! renders ask for (`render/cancellation.rs`). Signals within a second of the first are taken for one: a scheduler that ends a job signals its script
+//! and its programs, and the script passes the signal on, which must not look like an impatient second Ctrl-C.
+//!
+//! Work that cannot be asked has a thread of its own, which the command leaves behind: denoising half a second after an interrupt, and a tev viewer
+//! that has not read a band of the last picture for a second. Such a command ends without exit handlers.
+
 use super::words::{escaped, in_colour};
 use crate::film::Film;
 use crate::io::LoadObserver;

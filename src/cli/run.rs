@@ -1,3 +1,5 @@
+//! `embrasure render`: the observer of a render, its checkpoints, previews and pictures, and its exit code.
+
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;

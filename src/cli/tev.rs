@@ -1,4 +1,11 @@
-//! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: what `--tev` asks for.
+//! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer that speaks its TCP protocol: `--tev`.
+//!
+//! The render waits while a picture is sent. The next picture is due after fifty times what the last one took, a second at least. For that reason
+//! only `R G B` are sent meanwhile, and all channels at the end: developing fourteen channels takes several times as long. A picture goes in bands of
+//! rows, which bounds memory and fits the length of a packet into its 32 bits.
+//!
+//! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like one that closes. Sending from a thread of its own would spare
+//! these seconds, and would need a rule for pictures that come faster than they are sent.
 
 use super::args::RenderArgs;
 use super::progress::interrupted_for;

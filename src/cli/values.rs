@@ -1,4 +1,4 @@
-//! What flags take: text in, values out, or what is expected instead.
+//! Values of flags: text in, values out, or a message that says what is expected.
 
 /// Seconds from `90`, `90s`, `10m` or `2h`.
 pub(super) fn parse_duration(text: &str) -> Result<f64, String> {

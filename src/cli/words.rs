@@ -1,4 +1,10 @@
-//! What the program says to people on the standard error, in colour where that is wanted.
+//! Printing: errors and warnings on the standard error, results on the standard output, in colour where that is wanted.
+//!
+//! `anstream` decides about colour from the terminal, `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` and `TERM`, as clap does. The progress bar asks here
+//! too, since indicatif's own rules differ where two of these disagree.
+//!
+//! Control characters are escaped, because names may hold terminal escapes. The first error of the standard output is remembered, and the exit code
+//! is 1 then; a closed pipe is no error.
 
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};

@@ -1,4 +1,4 @@
-//! How far pictures are from each other: errors against a reference, FLIP, and whether they differ by more than their noise.
+//! Comparing images: errors against a reference (`metrics`), FLIP (`flip`), and significance tests of a difference (`significance`).
 
 mod flip;
 mod metrics;

@@ -1,6 +1,9 @@
-//! Filters that take the noise out of a developed image. They trade it for an error that more samples do not take away: a bias.
+//! Denoisers: filters that reduce the noise of a developed image and add a bias that more samples do not remove.
 //!
-//! All work on what the film tells of each pixel, and make the same bits with any number of threads.
+//! `--denoise` works right before files are written: `R G B` are the denoised image, `raw.R raw.G raw.B` the rendered one. Where a denoiser fails,
+//! the raw image is written all the same. The denoiser is asked for its version, and so for its library, before the render begins.
+//!
+//! All filters work on what the film says of each pixel, and give the same bits with any number of threads. docs/denoise.md compares them.
 
 mod atrous;
 mod gaussian;

@@ -1,3 +1,8 @@
+//! Open Image Denoise 2. Albedo and normals are filtered first, each by itself, and then the image by those (`cleanAux`).
+//!
+//! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`, which the library ignores, and takes no number of
+//! threads. `sys/oidn` therefore makes these calls by the crate's raw bindings. docs/denoise.md has what the filter gains.
+
 use super::DenoiseError;
 use crate::math::Vec3;
 use embrasure_oidn::{Device, Error};

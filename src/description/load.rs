@@ -1,3 +1,6 @@
+//! Loading a scene: reads the files that a scene file names, and builds the scene. `inspect_scene` collects all findings, and `load_scene` ends with
+//! the first error.
+
 use super::find_file::{case_differs, find_file};
 use super::light_group_section::idle_members;
 use super::memory::Allowance;

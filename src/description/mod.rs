@@ -1,4 +1,7 @@
-//! What a scene file describes, and the scene that is made of it and of the files that it names.
+//! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
+//!
+//! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
+//! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod light_group_section;
 mod light_section;

@@ -1,4 +1,4 @@
-//! Where a scene file puts its objects: once or often, still or moving.
+//! Placement of objects in a scene file: once or as instances, still or moving.
 
 use super::input::read_text;
 use super::statements::uncommented;

@@ -1,3 +1,5 @@
+//! The sums of one pixel: those of one pass (`Block`), and exact totals over all passes (`Accumulator`).
+
 use super::DARK;
 use super::fixed::Narrow;
 use super::{Features, Fixed};

@@ -1,3 +1,9 @@
+//! Pixel filters, importance-sampled (Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling").
+//!
+//! The filter decides where in its support a pixel places its samples; no sample is spread over several pixels. Tiles then touch no neighbours, and
+//! the samples of a pixel are its own. Negative lobes of a filter, such as Mitchell's, come as negative weights. Auxiliary channels (albedo, normal,
+//! depth) take the same samples unweighted.
+
 use crate::math::Vec2;
 use crate::sampling::distribution::Distribution1D;
 use std::f64::consts::PI;

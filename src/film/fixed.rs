@@ -1,7 +1,11 @@
-//! Sums whose terms may come in any order, and be taken out again: whole numbers of some small unit.
+//! Exact sums: fixed-point numbers whose terms may come in any order and be subtracted again.
 //!
-//! Floats round each time they are added, so their sums depend on the order. Here only a term is rounded, towards zero, when it
-//! comes. Sums that are too large stay at the end of the range.
+//! Sums of floats depend on their order, so a picture made in parts would differ in its last bits from one made at once. The totals of a pixel are
+//! therefore whole numbers of 2⁻⁶⁴ in 128 bits. The f64 sum of a pass is rounded once, towards zero, when it comes; all further sums are exact. Sums
+//! that are too large stay at the end of the range.
+//!
+//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. The 192 bytes of a pixel are less than twice what floats would take. The
+//! spread of blocks, from which `--noise` estimates errors, stays in f64: one render adds it in order, and joined parts have it up to rounding.
 
 /// A whole number of 2 to the -`$fraction` in `$bits`, which are `$words` words.
 macro_rules! fixed_point {

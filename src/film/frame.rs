@@ -1,3 +1,5 @@
+//! One iteration of a method whose light paths light any pixel: one sample of every pixel of a film.
+
 use super::{Film, FirstSurface, Rect};
 use crate::color::Spectrum;
 use crate::math::UVec2;

@@ -1,4 +1,10 @@
-//! Sums of samples per pixel, and the picture that is made of them. No files.
+//! Sums of samples per pixel, and the image that is developed from them. No files.
+//!
+//! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
+//! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
+//! `part_sums` those of light groups and strategies, `frame` one iteration, and `state` the words of all sums, which checkpoints hold.
+//!
+//! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
 
 mod accumulator;
 mod features;

@@ -1,3 +1,5 @@
+//! Sums of parts of the light: of each light group, and of each strategy of a bidirectional method. A part takes 48 bytes a pixel.
+
 use super::Fixed;
 use crate::color::Spectrum;
 

@@ -1,3 +1,5 @@
+//! All sums of a film as named words of 32 bits: what checkpoints hold.
+
 use super::fixed::Narrow;
 use super::{Accumulator, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;

@@ -1,3 +1,16 @@
+//! Placements of prototypes (instances) and their motion.
+//!
+//! Meshes stand in the world or belong to a prototype, which instances place: one level, as Embree's libraries are built. Meshes in the world have
+//! their facets ready. A triangle that is placed or moves is made anew at each hit (`PlacedTriangle`), so that 10⁸ triangles of copies need no
+//! memory.
+//!
+//! Rays keep their parameter in the space of a prototype. The transform loses digits, by some roundings of |M| |M⁻¹| (|p| + |t|), so rays start
+//! further off where a copy is far from the origin. By the same bound, points keep off the edges of their triangle (`PlacedTriangle::point`): nearer,
+//! roundings may put the start of a ray behind the neighbour, and paths leak (docs/benchmarks.md, "Rays in copies").
+//!
+//! A moving placement is a list of matrices with linear motion in between, because that is what Embree interpolates. Backends and shading see the
+//! same motion; rotations are cut finely enough when they are read. Time is a field of `Ray` and of `SurfacePoint`.
+
 use super::SurfacePoint;
 use super::mesh::Facet;
 use crate::math::{Affine3A, Bounds3, Encode, Mat3A, Vec3, float::gamma};

@@ -1,3 +1,18 @@
+//! Ray origins off a surface, by bounds on rounding errors and not by a fixed epsilon.
+//!
+//! Intersectors report barycentrics, and points are interpolated from the mesh's own corners. A new ray starts off the surface by the point's ray
+//! offset along the normal, on the side to which it goes. With γₙ the bound on n roundings, the offset is the sum of two parts:
+//!
+//! - γ₉ · |n| · Σ |bᵢ pᵢ|: the error of the interpolation and of the move itself, as the plane of normal n sees them.
+//! - γ₆ times the largest coordinate difference between the first corner and the others, since an intersector rounds edges as long as that. Where the
+//!   longest edge over the width is more than 1, the part is multiplied by that, up to half the width: rounding tilts slivers. This part is kept with
+//!   each triangle's normal.
+//!
+//! The second part is needed on planes through the origin, where the first one vanishes: an intersector that includes t = 0 finds the surface again
+//! from a start on the plane itself.
+//!
+//! A shadow ray has the whole way as its direction and ends at t = 1 − γ₁₆. The light's point is moved off its own surface by the same rule.
+
 use super::SurfacePoint;
 use crate::math::{Ray, Vec3, float::gamma};
 

@@ -1,4 +1,16 @@
-//! The surfaces along one ray, for alpha: opacity below 1 lets light pass, and a walk goes on behind each surface.
+//! Alpha: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d` of MTL, 0 to 1).
+//!
+//! Backends do not know of opacity. A walk keeps the origin and direction of its ray and raises the near end of the open interval to the parameter of
+//! the last hit, so that each step is strictly farther and no surface counts twice. A new ray from the offset origin behind each surface was tried:
+//! two surfaces with large offsets passed a ray to each other for ever.
+//!
+//! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash of ray and hit.
+//! - `World::transmittance` multiplies 1 − opacity along a shadow ray, which is less noisy than a random decision.
+//! - Surfaces that coincide to the last bit count as one.
+//! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
+//! - Emitting surfaces are opaque, since light sampling samples all of their area.
+//!
+//! Scenes without alpha are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;

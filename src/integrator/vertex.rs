@@ -1,3 +1,5 @@
+//! A vertex of a path from the camera: a surface point with its BSDF, as its viewer sees it.
+
 use crate::bsdf::Bsdf;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::LightSampleContext;

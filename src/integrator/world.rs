@@ -1,3 +1,12 @@
+//! The world that all integrators share: scene, backend, camera and pixel filter, and the ray queries over them.
+//!
+//! Textures are filtered by an eighth of the width that a pixel has on the surface as the camera sees it directly (`World::footprint`). This depends
+//! on the point alone and needs no state along a path, so both ends of a bidirectional path agree on it. The rest of the filtering is the mean over
+//! the pixel's samples. After a diffuse bounce the filter is sharper than it need be, which costs noise and no blur. docs/benchmarks.md, "Texture
+//! filters", has the widths that were tried.
+//!
+//! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
+
 use super::layers::{Layers, stops};
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};

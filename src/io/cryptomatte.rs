@@ -1,5 +1,5 @@
-//! Mattes by name: Friedman and Jones 2015, "Fully automatic ID mattes with support for motion blur and transparency"; names of channels, hashes
-//! and metadata after the Cryptomatte specification 1.2.
+//! Cryptomatte: mattes by name (Friedman and Jones 2015, "Fully automatic ID mattes with support for motion blur and transparency"). Names of
+//! channels, hashes and metadata follow the Cryptomatte specification 1.2.
 
 use super::FeatureNames;
 use crate::film::{Aov, Channel, Coverage, FeatureSums, Film};

@@ -1,3 +1,5 @@
+//! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant light.
+
 use super::FileError;
 use super::input::Input;
 use super::memory::Allowance;

@@ -1,3 +1,5 @@
+//! EXR files: images with their metadata. Names and attributes of channels are in docs/conventions.md.
+
 use super::ascii::ascii;
 use super::{State, cryptomatte};
 use crate::compare::CommonErrors;

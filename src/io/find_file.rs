@@ -1,3 +1,5 @@
+//! Finding files whose names come from other systems.
+
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Component, Path, PathBuf};

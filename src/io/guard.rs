@@ -1,4 +1,4 @@
-//! Panics that are errors of one file, and end nothing else.
+//! Panics that become errors of one file and end nothing else.
 
 use std::any::Any;
 use std::cell::Cell;

@@ -1,4 +1,7 @@
-//! Input files: how all of them are opened.
+//! Opening input files: all of them are opened here.
+//!
+//! Opening never waits (`O_NONBLOCK`), and what is no regular file is refused by the handle that was opened. Failures of the system are remembered,
+//! because decoders report them like damage.
 
 use super::FileError;
 use std::ffi::OsStr;

@@ -1,4 +1,4 @@
-//! The memory that the system leaves to this process, as Linux tells it. Of other systems nothing is known.
+//! The memory that the system leaves to this process, on Linux. On other systems it is not known.
 
 use super::memory::{LimitSource, MemoryLimit};
 use std::fs;

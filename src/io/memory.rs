@@ -1,4 +1,10 @@
-//! What reading files may take of memory, and who is told how far it is.
+//! Memory limits while files are read, and progress of reading.
+//!
+//! Meshes are moved from the reader into the scene. The memory that a file will take is known before it is allocated: from its length, then from the
+//! counts of its statements (`Pieces::bytes`), the headers of its pictures, and the forecast of the render (`session`); the pixels are forecast
+//! before all of these. Each is compared with `--max-memory`, or with what the system leaves (`machine`), and is asked of the allocator and given
+//! back (`MemoryLimit::refusal`). obvhs and the exr and image crates allocate without asking, and would end the program where there is no memory
+//! left.
 
 use super::{FileError, machine};
 use std::fmt;

@@ -1,3 +1,6 @@
+//! Shading normals from the angles between triangles: `smooth_by_angle`, and what smoothing groups of OBJ files share with it. Means weighted by
+//! angle do not depend on how a surface is cut into triangles.
+
 use crate::geometry::Mesh;
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;

@@ -1,3 +1,12 @@
+//! Output files, replaced atomically.
+//!
+//! A file is written beside its place, synced and renamed, and its folder is synced: after a kill, the previous file is there. `Output::write` is the
+//! boundary around each output: an error or a panic within it is an error of that file, and the other outputs are written. Where neither an EXR file
+//! nor a checkpoint could be written, `Renderer::rescue` writes `R G B` and all sums, without names and further channels, to a new file.
+//!
+//! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a comparison fail in turn (`tests/faults/inject.c`,
+//! by `LD_PRELOAD`).
+
 use super::guard::guarded;
 use super::identity::{folder_of, follow_links};
 use super::temporary::{sweep, temporary};

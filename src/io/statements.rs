@@ -1,3 +1,5 @@
+//! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved here, and a text is cut between statements.
+
 use super::Position;
 use std::borrow::Cow;
 

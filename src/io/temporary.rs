@@ -1,4 +1,10 @@
-//! Temporary files and locks beside outputs, known by the output that they belong to.
+//! Temporary files and locks beside outputs.
+//!
+//! A temporary file carries a hash of its output's name and is locked (`flock`) while it is open. The next run that writes the same output removes
+//! those that no process has locked: killed runs left them.
+//!
+//! A checkpoint has a lock file beside it for as long as a run may write it. Its owner removes it; a lock file that a kill leaves is not locked, and
+//! the next run takes it over. The checkpoint itself cannot hold the lock, because each write replaces it.
 
 use super::FileError;
 use super::identity::folder_of;

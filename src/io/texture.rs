@@ -1,3 +1,6 @@
+//! Textures from pictures: of a file's samples a texture keeps those that it is for, such as one byte a texel of an opacity map, whatever the file
+//! has.
+
 use super::memory::Allowance;
 use super::read_picture::{Picture, PictureSize, Samples, Wanted, picture_size, read_picture};
 use super::{FileError, LoadObserver};

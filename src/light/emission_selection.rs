@@ -1,3 +1,5 @@
+//! The choice of the light that a light path starts from, by power.
+
 use super::{Light, LightId};
 
 /// Steps that random numbers in [0, 1) have: multiples of 2⁻²⁴.

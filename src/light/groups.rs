@@ -1,3 +1,5 @@
+//! Light groups: named groups of lights whose light is summed apart (`--aov lights`).
+
 use super::LightId;
 use crate::math::encode_fields;
 

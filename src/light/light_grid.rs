@@ -1,3 +1,15 @@
+//! The choice of a light by place: tables over a grid of the scene.
+//!
+//! A point's cell in the grid, and which of 26 directions its normal is nearest to, have a table of the light that each light would send there,
+//! without visibility. Grids of twice the size lie around the first one, so that a wide plain does not coarsen it. A table is made when the first
+//! point asks for it, from the cell alone, so that threads change no bit.
+//!
+//! A table tells apart up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster one light is chosen by
+//! power. Walking down the hierarchy at each vertex would look at two boxes a level; a table is one search.
+//!
+//! A fiftieth of the choice goes by power whatever the estimate says, and no cluster has a probability below 2⁻²⁰: no light is forgotten.
+//! docs/benchmarks.md, "By place", has the gain and the variants that were tried.
+
 use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};
 use crate::math::{Bounds3, Vec3};

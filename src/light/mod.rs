@@ -1,7 +1,14 @@
 //! Light sources: emitted radiance, sampling towards a point and of light that sets out, densities, and the choice among them.
 //!
-//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] and [`EmissionSelection`] give that.
-//! Visibility is not known here.
+//! Densities of a single light do not include the probability of choosing it; [`LightSelection`] (light towards a point) and [`EmissionSelection`]
+//! (start of a light path) give that. Visibility is not known here.
+//!
+//! Among more than two lights, one is chosen by place (`light_grid`), among fewer by power. The density of choosing a light then depends on the light
+//! sampling context, which `PrevVertex` keeps for MIS. A context has only what is the same from both strategies: the point and its normal. Where a
+//! surface transmits light by other than delta lobes, the normal has no side.
+//!
+//! Moving lamps are made for their time at each sample. An emitting triangle keeps its normal and the largest ray offset of its points, so that the
+//! end of a shadow ray costs a product.
 
 mod constant;
 mod directional;

@@ -1,3 +1,9 @@
+//! Emitting triangles whose emission a texture varies.
+//!
+//! A triangle is sampled as one that emits evenly, and its emission is looked up at the sampled point, in the finest level, as where a ray meets it.
+//! It is chosen by the mean of the texture over it. A coarse level may say 0 where a texel emits, and light that is never sampled would be missing
+//! where direct light is found by sampling alone; such triangles keep a small minimum weight. Triangles on which nothing emits are never chosen.
+
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;

@@ -1,3 +1,5 @@
+//! A hierarchy of lights and estimates of their irradiance, from which `light_grid` cuts clusters. Visibility is left out.
+
 use super::Light;
 use crate::math::{Bounds3, Vec3};
 

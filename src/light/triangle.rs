@@ -1,3 +1,8 @@
+//! Emitting triangles.
+//!
+//! Points are sampled by area. Sampling by solid angle takes arcs in f64, and costs more time than its lower error saves on the suite
+//! (docs/benchmarks.md, "Sampling emitting triangles and choosing lights").
+
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;

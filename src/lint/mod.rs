@@ -1,7 +1,9 @@
-//! What in a scene is likely not meant: materials (`definitions`), faces (`faces`), shells that emit or refract (`shells`), what the
-//! camera sees (`view`); what a render of it takes (`memory`), and what a material does with light (`portrait`).
+//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`shells`), what the camera sees
+//! (`view`), the memory of a render (`memory`), and what a material does with light (`portrait`).
 //!
-//! What the readers of files find themselves is not looked for again.
+//! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
+//! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
+//! exporters split vertices. All findings of a kind in a file are one finding, with the first places.
 
 mod definitions;
 mod faces;

@@ -1,3 +1,8 @@
+//! Albedos and previews of materials, for `embrasure explain`.
+//!
+//! Albedos are integrals over the samples of each lobe itself, in the direction of flux. Where textures vary a material, albedos are those of its
+//! constants.
+
 use crate::bsdf::{Bsdf, Lobe, TransportMode};
 use crate::camera::CameraParameters;
 use crate::color::Spectrum;

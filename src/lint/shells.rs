@@ -1,3 +1,8 @@
+//! Connected components of faces that refract or emit: are they closed, and do they face outwards?
+//!
+//! Only these are looked at, because closedness matters where surfaces refract or emit. Edges are sorted, 16 bytes each, and volumes come from the
+//! divergence theorem.
+
 use super::Use;
 use super::tally::{Tally, counted};
 use crate::io::{Face, Finding, ObjFaces, Severity};

@@ -1,4 +1,12 @@
-//! What surfaces are made of, and the BSDF that makes.
+//! Materials: what a user says of a surface, and the BSDF that follows.
+//!
+//! A [`Material`] holds the user's parameters. `Material::bsdf` makes lobes of its constants once, when the scene is frozen, and vertices refer to
+//! that BSDF: building or copying it at every hit cost 5 % of a render. Where textures vary a material (`maps`), `Material::bsdf_at` makes another
+//! BSDF for the spot; the integrator lends it a slot for the lifetime of the vertex (`BsdfSlot`), so that nothing is allocated.
+//!
+//! A shape whose normal and material are the same all over is marked plain when the scene is frozen, and takes a shorter path through
+//! `World::vertex`. Anisotropic materials need a tangent, which is that of growing u, triangle by triangle; `Scene::frame` computes it for these
+//! materials alone, and their surfaces are not plain.
 
 mod maps;
 

@@ -1,4 +1,7 @@
 //! Integrators, and the parameters that each of them reads.
+//!
+//! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
+//! defaults, the text that files keep, and the warnings of flags that are not read.
 
 use super::integrator::{IntegratorOptions, MaxDepth, PathReuse, values};
 use super::{Named, OptionGroup, Value};

@@ -1,8 +1,8 @@
-//! Everything that a user can set, each defined once: name, type, default, range and help of a parameter are an entry of
-//! [`parameters!`](parameter), from which the scene file, the command line, the documentation and the checks are made.
+//! Everything that a user can set, each defined once: key, type, default, range and help of a parameter are an entry of the macro `parameters!`
+//! (`parameter`), from which the scene file, the command line, the documentation and the checks are made.
 //!
-//! To add a parameter of an integrator: an entry in [`integrator`], its name in the list of each method that reads it in [`method`], and the
-//! line that uses it. To add another one: an entry in [`picture`], or beside the code that it belongs to.
+//! To add a parameter of an integrator: an entry in [`integrator`], its name in the list of each method that reads it in [`method`], and the line
+//! that uses it. To add another one: an entry in [`picture`], or beside the code that it belongs to.
 
 pub mod integrator;
 pub mod method;

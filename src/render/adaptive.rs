@@ -1,3 +1,19 @@
+//! Adaptive sampling to a noise level: `--noise LEVEL`.
+//!
+//! A render ends when the estimated relative error of the picture, the root of relMSE as `compare/metrics.rs` defines it, is LEVEL. The film keeps
+//! for each pixel the spread of blocks of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased for independent
+//! blocks, also with shared paths. It is a little too large for low-discrepancy points, whose blocks fill each other's gaps: the picture is then
+//! better than it says. Unlike relMSE it leaves no pixels out, and so is larger where there are fireflies.
+//!
+//! Tiles get samples in proportion to the root of the error that one block would leave in them, which minimises the mean error (Neyman 1934).
+//! Stopping each tile at the same error would take as many samples as uniform sampling does for that mean error: errors fall as 1/n, and what noisy
+//! tiles gain the others lose.
+//!
+//! Decisions fall between rounds and from the film alone, so threads change no bit. They look at the samples that they keep, which moves means a
+//! little (Kirk and Arvo 1991). The pixels of a tile therefore decide together, after at least 128 samples, and more where the picture has less than
+//! 256 pixels. docs/benchmarks.md, "Stopping at a noise level", shows that no bias is left to be seen. A crop reaches the level by itself; its pixels
+//! are not those of the full picture.
+
 use super::dispatch::SampleIntegrator;
 use super::schedule::passes;
 use super::statistics::Statistics;

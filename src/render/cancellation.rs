@@ -1,3 +1,12 @@
+//! Cancellation of long work.
+//!
+//! Renders ask their observer between samples, work items and iterations. One sample may itself be long: loops that branch, gather, follow a chain or
+//! sample all lights ask `RaySink::is_cancelled`, which asks the observer every sixteenth time. A loop that is told to end leaves, and what it found
+//! is thrown away with its tile or work item.
+//!
+//! Two limits bound the work of a sample: no path scatters more than 1024 times, whatever `--max-depth` and roulette say, and a sample of
+//! `distributed` has at most 10⁷ rays to its last vertices.
+
 use super::statistics::RayCounts;
 use super::tiles::Observer;
 use crate::integrator::{RayKind, RaySink};

@@ -1,3 +1,12 @@
+//! Iterations of methods whose light paths light any pixel (`FrameIntegrator`).
+//!
+//! The work of an iteration comes in work items: blocks of pixels, and Markov chains. They run on any number of threads, and their light is added in
+//! their order, so that sums are plain f64 and bits do not depend on threads. The light of at most `PIECES_AT_ONCE` items is kept at a time.
+//!
+//! An iteration that is not whole when a render stops is thrown away, and so is the work of a tile. Where files are only to be written, the render
+//! pauses at the end of an iteration instead (`Observer::should_pause`). Errors of iterations are independent, so a pixel's accumulator has no blocks
+//! of 64 samples (`Accumulator::add_alone`).
+
 use super::cancellation::{Cancellation, CountedRays};
 use super::pieces::in_pieces;
 use super::statistics::{DroppedSample, Statistics};

@@ -1,3 +1,11 @@
+//! Groups of pixels that share their paths (`integrator/path/reuse.rs`).
+//!
+//! The pixels of a group have errors in common. Groups are random within a tile, so that no pattern shows, and new for each block of 64 samples.
+//! Within a block they stay, so that the samples of a pixel stay stratified for its companions. Tiles lie as in the full image, and a group takes in
+//! the pixels that a crop leaves out: a crop changes no bit.
+//!
+//! `--pixel X,Y --sample K` traces the companions of the sample too and prints what the pixel receives from them.
+
 use crate::film::{BLOCK, Film, Rect};
 use crate::integrator::SAMPLES_AT_ONCE;
 use crate::math::UVec2;

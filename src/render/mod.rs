@@ -1,7 +1,10 @@
-//! Passes over tiles: which samples are taken when, and their statistics.
+//! Passes over tiles, and iterations: which samples are taken when, and their statistics.
 //!
-//! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and
-//! an [`Observer`] is told what has been done and may ask to stop.
+//! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and an [`Observer`] is told what
+//! has been done and may ask to stop.
+//!
+//! `tiles` renders passes over tiles and `frames` iterations, `schedule` cuts sample indices into passes, `adaptive` stops at a noise level, and
+//! `groups` chooses the pixels that share paths. `irradiance`, `photons` and `importance_image` prepare what all samples of a picture use.
 
 mod adaptive;
 mod cancellation;

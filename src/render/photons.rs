@@ -1,3 +1,5 @@
+//! Photon maps, made once before the first sample of a render; crops and parts of a render have the photons of the whole picture.
+
 use super::pieces::in_pieces;
 use super::statistics::RayCounts;
 use super::tiles::Observer;

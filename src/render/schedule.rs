@@ -1,3 +1,11 @@
+//! Passes: the ranges of sample indices that are rendered and summed together.
+//!
+//! Passes end at 1, 2, 4, 8, 16 and 32 samples, so that a whole picture is there soon, and from 64 on at every multiple of 64. The cuts are a
+//! property of the sample indices. A pass is summed by itself in f64 before it is added to the film, so the same cuts give the same bits.
+//!
+//! A render may end between two cuts. Of 100 samples, 64 and 36 are two passes. If more are wanted later, the 36 are traced once more and subtracted,
+//! and the whole block 64..128 is added: the sums are those of a render that never stopped there.
+
 use crate::film::BLOCK;
 use std::ops::Range;
 

@@ -1,3 +1,5 @@
+//! Statistics of a render: rays, dropped samples and mutations, as sums of integers, which do not depend on threads.
+
 use crate::integrator::{RayKind, RaySink};
 use crate::sampler::SampleKey;
 use std::borrow::Cow;

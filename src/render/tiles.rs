@@ -1,3 +1,8 @@
+//! Passes over tiles: each tile of a pass is the work of one task.
+//!
+//! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its results depend on its pixels and sample indices alone, so
+//! bits do not depend on threads. The work of a tile whose render is stopped is thrown away.
+
 use super::cancellation::Cancellation;
 use super::dispatch::SampleIntegrator;
 use super::groups::shuffled;

@@ -1,3 +1,8 @@
+//! All samplers as one enum, matched at each draw.
+//!
+//! The renderer is not monomorphised per sampler, because compiling it once for each sampler, backend and integrator would gain little
+//! (docs/benchmarks.md, "Shared paths").
+
 use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, PerturbedQmc, SampleKey};
 use super::{Sampler, Sobol, Stratified, ZSobol};
 use crate::math::Vec2;

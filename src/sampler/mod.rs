@@ -1,4 +1,8 @@
-//! Where the random numbers come from: pure functions of (seed, pixel, sample index, dimension).
+//! Random numbers: pure functions of (seed, pixel, sample index, dimension).
+//!
+//! No state of a generator outlives a sample, so a picture does not depend on threads or on the order of work. Dimensions come in fixed blocks
+//! (camera; at each vertex: light choice, light point, lobe, direction, roulette): a draw that is skipped shifts no other. Numbers that belong to no
+//! pixel, such as those of photons and chains, have sample keys in rows below all images ([`Stream`]).
 
 mod antithetic;
 mod any;

@@ -1,3 +1,9 @@
+//! Directions from low-discrepancy points on the sphere (`--directions perturbed-qmc`).
+//!
+//! It is a sampler around the chosen one, with a warp of its own in `integrator/path/strategy.rs`. Each can be combined with anything else: whatever
+//! the sampler, the warp has the cosine's density; whatever the warp, the numbers are uniform. It costs more time than its lower error saves
+//! (docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions").
+
 use super::hash::{numbered, permute, pixel, unit_f32};
 use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
 use crate::math::{Frame, Quat, Vec2, Vec3, hash::mix};

@@ -1,3 +1,9 @@
+//! Primary samples: a sampler whose random numbers are the state of a Markov chain.
+//!
+//! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the key of the chain and the steps that it has
+//! accepted, whether or not the number was asked for in between; it is computed when it is asked for. Known values are cached in atomics
+//! (`AtomicU64`, relaxed), because samplers are shared by reference. The cache saves work and decides no value.
+
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::Vec2;
 use crate::math::hash::{GOLDEN_GAMMA, mix};

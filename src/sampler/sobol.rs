@@ -1,3 +1,6 @@
+//! The default sampler: a scrambled (0,2)-sequence for each dimension of each pixel. Order and digits are scrambled by hashes of seed, pixel and
+//! dimension, so the sampler needs no state.
+
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::{Vec2, hash::GOLDEN_GAMMA};
 

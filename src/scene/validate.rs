@@ -1,3 +1,9 @@
+//! Checks of what a scene is built from, and the range of coordinates that backends can trace.
+//!
+//! Coordinates beyond 10¹⁰ are refused, and so are scenes less than 10⁻⁹ wide, in the world and in the space of each instanced object. Embree
+//! computes distances as volumes of three lengths over areas, in f32: they vanish in small scenes and overflow in large ones. The limits keep a
+//! margin to the scales at which pictures were wrong (docs/benchmarks.md, "Range of scales").
+
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement, triangle_area};

@@ -1,3 +1,9 @@
+//! The one place that chooses a backend, and the name of the build.
+//!
+//! `build.rs` makes the build's name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and the processor that it compiles for. It needs
+//! no git and is the same for one source tree wherever it lies. Bits are promised within one build, so `--resume` and `merge` refuse files of another
+//! build and name the remedy.
+
 use super::{Error, InvalidSetting};
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;

@@ -1,3 +1,5 @@
+//! The scene hash: SHA-256 over an explicit encoding of everything in the scene and the camera that decides pixels (`math/encode.rs`).
+
 use crate::camera::CameraDescription;
 use crate::math::Encode;
 use crate::scene::Scene;

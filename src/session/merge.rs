@@ -1,3 +1,9 @@
+//! Joining parts of a picture that were rendered apart.
+//!
+//! Headers are read first. The edges of all crops cut the picture into cells. In each cell, the sample ranges of the parts that cover it must follow
+//! on each other without gap or overlap. Then one part after the other is read and added; sums are exact (`film/fixed.rs`), so the result has the
+//! bits of a single render.
+
 use super::{Error, RenderState};
 use crate::film::{Film, Rect};
 use crate::io::{Description, FeatureNames, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};

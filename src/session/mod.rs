@@ -1,7 +1,12 @@
 //! A render from scene file to picture: what programs that use this crate stand on, the command line among them.
 //!
-//! [`Settings`] say what is wanted; a [`Session`] holds the scene; its [`Renderer`] has an acceleration structure as well, and adds samples
-//! to a [`RenderState`] for as long as an observer lets it, which may be for ever so often: the bits are those of a single run.
+//! [`Settings`] say what is wanted; a [`Session`] holds the scene; its [`Renderer`] has an acceleration structure as well, and adds samples to a
+//! [`RenderState`] for as long as an observer lets it. A render may be stopped and resumed any number of times: the bits are those of a single run.
+//!
+//! Values of the scene file are checked when `Settings` are made of it, each by itself, with its place in the file. Combinations are checked
+//! (`Settings::check`) after flags, or a program, have changed them. Those errors name flags, because most readers of them have typed some.
+//!
+//! `backend` chooses the acceleration structure and `method::run` the integrator, once each, before the first ray.
 
 mod backend;
 mod camera;

@@ -1,3 +1,9 @@
+//! A session with its acceleration structure: renders, resumes and develops.
+//!
+//! `Renderer::resume` compares what a file says of itself with the render: version, build, scene hash, settings, seed, backend with version and
+//! instruction set, size, crop and first sample. Settings name the number of samples only where the sampler depends on it (`zsobol`, `hammersley`,
+//! `orthogonal`, `--directions perturbed-qmc`).
+
 use super::backend::BUILD;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels, thread_pool};
 use crate::accel::{Auditor, BackendInfo, Dispatch};

@@ -1,3 +1,5 @@
+//! Settings of a render: the options of a scene file, changed by flags or by a program, and the checks of what goes together.
+
 use super::camera::blame;
 use super::{CameraSettings, Error, InvalidSetting};
 use crate::camera::{Camera, CameraDescription};

@@ -1,3 +1,9 @@
+//! The state of a render: sums, counts and time, which checkpoints hold.
+//!
+//! A tile knows how many samples it has, and `render::render` brings each tile to the end that is asked for, so that resuming a film is no special
+//! case. `--noise` promises tiles their samples in rounds. The promise (`Tile::target`) is a part of the state: a round that was interrupted ends
+//! before anything is decided anew.
+
 use crate::film::{Aov, Film, Image, MOST_PARTS};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};

@@ -1,4 +1,7 @@
-//! The coarser levels of a picture, each half as wide and high as the one before, down to a single texel.
+//! The coarser levels of a texture (MIP map), each half as wide and high as the one before, down to a single texel.
+//!
+//! Levels are means of linear values, computed from unrounded means. Odd sizes use boxes that share the middle columns (Guthe and Heckbert 2005).
+//! Colours are weighted by alpha, because the black around a cut-out leaf would otherwise darken it from afar.
 
 /// One level: a picture among the samples of all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]

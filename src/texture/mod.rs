@@ -1,4 +1,10 @@
-//! Pictures on surfaces: keeping texels (`samples`, `levels`), looking them up, filtered, and placing them. Knows no file formats.
+//! Textures: keeping texels (`samples`, `levels`), filtered lookups (`lookup`) and placement (`mapping`, `wrap`). Knows no file formats.
+//!
+//! `io/read_picture.rs` reads the samples of a file, and `io/texture.rs` keeps those that the texture is for. Samples stay as compact as the file has
+//! them and are decoded at each lookup: 8 bits by a table, floats as halves where that loses nothing.
+//!
+//! Between two levels a lookup is linear in the cone's width and not in its logarithm: exponent and fraction of the float are then level and blend.
+//! Channels and borders (`-imfchan`, `-clamp`) make a texture of their own; scale, offset and range belong to the lookup (`Mapping`).
 
 mod half;
 mod levels;

@@ -1,8 +1,13 @@
-//! Pure Rust: obvhs builds a hierarchy of boxes, and the rays are traced here.
+//! The backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces the rays.
 //!
-//! obvhs has traversals of its own; they bound a ray's start and direction by fixed epsilons, and their box tests round to both
-//! sides, so that tiny scenes are missed and edges leak. Here its binary hierarchy is made one of four children a node, whose
-//! boxes are tested at once and conservatively, and triangles are tested watertightly.
+//! obvhs's own traversals clamp a direction's reciprocal at a fixed epsilon and, in the wide variant, start at a fixed distance, which misses scenes
+//! of 10⁻⁸ units. Their box tests round to both sides, which leaks at edges. Here the binary hierarchy (PLOC with reinsertion) is widened to four
+//! boxes a node (`wide`). Boxes are tested conservatively (Ize 2013) and triangles watertightly (`watertight`; Woop et al. 2013). Both use f32. Edge
+//! functions that vanish, and the distance of a hit, use f64: the errors of f32 let a ray find the sliver again that it had left.
+//!
+//! Instances have a tree of their own, and so have triangles that move; boxes hold all positions over time. obvhs's CWBVH is not used. It has
+//! quantised boxes of eight children; what it gains over a binary hierarchy, four float boxes a node gain too (docs/benchmarks.md, "Which
+//! hierarchy").
 
 mod tree;
 mod watertight;

@@ -1,3 +1,6 @@
+//! Packets of up to sixteen rays by one Embree call, for camera rays and for shadow rays towards one point. Other rays are incoherent, and packets
+//! gain nothing for them.
+
 use super::EmbreeAccel;
 use crate::geometry::{Hit, PrimId};
 use crate::math::Ray;

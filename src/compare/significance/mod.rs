@@ -1,4 +1,14 @@
-//! Whether two pictures differ by more than their noise, where both say how noisy they are.
+//! Significance tests: do two images differ by more than their noise, where both have variances?
+//!
+//! docs/compare.md says what is tested at the four scales (pixel, tile, region, whole) and how often the answer is wrong. The scales follow from how
+//! errors are correlated. Pixels that share paths have errors in common, so a tile allows for sixteen times the variance of its pixels. Scales larger
+//! than a tile are judged by the variance between its tiles, which share nothing. That variance is right under any sampler, whereas the variance
+//! channel is too large for low-discrepancy points.
+//!
+//! Some methods have photons, records or chains that reach across tiles (`CommonErrors`; the renderer writes the attribute `embrasure.commonErrors`).
+//! Where samples are independent iterations (`pssmlt`, `mlt`, `sppm`), pixels are judged as ever, and tiles as if all errors of their pixels were
+//! one. Where all samples use one map (`photon-map`, `irradiance-cache`), no variance is right. The whole is then judged by its tiles as if there
+//! were few of them.
 
 mod noise;
 

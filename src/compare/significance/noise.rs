@@ -1,4 +1,4 @@
-//! Pixels and tiles of two pictures: their values, and how noisy they are, also by those around them.
+//! The noise of two images: values and variances of pixels and tiles, also estimated from those around them.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};

@@ -1,3 +1,21 @@
+//! Subpaths from the camera and from lights.
+//!
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: that of being sampled from its own end, and that of
+//! being sampled from the other end.
+//!
+//! Both ends must agree on one measurement contribution. BSDFs are therefore those that belong to the geometric normal (Veach 1997, §5.3). Where a
+//! shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent for the vertex on the camera's side, also if the path came from the light.
+//! Three rules follow:
+//!
+//! - A ray that looks for light starts on the side that the light has by the bent normal, as in `path/direct.rs`. A ray that carries light away
+//!   starts on the side of the facet from which it is seen.
+//! - A light path does not know its viewer. It draws some directions about the normal of the facet (`Surface::facet_share`): where the shading normal
+//!   is far from it, light leaves in directions that a lobe about the shading normal never draws.
+//! - A camera ray that starts above a facet in a direction below it meets the same facet again (`Surface::is_met_again`). No other strategy can make
+//!   such a vertex; its density is infinite in all weights.
+//!
+//! The filter width of texture lookups must be the same from both ends, and so depends on the point alone (`World::footprint`).
+
 use crate::accel::Accel;
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::color::Spectrum;

@@ -1,3 +1,15 @@
+//! The importance image: a coarse image of the light, by which chains divide the luminance of paths.
+//!
+//! Where chains follow luminance alone, dark parts of a picture stay grainy. Two-stage Metropolis light transport (Veach and Guibas 1997) divides the
+//! luminance by an importance image, so that paths come to dark places as often as to bright ones. `--metropolis-target luminance` goes without.
+//!
+//! The image is made once, before the first iteration, by 60 samples of `bdpt` for each of about 1024 cells. It uses random numbers of no iteration:
+//! any positive function that is made apart from the chains leaves them unbiased, and all parts of a render have the same one.
+//!
+//! A cell counts the median of five estimates, which one bright path cannot move. A fifth of the mean is mixed in, so that light where the image has
+//! found none weighs at most five times too much. The image has all light, also the light that chains do not carry; `ImportanceImage` derives why
+//! this minimises relative errors.
+
 use super::options::name;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::Connector;

@@ -1,3 +1,5 @@
+//! Options that the Metropolis methods share, and the path tracing of the light that chains leave out.
+
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;

@@ -1,3 +1,19 @@
+//! Multiplexed Metropolis light transport in primary sample space (Kelemen et al. 2002; Hachisuka, Kaplanyan and Dachsbacher 2014).
+//!
+//! A chain mutates the random numbers that make a path, and needs to know nothing of surfaces: `bidirectional/connection` makes paths of numbers as
+//! for `bdpt`, and `sampler/primary.rs` is a sampler whose numbers are those of a chain. One more number chooses among the strategies (s, t) that
+//! make a path of the chain's length, so that a chain prefers the strategies that work where it is. The numbers of the camera's end, of the light's
+//! end and of the choice are different dimensions: the ends stay what they are when another strategy is tried. An iteration takes half the time of
+//! one of `bdpt`.
+//!
+//! An iteration has bootstrap paths and chains of its own. Chains start at bootstrap paths in proportion to their weight, with one stratum for each
+//! chain, sorted by length. The sum of the weights is what all chains share; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
+//! Lengths of bootstrap paths are geometric: each is four fifths as likely as the length before.
+//!
+//! Defaults (docs/benchmarks.md, "Metropolis light transport"): one chain for 256 mutations is between what scenes of easy light and scenes of hidden
+//! light would choose. One bootstrap path for four mutations: an eighth to a half differ by less than a tenth. Step sizes and the probability of
+//! large steps are those of Kelemen et al.
+
 use super::options::{OrdinaryLight, name};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};

@@ -1,3 +1,8 @@
+//! Direct light at a vertex: light sampling with a shadow ray, and emitted light that a scattered ray meets, weighted against each other (Veach 1997,
+//! §9.2).
+//!
+//! The path tracer, its relatives, `irradiance_cache` and the photon methods share this estimate.
+
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;

@@ -1,3 +1,15 @@
+//! The path tracer: `PathIntegrator::li` follows one path, and is the whole algorithm in one function.
+//!
+//! At each vertex a path adds the light that the surface emits, samples one light through a shadow ray, and goes on in a direction drawn from the
+//! BSDF. Light that both strategies can find is weighted by the power heuristic (Veach 1997, §9.2).
+//!
+//! The order of the steps follows from measurements (docs/benchmarks.md, "Single steps"). The random numbers of a vertex are drawn before its ray is
+//! traced. The next ray is ready before the shadow ray is traced, so that the processor need not wait between the two. The camera rays of sixteen
+//! samples are traced as one packet; after the first hit rays diverge, and packets gain nothing. Shadow rays of sixteen first vertices as one packet
+//! were tried, and lost to what must be stored between the stages.
+//!
+//! `session/method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
+
 use super::direct::{Direct, LightNumbers};
 use super::reuse::{NoReuse, Reuse};
 use super::strategy::PrevVertex;

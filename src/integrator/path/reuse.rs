@@ -1,3 +1,28 @@
+//! Path reuse between pixels: up to sixteen pixels of a tile share their second vertices (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing
+//! by Re-Using Paths").
+//!
+//! Nearly all error of a path tracer in a room comes from indirect light (docs/benchmarks.md, "Shared paths"). The paths of a group of pixels end
+//! their first scattering at as many points. Where such a point is matte, it sends the same light in all directions, and each pixel of the group
+//! connects its own first vertex to it. A connection costs one shadow ray and saves the rest of a path. The shadow rays towards one point run nearly
+//! alike and are traced as one packet.
+//!
+//! The balance heuristic over all paths that could have found the point makes the estimate unbiased. It also bounds the estimate by what the pixel's
+//! own path would give; the type `End` has the formula. Three kinds of light stay with the path that found them: light that is emitted at the second
+//! vertex, light that other than matte surfaces scatter there, and all light behind a mirror.
+//!
+//! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in common.
+//! - The first vertex takes two light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
+//!   samples are number 2s and 2s + 1 of a stratified sequence of their own, and the power heuristic counts both.
+//! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
+//! - Visibility is transmittance where surfaces have alpha, also for the path's owner.
+//! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
+//!   which the normal would be bent does not connect (`geometry/mesh.rs`).
+//! - Roulette ends no path before the second vertex. From there on it assumes a minimum throughput: that the surface of one pixel is dark says
+//!   nothing of the other pixels, and the paths that survive would reach these as fireflies.
+//!
+//! Pixels of a group have errors in common; `render/groups.rs` chooses groups so that no pattern shows. The samples of one pixel stay independent, so
+//! its variance is right. The mean over a tile has the error that it has without reuse.
+
 use super::integrator::{CameraPacket, PathIntegrator, PathState};
 use super::strategy::Directions;
 use crate::accel::Accel;

@@ -1,3 +1,8 @@
+//! Options of the path tracer's estimate: the distribution of directions, the strategies of direct light, and the heuristic of MIS.
+//!
+//! Delta lobes are followed whatever the distribution. MIS needs the previous vertex of a ray that meets a light; `PrevVertex` is that vertex with
+//! the density of the ray's direction.
+
 use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
 use crate::integrator::vertex::Vertex;
 use crate::light::LightSampleContext;

@@ -1,3 +1,6 @@
+//! Density estimation (Jensen 1996): radiance from the photons near a point. `sppm` and `photon_map` differ in the photons and in the points; the
+//! estimate is common.
+
 use super::photons::Photon;
 use crate::integrator::Gathered;
 use crate::integrator::vertex::Vertex;

@@ -1,3 +1,9 @@
+//! A hash grid of the photons of one iteration.
+//!
+//! A counting sort fills the table in the order in which photons come, so its contents are the same for any number of threads. Cells are as wide as
+//! the search radius is at their place: a photon goes into the level of the power of two of the radius at its own position, and a lookup reads the
+//! levels that radii near it have, one or two. The grid thus suits near and far surfaces alike, and no lookup reads more than some dozens of cells.
+
 use super::photons::Photon;
 use crate::integrator::radius::Radii;
 use crate::math::Vec3;

@@ -1,3 +1,14 @@
+//! Photon mapping with final gathering (Jensen 1996, "Global Illumination using Photon Maps").
+//!
+//! All photons are sent once, before the first sample (`render/photons.rs`), whatever the crop: crops and parts of a render have the photons of the
+//! whole. Caustics, light that delta lobes alone have scattered, are looked up directly. All other indirect light comes by gather rays; the density
+//! estimate at their ends uses all photons, those straight from lights included.
+//!
+//! - Irradiance is not computed ahead at photons (Christensen 1999), which would be some times faster. It would know neither `--max-depth` nor light
+//!   groups nor lobes other than matte ones.
+//! - A gather ray shorter than the search radius at its end makes that end a vertex of the path, because disks would show in corners.
+//! - The errors of photons are common to all samples. The variance channel does not contain them, and `embrasure compare` does not test by it.
+
 use super::density::Density;
 use super::photons::Photon;
 use super::tree::PhotonTree;

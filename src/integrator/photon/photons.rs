@@ -1,3 +1,6 @@
+//! Photon tracing: paths from lights that leave a photon at each vertex that can scatter light to a viewer. Paths are those of
+//! `bidirectional/subpath.rs`.
+
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::connection::Connector;

@@ -1,3 +1,14 @@
+//! Stochastic progressive photon mapping whose iterations are independent of each other.
+//!
+//! Hachisuka and Jensen (2009) keep a radius, a count and a flux for each pixel, and shrink the radius by what each iteration finds: an iteration
+//! then depends on all iterations before it. Knaus and Zwicker (2011) make the radius a function of the iteration's index alone and prove the same
+//! convergence. The second form is in use, because its iterations are samples like any others: a render that is stopped, split, merged or cropped has
+//! the same bits, and pixels have no state.
+//!
+//! The price is that radii do not follow the local density of photons. A caustic, which has many photons, could do with smaller disks, and a dark
+//! corner with larger ones. Instead the first radius is a multiple of a pixel's width at the distance of the point, so that near and far surfaces
+//! look alike. `--photon-radius` sets one length for the whole scene.
+
 use super::density::Density;
 use super::grid::PhotonGrid;
 use super::photons::{Photon, PhotonTracer};

@@ -1,3 +1,11 @@
+//! A k-d tree of photons for searches of the k nearest.
+//!
+//! `photon_map` uses a tree and not a grid: the densities of photons differ by powers of ten, and a tree that is built once may take its time. The
+//! tree is our own, about 100 lines: existing crates keep points apart from their data and cannot filter points that do not count, which the search
+//! needs.
+//!
+//! The farthest of the k photons sets the radius and is not counted: `(k − 1) / (π r²)` has no bias where photons are spread evenly.
+
 use super::photons::Photon;
 use crate::math::{Bounds3, Vec3};
 use std::collections::BinaryHeap;

@@ -1,3 +1,9 @@
+//! Vertex connection and merging: `bdpt` with one more strategy at each vertex, merging with a light path that ends nearby.
+//!
+//! The weights are those of `Densities` in `bidirectional/connection/weights.rs`, which says how merging enters them. Light paths to merge with are
+//! others than those to connect with. They are kept whole for an iteration, about 500 bytes a vertex, and so there are fewer of them than pixels in a
+//! large picture.
+
 use super::density::is_one_surface;
 use super::grid::{PhotonGrid, Placed};
 use super::photons::PhotonTracer;

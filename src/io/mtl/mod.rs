@@ -1,4 +1,4 @@
-//! MTL files: statements and materials (`section`), textures (`map`), what programs mean by `Tr` (`dialect`).
+//! MTL files: statements and materials (`section`), textures (`map`), and the meaning of `Tr` (`dialect`), which differs between programs.
 
 mod dialect;
 mod map;

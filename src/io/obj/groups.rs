@@ -1,3 +1,8 @@
+//! Meshes from the faces of an OBJ file, one for each material.
+//!
+//! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex. Where normals are missing among others, smoothing
+//! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.
+
 use super::Group;
 use super::parse::{FaceRange, NONE, Outline, Section, VertexData};
 use super::polygon::triangulate;

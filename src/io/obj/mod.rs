@@ -1,5 +1,8 @@
-//! OBJ files: statements (`parse`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`), smoothing
-//! groups (`smoothing`).
+//! OBJ files: statements (`parse`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`), smoothing groups
+//! (`smoothing`).
+//!
+//! A text is cut between statements into pieces of a fixed size, which are read in parallel and joined in order: neither pieces nor threads change a
+//! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
 mod faces;
 mod groups;

@@ -1,3 +1,9 @@
+//! Statements of OBJ files, read in parallel.
+//!
+//! Lines, `v`, `vt` and `vn` are counted first. Each piece then knows its line and what indices mean in it, and names a wrong line at once. A render
+//! ends with the first error of the file. Corners are kept as three lists of indices. A list that no face uses stays empty, so that a mesh of
+//! positions alone takes 16 bytes a triangle beside the text.
+
 use super::faces::Face;
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};

@@ -1,3 +1,9 @@
+//! Cutting polygons into triangles.
+//!
+//! A fan is right wherever all its triangles turn the polygon's way, which needs no test for convexity. Other faces are clipped ear by ear, in f64 on
+//! two of the coordinates, which keeps corners on a line exactly there. A k-d tree (`corner_tree`) finds the corners near an ear: thousands of
+//! corners take n log n time, and the triangles are those of a search through all corners.
+
 mod corner_tree;
 
 use crate::io::normals::area_vector;

@@ -1,3 +1,5 @@
+//! Refusals and warnings of settings that do not go together with an integrator or with a scene's lights.
+
 use crate::camera::Camera;
 use crate::integrator::{DirectLight, strategies};
 use crate::options::{DistributedSettings, IntegratorKind, MaxDepth, Method, VertexMergingSettings};

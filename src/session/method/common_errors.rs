@@ -1,3 +1,5 @@
+//! The correlation of a method's errors, which the renderer writes as `embrasure.commonErrors`, for `compare/significance`.
+
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};
 

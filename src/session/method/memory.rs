@@ -1,3 +1,5 @@
+//! Estimates of the memory that methods take beside the film.
+
 use crate::film::Aov;
 use crate::integrator::MOST_MERGED_PATHS;
 use crate::options::Method;

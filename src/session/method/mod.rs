@@ -1,4 +1,12 @@
-//! What a session does with integrators: which settings and scenes go together with them, what they take, and how they run.
+//! Integrators in a session: which settings and scenes go together with them (`checks`), the memory that they take (`memory`), how their errors are
+//! correlated (`common_errors`), and how they run (`run`).
+//!
+//! `path` and `direct` are monomorphised per backend for the picture's own samples, because a call that the compiler cannot inline costs some percent
+//! of a ray. All other integrators, and samples whose light groups are told apart, ask for rays by `&dyn Accel`. They are many: compiling each for
+//! every backend, observer and kind of light would take minutes, and a ray is a smaller part of their work. `render/dispatch.rs` has the calls.
+//!
+//! `options/method.rs` lists which integrator reads which parameter. The metadata of files, and the warnings of flags that are not read, come from
+//! that list.
 
 mod checks;
 mod common_errors;

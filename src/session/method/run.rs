@@ -1,3 +1,5 @@
+//! The one place that chooses an integrator: settings of a method in, an integrator over a backend out, and what it prepares before the first sample.
+
 use crate::accel::{Accel, Dispatch};
 use crate::color::Spectrum;
 use crate::film::{Film, Filter};

@@ -1,3 +1,8 @@
+//! Connections of a camera subpath and a light subpath by all strategies (s, t), and their weights (`weights`).
+//!
+//! With s = 1 a point on a light is sampled anew for the vertex that it lights, and with t = 1 a point on the lens. `light_tracing` uses t = 1 alone,
+//! `metropolis/pssmlt.rs` asks for single strategies, and `photon/vcm.rs` adds merging.
+
 mod weights;
 
 use super::subpath::{EMISSION_BLOCK, LightEnd, MAX_VERTICES, PathRay, PathVertex, VertexKind, Walk, block};

@@ -1,3 +1,13 @@
+//! Weights of multiple importance sampling over all strategies that make one path.
+//!
+//! A weight is computed from two arrays of densities, one from each end. Neighbouring strategies differ by one vertex, so each ratio of densities
+//! follows from the one before (Veach 1997, §10.2). A delta lobe counts 1 on both sides; strategies that would have to join subpaths at a delta lobe
+//! are left out.
+//!
+//! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that is not passed by a delta lobe: its density is that of both subpaths that end
+//! there, times `π r² n` for n light paths (Georgiev et al. 2012). Densities behind delta lobes are 1 for connections, which all have them in common.
+//! Merging compares densities per area, and needs the geometry of the segment there too.
+
 use super::Connector;
 use crate::accel::Accel;
 use crate::integrator::Heuristic;

@@ -1,4 +1,31 @@
-//! Metropolis light transport in path space.
+//! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
+//!
+//! `path` is a path of path space, whose vertices do not know how they were made. `space` makes subpaths, joins them, and computes from the vertices
+//! alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the mutations.
+//! `seed` finds the paths that chains start from.
+//!
+//! The acceptance of a mutation depends on what it changes. For a bidirectional mutation that is the sum over all splits of the new vertices between
+//! both ends. For a perturbation it is what remains when film point and directions are integrated over. A mutation that deletes some vertices and
+//! adds others is paired with the one that does the reverse, and each pair balances by itself: other ways to the same path need no account.
+//!
+//! Deltas of mirrors and glass are in the contribution of a path as in every density, and cancel. A path keeps which of its vertices scatter by delta
+//! lobes. A vertex that reflects has all mirror-like lobes at once, since they cannot be told apart.
+//!
+//! - Ends that went on by a delta lobe are never cut there: the deterministic step would be taken again.
+//! - A tenth of all mutations replaces the whole path. Its length is as probable as the iteration's seeds say, without the samples that the chain can
+//!   have started from (`Seeds::lengths`): a step that knows these attracts what they found by chance, a bias of a few percent where an iteration has
+//!   few seeds.
+//! - An iteration has one chain for 256 mutations. Chains start at paths that bidirectional path tracing has found, chosen in proportion to their
+//!   light and stratified; an iteration is unbiased from the first mutation on. Many short chains are noisier than a long one where seeds seldom find
+//!   the light, and better where a chain would never leave a corner; `--chains` sets their number.
+//! - Seeds are weighted by the balance heuristic over all strategies, which is the sum over splits of a mutation that deletes everything.
+//! - A vertex knows its factors. Only those next to new vertices are computed (`PathSpace::path`), and a sum over all strategies is one pass over the
+//!   path.
+//! - A perturbation of light from infinity moves the ray across its direction, which stays. Time and lens point stay until the lens end is made anew.
+//! - Where surfaces have alpha, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
+//!
+//! `tests` checks each mutation alone, without waiting for chains to mix: one step is taken from paths that are as frequent as they are bright, and
+//! statistics of the paths must have the same mean before and after.
 
 mod bidirectional;
 mod numbers;

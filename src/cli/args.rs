@@ -1,10 +1,10 @@
-use super::compare::Map;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
     parse_size,
 };
 use crate::io::{Compression, LoadParameters};
+use crate::options::names::named;
 use crate::options::{
     Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, SamplingOptions, ToneOptions,
 };
@@ -583,6 +583,18 @@ pub(super) struct CompareArgs {
     /// What it shows: error (relative difference of luminance), flip, or z (difference over its standard deviation)
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,
+}
+
+/// What a picture of a difference shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Map {
+    Error,
+    Flip,
+    Scores,
+}
+
+named! {
+    Map: "error" => Self::Error, "flip" => Self::Flip, "z" => Self::Scores;
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! `embrasure compare`: how far an image is from a reference, and whether by more than their noise.
 
-use super::args::CompareArgs;
+use super::args::{CompareArgs, Map};
 use super::error::CliError;
 use super::outputs::Outputs;
 use crate::color::{Spectrum, false_color};
@@ -10,7 +10,6 @@ use crate::compare::{
 use crate::film::{Rect, RgbImage};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
 use crate::options::name_of;
-use crate::options::names::named;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::process::ExitCode;
@@ -474,18 +473,6 @@ fn extreme_json(e: &Extreme) -> Value {
         "score": e.score,
         "p": e.p,
     })
-}
-
-/// What a picture of a difference shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Map {
-    Error,
-    Flip,
-    Scores,
-}
-
-named! {
-    Map: "error" => Self::Error, "flip" => Self::Flip, "z" => Self::Scores;
 }
 
 impl Map {

@@ -15,9 +15,10 @@
 //! are not those of the full picture.
 
 use super::dispatch::SampleIntegrator;
+use super::observer::{Observer, Outcome, should_leave};
 use super::schedule::passes;
 use super::statistics::Statistics;
-use super::tiles::{Observer, Outcome, advance, render, should_leave};
+use super::tiles::{advance, render};
 use crate::film::{BLOCK, Film, Tile};
 use crate::sampler::Sampler;
 use rayon::prelude::*;

@@ -7,8 +7,8 @@
 //! Two limits bound the work of a sample: no path scatters more than 1024 times, whatever `--max-depth` and roulette say, and a sample of
 //! `distributed` has at most 10⁷ rays to its last vertices.
 
+use super::observer::Observer;
 use super::statistics::RayCounts;
-use super::tiles::Observer;
 use crate::integrator::{RayKind, RaySink};
 use std::cell::Cell;
 

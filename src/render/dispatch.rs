@@ -1,7 +1,7 @@
 //! Integrators behind dynamic dispatch, with one call for a group of samples: passes over tiles are compiled once, and an integrator as often as
 //! this module says.
 
-use super::tiles::PixelSample;
+use super::pixel_sample::PixelSample;
 use crate::color::Spectrum;
 use crate::integrator::{ByGroup, Gathered, Integrator, Sink};
 use crate::sampler::{SampleKey, Sampler};

@@ -8,9 +8,10 @@
 //! of 64 samples (`Accumulator::add_alone`).
 
 use super::cancellation::{Cancellation, CountedRays};
+use super::observer::{Observer, Outcome, should_leave};
 use super::pieces::in_pieces;
 use super::statistics::{DroppedSample, Statistics};
-use super::tiles::{MANY_RAYS, Observer, Outcome, should_leave};
+use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Frame, Rect, Tile};
 use crate::integrator::{ByGroup, FrameIntegrator, Gathered, RayKind, RaySink, Sink, SplatSink};

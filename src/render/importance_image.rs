@@ -1,7 +1,7 @@
 use super::cancellation::CountedRays;
+use super::observer::Observer;
 use super::pieces::in_pieces;
 use super::statistics::RayCounts;
-use super::tiles::Observer;
 use crate::accel::Accel;
 use crate::integrator::{ImportanceImage, ImportanceImageMaker};
 use crate::sampler::Sampler;

@@ -11,8 +11,8 @@
 //! records.
 
 use super::cancellation::CountedRays;
+use super::observer::{Observer, Outcome};
 use super::statistics::{RayCounts, Statistics};
-use super::tiles::{Observer, Outcome};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;

@@ -1,8 +1,8 @@
 //! Photon maps, made once before the first sample of a render; crops and parts of a render have the photons of the whole picture.
 
+use super::observer::Observer;
 use super::pieces::in_pieces;
 use super::statistics::RayCounts;
-use super::tiles::Observer;
 use crate::accel::Accel;
 use crate::integrator::{PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;

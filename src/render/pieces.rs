@@ -1,6 +1,6 @@
 use super::cancellation::CountedRays;
+use super::observer::Observer;
 use super::statistics::RayCounts;
-use super::tiles::Observer;
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 

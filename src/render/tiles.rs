@@ -3,92 +3,19 @@
 //! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its results depend on its pixels and sample indices alone, so
 //! bits do not depend on threads. The work of a tile whose render is stopped is thrown away.
 
-use super::cancellation::Cancellation;
 use super::dispatch::SampleIntegrator;
 use super::groups::shuffled;
+use super::observer::{Observer, Outcome, should_leave};
+use super::pixel_sample::PixelSample;
 use super::schedule::{last_cut, passes};
-use super::statistics::{DroppedSample, RayCounts, Statistics};
+use super::statistics::{DroppedSample, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, FeatureBlock, Film, FirstSurface, PartBlock, Tile};
-use crate::integrator::{ByGroup, Gathered, RayKind, RaySink, SAMPLES_AT_ONCE, Sink};
+use crate::film::{Block, FeatureBlock, Film, PartBlock, Tile};
+use crate::integrator::{ByGroup, Gathered, SAMPLES_AT_ONCE};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::array::from_fn;
 use std::ops::Range;
-
-/// Watches a render from outside; called from many threads at once.
-pub trait Observer: Sync {
-    /// `samples` more have been taken.
-    fn progress(&self, samples: u64);
-
-    /// As things look now, `samples` more will be taken; the picture's relative error is estimated to be `error`. Told by renders whose
-    /// number of samples is not known ahead.
-    fn expect(&self, _samples: u64, _error: f64) {}
-
-    /// What has to be there before the first sample is being made: the irradiance cache has so many `records`.
-    fn prepared(&self, _records: u64) {}
-
-    /// A pass over all tiles of `film` is done.
-    fn passed(&self, _film: &Film) {}
-
-    /// Whether to end the render at once. Work that is not whole, of a tile or of a frame, is thrown away, and may be done again later.
-    fn should_stop(&self) -> bool;
-
-    /// Whether to leave the render for a while, where no work is thrown away for that: when the tiles in work are done, or the frame.
-    fn should_pause(&self) -> bool {
-        false
-    }
-}
-
-/// Nobody watches, and nothing stops the render.
-impl Observer for () {
-    fn progress(&self, _: u64) {}
-
-    fn should_stop(&self) -> bool {
-        false
-    }
-}
-
-/// Whoever it is, for what is compiled once.
-impl Observer for &dyn Observer {
-    fn progress(&self, samples: u64) {
-        (**self).progress(samples);
-    }
-
-    fn prepared(&self, records: u64) {
-        (**self).prepared(records);
-    }
-
-    fn expect(&self, samples: u64, error: f64) {
-        (**self).expect(samples, error);
-    }
-
-    fn passed(&self, film: &Film) {
-        (**self).passed(film);
-    }
-
-    fn should_stop(&self) -> bool {
-        (**self).should_stop()
-    }
-
-    fn should_pause(&self) -> bool {
-        (**self).should_pause()
-    }
-}
-
-/// Whether `observer` wants no new work to be begun.
-pub(super) fn should_leave(observer: &impl Observer) -> bool {
-    observer.should_stop() || observer.should_pause()
-}
-
-/// How a render ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// All samples were taken.
-    Complete,
-    /// The observer asked to stop, or to pause; some pixels may have fewer samples than others, and all none.
-    Stopped,
-}
 
 /// Adds samples to every pixel of `film`, from those that it has to the one before the index `end`.
 ///
@@ -335,62 +262,11 @@ impl Traced for ByGroup {
     }
 }
 
-/// What one sample gave.
-pub struct PixelSample<'a, R> {
-    weight: f32,
-    radiance: R,
-    surface: Option<FirstSurface>,
-    rays: RayCounts,
-    cancellation: Cancellation<'a>,
-}
-
-impl<'a, R: Default> PixelSample<'a, R> {
-    fn new(observer: &'a impl Observer) -> Self {
-        Self {
-            weight: 0.0,
-            radiance: R::default(),
-            surface: None,
-            rays: RayCounts::default(),
-            cancellation: Cancellation::new(observer),
-        }
-    }
-}
-
-impl<R: Gathered> Sink for PixelSample<'_, R> {
-    type Radiance = R;
-
-    fn weight(&mut self, weight: f32) {
-        self.weight = weight;
-    }
-
-    fn radiance(&mut self, radiance: R) {
-        self.radiance += radiance;
-    }
-
-    fn first_surface(&mut self, surface: FirstSurface) {
-        self.surface = Some(surface);
-    }
-}
-
-impl<R> RaySink for PixelSample<'_, R> {
-    fn ray(&mut self, kind: RayKind) {
-        self.rays.count(kind);
-    }
-
-    fn cut_walk(&mut self) {
-        self.rays.cut_walk();
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.cancellation.look()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::Rect;
-    use crate::integrator::Integrator;
+    use crate::integrator::{Integrator, RayKind, Sink};
     use crate::math::UVec2;
     use crate::sampler::{Dimension, SamplerKind};
     use std::sync::atomic::{AtomicU64, Ordering};

@@ -428,7 +428,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "--mutation-size", "0.6"],
             keep,
             2,
-            &["--mutation-size 0.6", "0.5 at most"],
+            &["--mutation-size 0.6", "at most 0.5"],
         ),
         (
             &["render", "s.toml", "--large-step-probability", "NaN"],

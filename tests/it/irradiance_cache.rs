@@ -387,8 +387,8 @@ fn values_that_cannot_be_are_refused() {
     let folder = scene();
     for (flags, words) in [
         ("--cache-error 0", "--cache-error 0"),
-        ("--cache-error nan", "--cache-error NaN"),
-        ("--cache-error 1.5", "1 at most"),
+        ("--cache-error nan", "--cache-error nan"),
+        ("--cache-error 1.5", "at most 1"),
         ("--cache-rays 15", "from 16"),
         ("--aov lights", "tells no lights apart"),
     ] {

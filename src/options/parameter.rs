@@ -48,7 +48,7 @@ impl Parameter {
         (self.names)()
     }
 
-    /// Which numbers are taken, such as `from 1 to 100`; empty where that is any, or where values are named.
+    /// Range of a number, such as `from 1 to 100`; empty for any number and for named values.
     pub fn range(&self) -> String {
         (self.range)()
     }

@@ -16,7 +16,7 @@ use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// What a render is to be: size, samples, estimator and the like, as the scene file says, or as whoever changes the fields does.
+/// Settings of a render: size, samples, integrator and the like, from a scene file, flags or a program.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// Size of the image, pixels.
@@ -74,12 +74,12 @@ pub(crate) fn all_threads() -> usize {
 }
 
 impl Settings {
-    /// What the scene file says, and the defaults.
+    /// Settings of a scene file, with defaults for what it does not set.
     pub fn of(file: &SceneFile) -> Self {
         Self::new(&file.options, CameraSettings::of(file))
     }
 
-    /// What `options` say, and the defaults.
+    /// Settings of `options`, with defaults for what they do not set.
     pub(crate) fn new(options: &SceneOptions, camera: CameraSettings) -> Self {
         let SceneOptions {
             size,

@@ -18,12 +18,12 @@ use crate::render::{
 use crate::sampler::{SampleKey, Sampler};
 use std::sync::OnceLock;
 
-/// Widths of a pixel within which photons count in the first iteration of sppm (docs/benchmarks.md).
+/// Search radius of photons in the first iteration of sppm, in widths of a pixel (docs/benchmarks.md).
 const RADIUS_PIXELS: f32 = 3.0;
-/// The same of vcm, where connections find most of the light: merging loses light at edges at every vertex, that of lamps too.
+/// Search radius of vcm in widths of a pixel. Connections find most of the light there, and merging loses light at edges at every vertex.
 const MERGING_PIXELS: f32 = 1.0;
 
-/// How directions are sampled and direct light is found, of methods with these parameters.
+/// Sampling of directions and direct light, of methods with these parameters.
 macro_rules! strategy {
     ($settings:expr) => {
         Strategy {
@@ -34,7 +34,7 @@ macro_rules! strategy {
     };
 }
 
-/// When paths end at random, of methods with this parameter.
+/// Russian roulette of methods with this parameter.
 macro_rules! roulette {
     ($settings:expr) => {
         Roulette {
@@ -43,7 +43,7 @@ macro_rules! roulette {
     };
 }
 
-/// How Markov chains go, of methods with these parameters.
+/// Options of Markov chains, of methods with these parameters.
 macro_rules! metropolis {
     ($settings:expr) => {
         Metropolis {
@@ -339,8 +339,8 @@ impl Method {
     }
 }
 
-/// Gives `task` the integrator that is compiled for the backend itself, and for what is not a picture's own sample the one that is not. Where the
-/// backend is behind dynamic dispatch anyway both are the same.
+/// Runs `task` with `fast`, compiled for the backend itself, for the picture's own samples and with `any` for all others. A backend behind dynamic
+/// dispatch gains nothing by that and gets `any` alone.
 fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
     match A::IS_DYNAMIC {
         true => task.run(&any),
@@ -370,7 +370,7 @@ fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathI
     }
 }
 
-/// The paths beside an irradiance cache, each by itself.
+/// The path tracer beside an irradiance cache, without path reuse.
 fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSettings) -> PathIntegrator<'a, A> {
     PathIntegrator {
         world,

@@ -2,7 +2,7 @@ use super::{FileError, SceneFile};
 use crate::options::{Input, InvalidOption, OptionGroup, Parameter, nearest};
 use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use toml::Spanned;
 
@@ -53,7 +53,18 @@ impl OptionSection {
         file: &SceneFile,
         groups: &mut [&mut dyn AnyGroup],
     ) -> Result<(), (FileError, usize)> {
+        let mut seen = BTreeSet::new();
         for (key, value) in &self.0 {
+            // A parameter with two names
+            let parameter = groups
+                .iter()
+                .flat_map(|group| group.parameters())
+                .find(|p| p.is_called(key.get_ref()));
+            if let Some(parameter) = parameter.filter(|p| !seen.insert(p.key)) {
+                let span = key.span();
+                let error = file.error(span.clone(), format!("`{}` is set twice", parameter.key));
+                return Err((error.help("remove one of the keys"), span.start));
+            }
             let input = value.get_ref().input();
             let result = groups.iter_mut().find_map(|group| group.set(key.get_ref(), input));
             match result {

@@ -421,6 +421,11 @@ intensity = [1.0, 1.0, 1.0]
             (format!("version = 1\n{OBJECT}[image]\nwidht = 3\n"), 5, "widht"),
             (format!("version = 1\n{OBJECT}[image]\nwidth = \"a\"\n"), 5, "\"a\""),
             (format!("version = 1\n{OBJECT}[image]\nwidth = -3\n"), 5, "-3"),
+            (
+                format!("version = 1\n{OBJECT}[render]\nsamples = 3\nspp = 4\n"),
+                6,
+                "twice",
+            ),
             (format!("version = 2\n{OBJECT}"), 1, "version 2"),
             (
                 format!("version = 1\n{OBJECT}[render]\nmax_depth = \"deep\"\n"),

@@ -6,44 +6,33 @@ export PATH := $(PATH):$(or $(CARGO_HOME),$(HOME)/.cargo)/bin
 CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
-# The feature sets that `make test` runs. For one more: a name here, and its flags below.
+# The feature sets that `make test` runs, each compiled once. For one more: a name here, and its flags below.
 #
-# Every test runs with the default set. The others run again what traces rays by their own backend or names it: lobes, textures, files and
-# sampling are the same code in every set, and `make lint` compiles all tests without Embree too. LIB_* and IT_* name the modules of unit tests
-# and of tests/it that a set runs, MORE_* other test programs. Brute force is too slow for most scenes.
-FEATURE_SETS  := default none
-FLAGS_default := --workspace --exclude embrasure-oidn
-FLAGS_none    := -p embrasure --no-default-features
-LIB_none      := accel:: integrator::layers:: session:: cli::
-IT_none       := closed_forms:: command_line::
+# `all` has what this machine can have, and every test. The others have no Embree: they run what traces rays by their own backend or names it.
+# Lobes, textures, files and sampling are the same code in every set. A set compiles either the unit tests, of which
+# it runs the modules LIB_*, or tests/it, of which it runs IT_*. Brute force is too slow for most scenes.
+FEATURE_SETS := all none obvhs
+FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
+FLAGS_none   := -p embrasure --no-default-features --features cli
+LIB_none     := accel:: integrator::opacity:: session:: cli::
+FLAGS_obvhs  := -p embrasure --no-default-features --features "cli obvhs"
+IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: frames:: lights:: motion:: surfaces::
 
-# Those with the obvhs backend, which needs Rust 1.88; with an older one they are skipped with a word, which is a failure
-# where EMBRASURE_REQUIRE_OBVHS is set, as in CI.
-OBVHS_SETS  := both obvhs
-FLAGS_both  := -p embrasure --features obvhs
-LIB_both    := $(LIB_none)
-IT_both     := backends:: command_line::
-MORE_both   := --test memory
-FLAGS_obvhs := -p embrasure --no-default-features --features obvhs
-LIB_obvhs   := $(LIB_none)
-IT_obvhs    := backends:: check::memory_is_forecast closed_forms:: command_line:: frames:: lights:: motion:: surfaces::
-MORE_obvhs  := --test memory
-HAS_OBVHS    = rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
-with_obvhs   = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
+# The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
+# EMBRASURE_REQUIRE_OBVHS or EMBRASURE_REQUIRE_OIDN is set, as in CI.
+HAS_OBVHS := rustc --version | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 88) }'
+HAS_OIDN  := scripts/setup oidn >/dev/null
+optional   = $(shell if $($(2)); then echo embrasure/$(1); fi)
+with_obvhs = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
 
-# The tests of denoising with Open Image Denoise; where it cannot be had they are skipped with a word, which is a failure where
-# EMBRASURE_REQUIRE_OIDN is set, as in CI.
-FLAGS_oidn := -p embrasure --features oidn --lib --test it denois
-
 # What a set runs.
-run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(IT_$(1)),--lib -- $(LIB_$(1)) && \
-  $(CARGO) test --locked $(FLAGS_$(1)) --test it -- $(IT_$(1)) $(if $(MORE_$(1)),&& $(CARGO) test --locked $(FLAGS_$(1)) $(MORE_$(1))))
+run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$(1)))$(if $(IT_$(1)),--test it -- $(IT_$(1)))
 
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn test-farm sanitize fuzz random-renders bench bench-peers gallery clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -60,23 +49,24 @@ lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
-	$(CARGO) clippy -p embrasure --no-default-features --all-targets --locked -- -D warnings
-	$(CARGO) clippy -p embrasure --features oidn --lib --tests --locked -- -D warnings
-	$(call with_obvhs,$(CARGO) clippy -p embrasure --features obvhs --all-targets --locked -- -D warnings)
-	$(call with_obvhs,$(CARGO) clippy -p embrasure --no-default-features --features obvhs --all-targets --locked -- -D warnings)
+	$(CARGO) clippy -p embrasure --no-default-features --lib --locked -- -D warnings
+	$(CARGO) clippy -p embrasure --no-default-features --features cli --all-targets --locked -- -D warnings
+	$(CARGO) clippy -p embrasure --features "oidn $(call optional,obvhs,HAS_OBVHS)" --all-targets --locked -- -D warnings
+	$(call with_obvhs,$(CARGO) clippy -p embrasure --no-default-features --features "cli obvhs" --all-targets --locked -- -D warnings)
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked
 
-test: setup lint $(FEATURE_SETS:%=test-%) $(OBVHS_SETS:%=test-%) test-oidn ## lint, then run the tests with each feature set
+test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each feature set
 
-$(FEATURE_SETS:%=test-%): test-%: setup
-	$(call run_set,$*)
+test-all: setup
+	@$(HAS_OBVHS) || { echo 'skipped: tests of obvhs: the crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; }
+	@$(HAS_OIDN) || { echo 'skipped: tests of Open Image Denoise: it cannot be had'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; }
+	$(call run_set,all)
 
-$(OBVHS_SETS:%=test-%): test-%: setup
-	$(call with_obvhs,$(call run_set,$*))
+test-none: setup
+	$(call run_set,none)
 
-test-oidn: setup
-	@if scripts/setup oidn; then echo '$(CARGO) test --locked $(FLAGS_oidn)' && $(CARGO) test --locked $(FLAGS_oidn); else \
-	  echo 'skipped: test-oidn: there is no Open Image Denoise'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; fi
+test-obvhs: setup
+	$(call with_obvhs,$(call run_set,obvhs))
 
 test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
 	scripts/farm/test

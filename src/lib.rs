@@ -48,11 +48,15 @@
 //! - [`description`]: scene files, and the scenes made of them
 //! - [`lint`]: checks of a scene
 //! - [`session`]: a render from scene file to picture
-//! - [`cli`]: the command line
+//! - `cli`: the command line, with the feature of that name
+
+// Parts that the commands alone use.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
 pub mod accel;
 pub mod bsdf;
 pub mod camera;
+#[cfg(feature = "cli")]
 pub mod cli;
 pub mod color;
 pub mod compare;

@@ -117,7 +117,7 @@ libclang reads Embree's headers, with the help of some that come with it. How to
   apt-get install libclang-dev      on Debian and Ubuntu
   LIBCLANG_PATH=/folder             names the folder of one that is not in a usual place
 To build without Embree:
-  cargo build --no-default-features";
+  cargo build --no-default-features --features cli";
 
 /// bindgen panics without libclang, so this asks for it first and keeps the panic quiet.
 fn require_libclang() -> Result<(), String> {

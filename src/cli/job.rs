@@ -1,4 +1,4 @@
-use super::aovs::aovs;
+use super::aov_list::aovs;
 use super::args::{ExrArgs, LoadArgs, RenderArgs};
 use super::error::CliError;
 use crate::description::{SceneFile, SceneOptions};

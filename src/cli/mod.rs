@@ -7,7 +7,7 @@
 #[macro_use]
 mod words;
 
-mod aovs;
+mod aov_list;
 mod args;
 mod audit;
 mod bench;

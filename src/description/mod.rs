@@ -11,6 +11,7 @@ mod material_section;
 mod option_section;
 mod placement;
 mod scene_file;
+mod unknown_key;
 
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};

@@ -1,5 +1,6 @@
+use super::unknown_key::unknown_key;
 use super::{FileError, SceneFile};
-use crate::options::{Input, InvalidOption, OptionGroup, Parameter, nearest};
+use crate::options::{Input, InvalidOption, OptionGroup, Parameter};
 use serde::Deserialize;
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::collections::{BTreeMap, BTreeSet};
@@ -78,13 +79,9 @@ impl OptionSection {
                 }
                 None => {
                     let span = key.span();
-                    let error = file.error(span.clone(), format!("unknown key `{}` in [{name}]", key.get_ref()));
                     let known = groups.iter().flat_map(|group| group.parameters()).map(|p| p.key);
-                    let help = match nearest(key.get_ref(), known) {
-                        Some(known) => format!("did you mean `{known}`? docs/conventions.md lists every key"),
-                        None => "docs/conventions.md lists every key of a scene file".into(),
-                    };
-                    return Err((error.help(help), span.start));
+                    let (message, help) = unknown_key(key.get_ref(), name, known);
+                    return Err((file.error(span.clone(), message).help(help), span.start));
                 }
             }
         }

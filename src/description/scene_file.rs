@@ -1,5 +1,6 @@
 use super::input::read_bytes;
 use super::option_section::OptionSection;
+use super::unknown_key::parser_error;
 use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
 use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::Deserialize;
@@ -195,8 +196,8 @@ impl SceneFile {
     /// What the text says, or an error and the byte that it is about.
     fn parse_spanned(path: &Path, text: String) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = toml::from_str(&text).map_err(|error| {
-            let whole = FileError::new(path, error.message().trim_end().to_string())
-                .help("docs/conventions.md lists every key of a scene file");
+            let (message, help) = parser_error(error.message());
+            let whole = FileError::new(path, message).help(help);
             match error.span() {
                 Some(span) => (whole.at(Position::of_byte(&text, span.start)), Some(span.start)),
                 None => (whole, None),

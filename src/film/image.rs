@@ -1,4 +1,4 @@
-use super::{Accumulator, Coverage, FeatureSums, Film, Rect, RgbImage};
+use super::{Accumulator, Film, Rect, RgbImage};
 use crate::math::UVec2;
 use std::borrow::Cow;
 
@@ -44,83 +44,6 @@ const CHANNELS: [Developer; 14] = [
     ("variance.B", |a| a.variance_of_mean(2) as f32),
     ("samples", |a| a.samples() as f32),
 ];
-
-/// Channels that are written where they are asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aov {
-    /// `P`: position in world space.
-    Position,
-    /// `uv`: texture coordinates.
-    Uv,
-    /// `motion`: way on the film while the shutter is open, in pixels, y upwards.
-    Motion,
-    /// `id`: which object and which material covers most of the pixel, counted from 1.
-    Ids,
-    /// Mattes of objects and materials (Friedman and Jones, Cryptomatte).
-    Cryptomatte,
-    /// `light_NAME`: the picture as the lights of each group alone light it.
-    Lights,
-    /// `strategy_sS_tT`, `unweighted_sS_tT`: what each strategy of a bidirectional method gives to the picture, and what it finds by itself.
-    Strategies,
-}
-
-impl Aov {
-    /// Each by the name that users type.
-    pub const NAMES: &[(&str, Self)] = &[
-        ("P", Self::Position),
-        ("uv", Self::Uv),
-        ("motion", Self::Motion),
-        ("id", Self::Ids),
-        ("cryptomatte", Self::Cryptomatte),
-        ("lights", Self::Lights),
-        ("strategies", Self::Strategies),
-    ];
-
-    /// Whether it shows what a camera ray meets first.
-    pub fn is_of_surface(self) -> bool {
-        !matches!(self, Self::Lights | Self::Strategies)
-    }
-
-    /// Number of its channels; 0 for parts of the light, which are as many as the scene and the method have.
-    pub(super) fn channel_count(self) -> usize {
-        match self {
-            // Objects and materials, three pairs of ranks with two channels each
-            Self::Cryptomatte => 24,
-            _ => self.channels().len(),
-        }
-    }
-
-    /// How the sums of a pixel give the channels.
-    fn channels(self) -> &'static [FeatureDeveloper] {
-        fn most(coverage: &Coverage) -> f32 {
-            coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0)
-        }
-        match self {
-            Self::Position => &[("P.X", |f| f.mean(0)), ("P.Y", |f| f.mean(1)), ("P.Z", |f| f.mean(2))],
-            Self::Uv => &[("uv.U", |f| f.mean(3)), ("uv.V", |f| f.mean(4))],
-            Self::Motion => &[("motion.X", |f| f.mean(5)), ("motion.Y", |f| f.mean(6))],
-            Self::Ids => &[
-                ("id.object", |f| most(&f.objects)),
-                ("id.material", |f| most(&f.materials)),
-            ],
-            Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
-        }
-    }
-}
-
-/// A channel's name and how a pixel's features give its value.
-type FeatureDeveloper = (&'static str, fn(&FeatureSums) -> f32);
-
-pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
-    let developers = aovs.iter().flat_map(|aov| aov.channels());
-    let values =
-        |develop: fn(&FeatureSums) -> f32| film.crop().pixels().map(move |p| film.features(p).map_or(0.0, develop));
-    let channels = developers.map(|&(name, develop)| Channel {
-        name: name.into(),
-        values: values(develop).collect(),
-    });
-    channels.collect()
-}
 
 pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
     let mean = |pixel, part: usize, c| {

@@ -7,6 +7,7 @@
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
 
 mod accumulator;
+mod aov;
 mod features;
 mod filter;
 mod fixed;
@@ -18,11 +19,12 @@ mod state;
 mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
+pub use aov::Aov;
 pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use frame::Frame;
-pub use image::{Aov, Channel, Image, Z_BACKGROUND};
+pub use image::{Channel, Image, Z_BACKGROUND};
 pub use part_sums::{PartBlock, PartSum};
 pub use rgb_image::RgbImage;
 pub use state::StateLayout;
@@ -283,7 +285,7 @@ impl Film {
 
     /// The channels of `aovs`, but for mattes and parts of the light, which need names. Zero where nothing is known.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
-        image::develop_features(self, aovs)
+        aov::develop_features(self, aovs)
     }
 
     /// Means, variances and counts as channels of float32.

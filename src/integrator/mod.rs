@@ -4,13 +4,14 @@
 //! top. Families may use `path` and `bidirectional`; these two use no other family.
 
 mod bidirectional;
+mod first_surface;
 mod gathered;
 mod irradiance_cache;
-mod layers;
 mod metropolis;
+mod opacity;
 mod path;
 mod photon;
-mod radius;
+mod search_radius;
 mod vertex;
 mod world;
 
@@ -40,7 +41,7 @@ pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
 pub use photon::sppm::{FramePhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
 pub use photon::vcm::{LightPaths, MOST_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
-pub use radius::{Radii, SearchRadius};
+pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, Radii, SearchRadius};
 pub use world::World;
 
 use crate::color::Spectrum;

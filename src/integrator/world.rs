@@ -7,12 +7,12 @@
 //!
 //! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
 
-use super::layers::{Layers, stops};
+use super::opacity::{OpacityWalk, stops};
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
-use crate::film::{Features, Filter, FirstSurface};
+use crate::film::Filter;
 use crate::geometry::{Hit, SurfacePoint};
 use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
@@ -175,14 +175,14 @@ impl<'a, A: Accel> World<'a, A> {
         if stops(&hit, &ray, self.scene.opacity(&hit)) {
             return Some(hit);
         }
-        let mut layers = Layers::behind(self.accel, ray, &hit);
-        while let Some(next) = layers.next(kind, out) {
+        let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
+        while let Some(next) = walk.next(kind, out) {
             hit = next;
             if stops(&hit, &ray, self.scene.opacity(&hit)) {
                 return Some(hit);
             }
         }
-        layers.is_cut().then_some(hit)
+        walk.is_cut().then_some(hit)
     }
 
     /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.
@@ -197,15 +197,15 @@ impl<'a, A: Accel> World<'a, A> {
 
     #[inline(never)]
     fn alpha_transmittance(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
-        let mut layers = Layers::along(self.accel, ray);
+        let mut walk = OpacityWalk::along(self.accel, ray);
         let mut transmittance = 1.0;
-        while let Some(hit) = layers.next(RayKind::Shadow, out) {
+        while let Some(hit) = walk.next(RayKind::Shadow, out) {
             transmittance *= 1.0 - self.scene.opacity(&hit);
             if transmittance <= 0.0 {
                 return 0.0;
             }
         }
-        match layers.is_cut() {
+        match walk.is_cut() {
             true => 0.0,
             false => transmittance,
         }
@@ -253,40 +253,5 @@ impl<'a, A: Accel> World<'a, A> {
         // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
         let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
-    }
-
-    /// Auxiliary channels of `vertex`, which is at `hit`.
-    pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
-        FirstSurface {
-            features: self.features.then(|| self.features_of(hit, vertex)),
-            albedo: vertex.bsdf.albedo(),
-            normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
-            depth: self.camera.depth(vertex.point.p, vertex.point.time),
-        }
-    }
-}
-
-impl<A: Accel> World<'_, A> {
-    /// Further auxiliary channels of `vertex`, which is at `hit`.
-    #[inline(never)]
-    fn features_of(&self, hit: &Hit, vertex: &Vertex) -> Features {
-        // Where the point is on the film when the shutter opens and when it closes
-        let moves = self.scene.is_moving() || self.camera.is_moving();
-        let film = |time: f32| {
-            let p = self.scene.placed(hit, time).point(hit.b1, hit.b2).p;
-            self.camera.film_of(p, time)
-        };
-        let ends = self.camera.shutter().map(|time| moves.then(|| film(time)).flatten());
-        let motion = match ends {
-            [Some(open), Some(close)] => (close - open) * Vec2::new(1.0, -1.0),
-            _ => Vec2::ZERO,
-        };
-        Features {
-            p: vertex.point.p,
-            uv: self.scene.uv(hit).unwrap_or_default(),
-            motion,
-            object: self.scene.object(hit),
-            material: self.scene.shape(hit.geom).material.0,
-        }
     }
 }

@@ -116,8 +116,12 @@ pub(crate) fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> 
     Input::open(path, what)?.bytes(path)
 }
 
-/// All of a regular file as text; `what` it is says the error. UTF-16 is read like UTF-8; names may be in any other encoding, and all else is ASCII.
-pub(crate) fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
+/// Reads a regular file as text, in UTF-8 or UTF-16; bytes of other encodings become replacement characters.
+///
+/// # Errors
+///
+/// The file cannot be read. The error calls the file `what`.
+pub fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
     let bytes = read_bytes(path, what)?;
     if let Some(characters) = utf16_characters(&bytes) {
         return Ok(characters

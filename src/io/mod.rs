@@ -37,6 +37,7 @@ pub use finding::{Finding, Findings, MOST_PLACES, Severity};
 pub(crate) use guard::guarded;
 pub use guard::is_guarded;
 pub use identity::FileId;
+pub use input::read_text;
 pub use load_options::{LoadOptions, LoadParameters};
 pub use memory::{LimitSource, LoadObserver, MemoryLimit, in_words};
 pub use mtl::MtlDialect;

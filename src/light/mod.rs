@@ -7,6 +7,10 @@
 //! sampling context, which `PrevVertex` keeps for MIS. A context has only what is the same from both strategies: the point and its normal. Where a
 //! surface transmits light by other than delta lobes, the normal has no side.
 //!
+//! A new light takes a variant of [`Light`] with its module, its encoding for the scene hash (`encode_fields!`), an `add_…` function of
+//! `scene/builder.rs`, and a section in `description/light_section.rs`; the compiler asks for all arms of a `match`. A light that rays can meet also
+//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`).
+//!
 //! Moving lamps are made for their time at each sample. An emitting triangle keeps its normal and the largest ray offset of its points, so that the
 //! end of a shadow ray costs a product.
 
@@ -176,13 +180,20 @@ impl Light {
             Self::Triangle(light) => Some(light.normal()),
             Self::MovingTriangle(light) => Some(light.at(time).normal()),
             Self::Textured(light) => Some(light.at(time).normal()),
-            _ => None,
+            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Spot(_) | Self::Environment(_) => None,
         }
     }
 
-    /// Whether no ray can meet it.
+    /// Whether no ray can meet the light.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Self::Point(_) | Self::Directional(_) | Self::Spot(_))
+        match self {
+            Self::Point(_) | Self::Directional(_) | Self::Spot(_) => true,
+            Self::Triangle(_)
+            | Self::MovingTriangle(_)
+            | Self::Textured(_)
+            | Self::Constant(_)
+            | Self::Environment(_) => false,
+        }
     }
 
     /// Its type, as users write it.
@@ -231,7 +242,9 @@ impl Light {
             Self::MovingTriangle(light) => light.irradiance(region),
             Self::Textured(light) => light.irradiance(region),
             Self::Spot(light) => light.irradiance(region),
-            _ => self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds)),
+            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => {
+                self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds))
+            }
         }
     }
 
@@ -242,6 +255,7 @@ impl Light {
         let irradiance = self.power(scene_radius) / disk;
         match self {
             Self::Directional(light) => irradiance * region.cosine(-light.direction, 0.0) as f64,
+            // Only lights at infinity ask.
             _ => 0.25 * irradiance,
         }
     }

@@ -3,7 +3,7 @@
 //! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
 //! defaults, the text that files keep, and the warnings of flags that are not read.
 
-use super::integrator::{IntegratorOptions, MaxDepth, PathReuse, values};
+use super::integrator_parameters::{IntegratorOptions, MaxDepth, PathReuse, values};
 use super::{Named, OptionGroup, Value};
 use std::any::Any;
 

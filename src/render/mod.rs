@@ -3,16 +3,16 @@
 //! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and an [`Observer`] is told what
 //! has been done and may ask to stop.
 //!
-//! `tiles` renders passes over tiles and `frames` iterations, `schedule` cuts sample indices into passes, `adaptive` stops at a noise level, and
+//! `tiles` renders passes over tiles and `frames` iterations, `schedule` cuts sample indices into passes, `noise_level` stops at a noise level, and
 //! `groups` chooses the pixels that share paths. `irradiance`, `photons` and `importance_image` prepare what all samples of a picture use.
 
-mod adaptive;
 mod cancellation;
 mod dispatch;
 mod frames;
 mod groups;
 mod importance_image;
 mod irradiance;
+mod noise_level;
 mod observer;
 mod photons;
 mod pieces;
@@ -21,12 +21,12 @@ mod schedule;
 mod statistics;
 mod tiles;
 
-pub use adaptive::render_to_noise;
 pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
 pub use frames::{FrameLight, frame_bytes, render_frames};
 pub use groups::companions;
 pub use importance_image::importance_image;
 pub use irradiance::Irradiance;
+pub use noise_level::render_to_noise;
 pub use observer::{Observer, Outcome};
 pub use photons::photon_maps;
 pub use pixel_sample::PixelSample;

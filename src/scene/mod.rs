@@ -410,7 +410,13 @@ impl Scene {
         let (triangle, factor) = match &self.lights[id.0 as usize] {
             Light::MovingTriangle(light) => (light.at(time), Spectrum::ONE),
             Light::Textured(light) => (light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
-            _ => return None,
+            // No surface has them.
+            Light::Triangle(_)
+            | Light::Point(_)
+            | Light::Constant(_)
+            | Light::Directional(_)
+            | Light::Spot(_)
+            | Light::Environment(_) => return None,
         };
         Some(Incident {
             id,
@@ -425,7 +431,13 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                _ => return None,
+                // No ray can meet it, or it has a place.
+                Light::Directional(_)
+                | Light::Triangle(_)
+                | Light::MovingTriangle(_)
+                | Light::Textured(_)
+                | Light::Point(_)
+                | Light::Spot(_) => return None,
             };
             let pdf = self.light_selection.pmf(&self.lights, &context, id) * pdf;
             Some(Incident { id, radiance, pdf })

@@ -58,7 +58,7 @@ How to get it:
   apt-get install libembree-dev     on Debian 13, Ubuntu 24.04 and later
   EMBREE_DIR=/prefix                names one of your own: /prefix/include/embree4, /prefix/lib
 To build without it:
-  cargo build --no-default-features";
+  cargo build --no-default-features --features cli";
 
 /// The first usable Embree. A place that the user names is used, or is an error: never passed over.
 ///

@@ -8,7 +8,7 @@ use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{
-    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_rendering,
+    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_rendering, read_text,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::render;
@@ -261,8 +261,15 @@ fn check_place(words: &str, folder: &Path) {
     };
     let mut parts = inside.trim_start_matches('/').split(':');
     let name = parts.next().unwrap_or("");
-    let Ok(bytes) = fs::read(folder.join(name)) else { return };
-    let mut text = String::from_utf8_lossy(&bytes).into_owned();
+    let path = folder.join(name);
+    let text = match name.ends_with(".toml") {
+        // Scene files are UTF-8 alone.
+        true => fs::read(&path)
+            .ok()
+            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned()),
+        false => read_text(&path, "the file").ok(),
+    };
+    let Some(mut text) = text else { return };
     if name.ends_with(".obj") && !text.contains('\n') {
         text = text.replace('\r', "\n");
     }

@@ -1215,7 +1215,8 @@ fn compact_scenes_look_the_same() {
 #[test]
 fn an_interrupt_writes_what_is_done() {
     let folder = scene();
-    let args = ["render", "s.toml", "--spp", "100000000", "--stats", "x.json"];
+    // The limit is for a shell that has told its children to ignore interrupts.
+    let args = split("render s.toml --spp 100000000 --time-limit 60s --stats x.json");
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);
     // Long enough for the first pass of 960 pixels on any machine; the render itself would take hours.

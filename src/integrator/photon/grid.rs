@@ -5,7 +5,7 @@
 //! levels that radii near it have, one or two. The grid thus suits near and far surfaces alike, and no lookup reads more than some dozens of cells.
 
 use super::photons::Photon;
-use crate::integrator::radius::Radii;
+use crate::integrator::search_radius::Radii;
 use crate::math::Vec3;
 use crate::math::float::gamma;
 use crate::math::hash::mix;

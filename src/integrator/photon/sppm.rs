@@ -17,7 +17,7 @@ use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
-use crate::integrator::radius::{Radii, SearchRadius};
+use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{FrameIntegrator, Gathered, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
 use crate::material::BsdfSlot;
@@ -68,13 +68,6 @@ pub struct FramePhotons<'a> {
     time: f32,
 }
 
-/// The radius of `iteration` over that of the first one.
-pub(crate) fn shrunk(iteration: u32, alpha: f32) -> f32 {
-    let alpha = alpha as f64;
-    let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
-    (1..=iteration).map(ratio).product::<f64>().sqrt() as f32
-}
-
 impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     fn paths(&self) -> u32 {
         let size = self.world.camera.resolution();
@@ -122,7 +115,7 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |(time, _)| *time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrunk(iteration, self.alpha), camera, &ball);
+        let radii = Radii::new(self.radius, shrinkage(iteration, self.alpha), camera, &ball);
         let photons: Vec<Photon> = parts.into_iter().flat_map(|(_, photons)| photons).collect();
         FramePhotons {
             grid: PhotonGrid::new(photons, &radii, time),
@@ -216,23 +209,5 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             prev = Some(from);
         }
         radiance
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn radii_shrink_as_they_should() {
-        assert_eq!(shrunk(0, 0.5), 1.0);
-        assert!((shrunk(1, 0.5).powi(2) - 0.75).abs() < 1e-6);
-        assert_eq!(shrunk(1000, 1.0), 1.0);
-        // As n^(α − 1)
-        for alpha in [0.3, 2.0 / 3.0, 0.9] {
-            let n = 20_000;
-            let slope = (shrunk(2 * n, alpha) / shrunk(n, alpha)).powi(2).log2();
-            assert!((slope - (alpha - 1.0)).abs() < 1e-3, "{alpha}: {slope}");
-        }
     }
 }

@@ -7,11 +7,10 @@
 use super::density::is_one_surface;
 use super::grid::{PhotonGrid, Placed};
 use super::photons::PhotonTracer;
-use super::sppm::shrunk;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
-use crate::integrator::radius::{Radii, SearchRadius};
+use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
 use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
 use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
@@ -115,7 +114,7 @@ impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |part| part.time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrunk(iteration, self.alpha), camera, &ball);
+        let radii = Radii::new(self.radius, shrinkage(iteration, self.alpha), camera, &ball);
         let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
         let mut visits = Vec::new();
         for (path, vertices) in paths.iter().enumerate() {

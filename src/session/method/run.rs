@@ -5,10 +5,10 @@ use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
     self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic, ImportanceImage,
-    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, Metropolis,
-    MetropolisTarget, NaiveIntegrator, PathIntegrator, PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps,
-    PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker, ReusingPathIntegrator, Roulette,
-    SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator, World,
+    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MERGING_PIXELS,
+    Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
+    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker,
+    ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
@@ -17,11 +17,6 @@ use crate::render::{
 };
 use crate::sampler::{SampleKey, Sampler};
 use std::sync::OnceLock;
-
-/// Search radius of photons in the first iteration of sppm, in widths of a pixel (docs/benchmarks.md).
-const RADIUS_PIXELS: f32 = 3.0;
-/// Search radius of vcm in widths of a pixel. Connections find most of the light there, and merging loses light at edges at every vertex.
-const MERGING_PIXELS: f32 = 1.0;
 
 /// Sampling of directions and direct light, of methods with these parameters.
 macro_rules! strategy {
@@ -298,7 +293,7 @@ impl Method {
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
                 photons: s.photons,
-                radius: search_radius(s.photon_radius, RADIUS_PIXELS),
+                radius: search_radius(s.photon_radius, PHOTON_PIXELS),
                 alpha: s.photon_alpha,
             }),
             Self::VertexMerging(s) => task.run_frames(&VertexMergingIntegrator {

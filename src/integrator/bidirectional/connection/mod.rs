@@ -10,7 +10,7 @@ use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::geometry::segment;
-use crate::integrator::radius::Radii;
+use crate::integrator::search_radius::Radii;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::light::{LightId, LightSample, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};

@@ -26,7 +26,7 @@ pub(super) const MAX_LAYERS: u32 = 10_000;
 ///
 /// Origin and direction stay, and only the near end of the interval rises, to the parameter of the last hit. The interval is open, so that the
 /// parameter grows with each query: a walk ends, and counts no surface twice. Surfaces that coincide to the last bit count as one.
-pub(super) struct Layers<'a, A> {
+pub(super) struct OpacityWalk<'a, A> {
     accel: &'a A,
     ray: Ray,
     /// The surface that the walk has met last.
@@ -36,7 +36,7 @@ pub(super) struct Layers<'a, A> {
     is_cut: bool,
 }
 
-impl<'a, A: Accel> Layers<'a, A> {
+impl<'a, A: Accel> OpacityWalk<'a, A> {
     /// A walk over all surfaces along `ray`.
     pub fn along(accel: &'a A, ray: Ray) -> Self {
         Self {

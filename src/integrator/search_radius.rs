@@ -1,3 +1,9 @@
+//! Search radius of photons, and of the vertices of light paths that `vcm` merges: where it starts and how it shrinks.
+//!
+//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In
+//! progressive methods each iteration has a radius of its own, [`shrinkage`] times the first. `photon-map` gathers a number of photons instead of those
+//! within a radius; its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
+
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
 
@@ -10,11 +16,25 @@ pub enum SearchRadius {
     Pixels(f32),
 }
 
+/// Radius of the first iteration of `sppm`, in widths of a pixel (docs/benchmarks.md, "Photons").
+pub const PHOTON_PIXELS: f32 = 3.0;
+
+/// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the light, and merging loses light at edges at every vertex.
+pub const MERGING_PIXELS: f32 = 1.0;
+
 /// Maximum change of a radius per length: with few pixels a pixel's width grows as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
 /// Minimum radius over the size of the scene; coordinates tell so small lengths apart.
 const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
+
+/// Radius of `iteration`, counted from 0, over that of the first, in (0, 1]: the root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and
+/// Zwicker 2011). `alpha` of 1 keeps the radius.
+pub(crate) fn shrinkage(iteration: u32, alpha: f32) -> f32 {
+    let alpha = alpha as f64;
+    let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
+    (1..=iteration).map(ratio).product::<f64>().sqrt() as f32
+}
 
 /// [`SearchRadius`] in a scene, as seen by a camera.
 #[derive(Clone, Copy, Debug)]
@@ -57,5 +77,23 @@ impl<'a> Radii<'a> {
         });
         // A NaN becomes the minimum.
         radius.max(self.min).min(self.max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn radii_shrink_as_they_should() {
+        assert_eq!(shrinkage(0, 0.5), 1.0);
+        assert!((shrinkage(1, 0.5).powi(2) - 0.75).abs() < 1e-6);
+        assert_eq!(shrinkage(1000, 1.0), 1.0);
+        // As n^(α − 1)
+        for alpha in [0.3, 2.0 / 3.0, 0.9] {
+            let n = 20_000;
+            let slope = (shrinkage(2 * n, alpha) / shrinkage(n, alpha)).powi(2).log2();
+            assert!((slope - (alpha - 1.0)).abs() < 1e-3, "{alpha}: {slope}");
+        }
     }
 }

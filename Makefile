@@ -43,7 +43,7 @@ setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) 
 demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr and .png
 	$(CARGO) build --release --locked
 	mkdir -p out
-	$(TARGET)/release/embrasure render scenes/cornell-box.toml -o out/cornell-box.exr -o out/cornell-box.png
+	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 
 lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 	$(CARGO) fmt --all --check

@@ -9,7 +9,7 @@
 
 use super::cancellation::{Cancellation, CountedRays};
 use super::observer::{Observer, Outcome, should_leave};
-use super::pieces::in_pieces;
+use super::pieces::{in_pieces, map_indices};
 use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
@@ -17,7 +17,6 @@ use crate::film::{BLOCK, Film, Filter, FirstSurface, Frame, Rect, Tile};
 use crate::integrator::{ByGroup, FrameIntegrator, Gathered, RayKind, RaySink, Sink, SplatSink};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
-use rayon::prelude::*;
 
 /// Pieces of work at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
 const PIECES_AT_ONCE: usize = 128;
@@ -169,11 +168,10 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     let mut done = 0;
     let light = light_bytes::<R>(filter, film.crop());
     for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
-        let pieces = batch.par_iter().map(|work| {
+        let pieces: Vec<Piece<R>> = map_indices(batch.len(), |i| {
             let piece = Piece::<R>::new(target, observer);
-            piece.of(integrator, &prepared, (*work, index), sampler, observer)
-        });
-        let pieces: Vec<Piece<R>> = pieces.collect::<Option<_>>()?;
+            piece.of(integrator, &prepared, (batch[i], index), sampler, observer)
+        })?;
         for piece in pieces {
             statistics = statistics.merge(piece.add_to(&mut frame));
         }

@@ -3,23 +3,54 @@ use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::sampler::Sampler;
 use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What `piece` makes of each index below `count`, in their order, and how many rays it took; `None` where the observer asked to stop.
+/// Results of `piece` for each index below `count`, in their order, with the rays that it took; `None` if the observer asked to stop.
 pub(super) fn in_pieces<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,
     observer: &impl Observer,
     piece: impl Fn(u32, &mut S, &mut CountedRays) -> T + Sync,
 ) -> Option<(Vec<T>, RayCounts)> {
-    let pieces = (0..count).into_par_iter().map(|index| {
+    let pieces: Vec<(T, RayCounts)> = map_indices(count as usize, |index| {
         if observer.should_stop() {
             return None;
         }
         let mut rays = CountedRays::new(observer);
-        let made = piece(index, &mut sampler.clone(), &mut rays);
+        let made = piece(index as u32, &mut sampler.clone(), &mut rays);
         (!rays.cancellation.is_cancelled()).then_some((made, rays.counts))
-    });
-    let pieces: Vec<(T, RayCounts)> = pieces.collect::<Option<_>>()?;
+    })?;
     let (pieces, rays): (Vec<_>, Vec<_>) = pieces.into_iter().unzip();
     Some((pieces, rays.into_iter().fold(RayCounts::default(), RayCounts::plus)))
+}
+
+/// Results of `task` for each index below `count`, in their order, made in the current rayon pool; `None` if one of them is.
+///
+/// For tasks that take long: each result has a lock of its own. rayon's own iterators would be compiled anew for each kind of task, which took a tenth of
+/// the time to compile this crate.
+pub(super) fn map_indices<T: Send>(count: usize, task: impl Fn(usize) -> Option<T> + Sync) -> Option<Vec<T>> {
+    let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    let is_cut = AtomicBool::new(false);
+    for_each_index(count, &|index| {
+        if is_cut.load(Ordering::Relaxed) {
+            return;
+        }
+        let result = task(index);
+        if result.is_none() {
+            is_cut.store(true, Ordering::Relaxed);
+        }
+        if let Ok(mut slot) = results[index].lock() {
+            *slot = result;
+        }
+    });
+    results
+        .into_iter()
+        .map(|slot| slot.into_inner().ok().flatten())
+        .collect()
+}
+
+/// Calls `task` for each index below `count` in the current rayon pool.
+fn for_each_index(count: usize, task: &(dyn Fn(usize) + Sync)) {
+    (0..count).into_par_iter().for_each(task);
 }

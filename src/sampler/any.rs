@@ -158,7 +158,7 @@ impl Sampler for RenderSampler {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {
             Self::Plain(sampler) => sampler.get_1d(dimension),
@@ -166,7 +166,7 @@ impl Sampler for RenderSampler {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self {
             Self::Plain(sampler) => sampler.get_2d(dimension),

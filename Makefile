@@ -16,7 +16,7 @@ FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional
 FLAGS_none   := -p embrasure --no-default-features --features cli
 LIB_none     := accel:: integrator::opacity:: session:: cli::
 FLAGS_obvhs  := -p embrasure --no-default-features --features "cli obvhs"
-IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: frames:: lights:: motion:: surfaces::
+IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: iterations:: lights:: motion:: surfaces::
 
 # The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
 # EMBRASURE_REQUIRE_OBVHS or EMBRASURE_REQUIRE_OIDN is set, as in CI.

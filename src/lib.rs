@@ -87,6 +87,6 @@ pub use io::{
 pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{
-    BUILD, CameraSettings, Error, InvalidSetting, Joined, MOST_FOR_NOISE, Parts, RenderState, Renderer, Session,
+    BUILD, CameraSettings, Error, InvalidSetting, Joined, MAX_SAMPLES_FOR_NOISE, Parts, RenderState, Renderer, Session,
     Settings, version_text,
 };

@@ -6,7 +6,7 @@ use std::f32::consts::PI;
 /// The tangential part of a half vector is off by some 4 roundings of 2⁻²⁴. At a distance of `t α` from the normal, `D`
 /// falls as `(1 + t²)⁻²`, and changes by at most twice the error over `α`: 0.2 % here. What is smoother is a mirror to
 /// the eye.
-pub const LEAST_ALPHA: f32 = 4096.0 * UNIT_ROUNDOFF;
+pub const MIN_ALPHA: f32 = 4096.0 * UNIT_ROUNDOFF;
 
 /// Microfacets whose normals are distributed after Trowbridge and Reitz (1975), known as GGX (Walter et al. 2007), with
 /// Smith's masking and shadowing (Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based
@@ -20,10 +20,10 @@ pub(super) struct Ggx {
 }
 
 impl Ggx {
-    /// Facets of slopes `αx` and `αy`, each moved into [[`LEAST_ALPHA`], 1].
+    /// Facets of slopes `αx` and `αy`, each moved into [[`MIN_ALPHA`], 1].
     pub fn new(alpha: Vec2) -> Self {
         // Unlike `clamp`, this makes a number of NaN.
-        let bounded = |a: f32| if a > LEAST_ALPHA { a.min(1.0) } else { LEAST_ALPHA };
+        let bounded = |a: f32| if a > MIN_ALPHA { a.min(1.0) } else { MIN_ALPHA };
         Self {
             alpha: Vec2::new(bounded(alpha.x), bounded(alpha.y)),
         }
@@ -177,7 +177,7 @@ mod tests {
     fn any_number_makes_facets() {
         for alpha in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30] {
             let facets = Ggx::new(Vec2::splat(alpha));
-            assert!(facets.alpha.x >= LEAST_ALPHA && facets.alpha.x <= 1.0);
+            assert!(facets.alpha.x >= MIN_ALPHA && facets.alpha.x <= 1.0);
             for w in [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, Vec3::ZERO] {
                 for u in [Vec2::ZERO, Vec2::ONE, Vec2::new(0.3, 0.999_999_94)] {
                     assert!(facets.sample_visible(w, u).is_finite());

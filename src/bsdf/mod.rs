@@ -38,7 +38,7 @@ pub use blinn::Blinn;
 pub use coated_lambert::CoatedLambert;
 pub use dielectric::Dielectric;
 pub use fresnel::Fresnel;
-pub use ggx::LEAST_ALPHA;
+pub use ggx::MIN_ALPHA;
 pub use lambert::Lambert;
 pub use layered::Layered;
 pub use lobe::Lobe;

@@ -44,7 +44,7 @@ impl RoughDielectric {
         self.facets.roughness()
     }
 
-    /// Facets of slopes `αx` and `αy`, between [`super::LEAST_ALPHA`] and 1; the index of refraction inside is `ior`
+    /// Facets of slopes `αx` and `αy`, between [`super::MIN_ALPHA`] and 1; the index of refraction inside is `ior`
     /// times that outside, and not 1: there is no half vector where nothing is bent.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);

@@ -31,7 +31,7 @@ impl RoughMirror {
         self.facets.roughness()
     }
 
-    /// Facets of slopes `αx` and `αy` (squares of what is called roughness), between [`super::LEAST_ALPHA`] and 1, that
+    /// Facets of slopes `αx` and `αy` (squares of what is called roughness), between [`super::MIN_ALPHA`] and 1, that
     /// reflect `reflectance` times the share `fresnel`.
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {
         let facets = Ggx::new(alpha);

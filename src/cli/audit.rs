@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Triangles times rays up to which brute force is asked for its opinion.
-const MOST_BRUTE: u64 = 2_000_000_000;
+const MAX_BRUTE: u64 = 2_000_000_000;
 
 /// Leaks per ray that pass: Embree, like others, lets a ray slip through an edge now and then.
 const LEAK_BUDGET: f64 = 1e-6;
@@ -32,7 +32,7 @@ const LEAK_BUDGET: f64 = 1e-6;
 const PACKET: usize = 16;
 
 /// Disagreements that people are told of; the report holds more.
-const MOST_TOLD: usize = 5;
+const MAX_TOLD: usize = 5;
 
 /// What an audit says, as JSON: enough to trace every ray again, on another machine too.
 #[derive(Debug, Serialize)]
@@ -276,7 +276,7 @@ impl Report {
         let backends = accels.map(|accel| accel.info());
         // Brute force decides, where that takes a moment only.
         let work = scene.placed_triangle_count().saturating_mul(kept.len() as u64);
-        let brute = (work <= MOST_BRUTE).then(|| BruteForce::new(scene));
+        let brute = (work <= MAX_BRUTE).then(|| BruteForce::new(scene));
         let rays: Vec<Entry> = kept
             .iter()
             .map(|d| Entry::new(d, scene, accels, brute.as_ref()))
@@ -322,7 +322,7 @@ impl Report {
             text += &format!(": {}", causes.join(", "));
         }
         text.push('\n');
-        for ray in self.rays.iter().take(MOST_TOLD) {
+        for ray in self.rays.iter().take(MAX_TOLD) {
             let packet = if ray.packet { ", in a packet" } else { "" };
             text += &format!(
                 "  {} {}{packet} from {} along {}",

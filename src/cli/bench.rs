@@ -23,7 +23,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 /// Samples whose rays are recorded, over all pixels: enough to fill every cache, few enough to be kept.
-const MOST_SAMPLES: u64 = 1 << 19;
+const MAX_SAMPLES: u64 = 1 << 19;
 /// Their indices: a single pass.
 const SAMPLES: Range<u32> = 16..32;
 /// A measurement of less is repeated until it has taken so long, in seconds.
@@ -177,7 +177,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
 /// traced together as they are in renders.
 fn shrink(job: &mut Job) {
     let resolution = &mut job.settings.resolution;
-    let pixels = (MOST_SAMPLES / SAMPLES.len() as u64) as f64;
+    let pixels = (MAX_SAMPLES / SAMPLES.len() as u64) as f64;
     let scale = (pixels / (resolution.x as f64 * resolution.y as f64)).sqrt().min(1.0);
     let side = |n: u32| ((n as f64 * scale) as u32).max(1);
     *resolution = UVec2::new(side(resolution.x), side(resolution.y));

@@ -7,7 +7,7 @@ use super::words;
 use crate::accel::Dispatch;
 use crate::camera::Camera;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
-use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
+use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::options::Backend;
@@ -35,7 +35,7 @@ pub(super) fn check(args: &SceneArgs) -> Result<ExitCode, CliError> {
 }
 
 /// Findings of a kind in a file that are told one by one.
-const MOST_ALIKE: usize = 12;
+const MAX_ALIKE: usize = 12;
 
 /// What was found out.
 #[derive(Default)]
@@ -203,11 +203,11 @@ impl Report {
             let kind = kind(&finding);
             let count = counts.get(&kind).copied().unwrap_or(0);
             // The reader bounds wrong statements itself.
-            if count <= MOST_ALIKE || finding.code == "wrong-statement" {
+            if count <= MAX_ALIKE || finding.code == "wrong-statement" {
                 gathered.push(finding);
             } else if let Some(known) = first.get(&kind).and_then(|&i| gathered.get_mut(i)) {
                 known.count += finding.count;
-                let free = MOST_PLACES.saturating_sub(known.more.len());
+                let free = MAX_PLACES.saturating_sub(known.more.len());
                 known.more.extend(finding.error.position.into_iter().take(free));
             } else {
                 finding.error.message += &format!(" (and {} more findings of this kind)", count - 1);

@@ -5,7 +5,7 @@ use super::error::CliError;
 use super::outputs::Outputs;
 use crate::color::{Spectrum, false_color};
 use crate::compare::{
-    CommonErrors, Errors, Extreme, Flip, LEAST_RARE, Noise, Scale, Significance, SizeMismatch, pixel_scores,
+    CommonErrors, Errors, Extreme, Flip, MIN_RARE, Noise, Scale, Significance, SizeMismatch, pixel_scores,
 };
 use crate::film::{Rect, RgbImage};
 use crate::io::{Figure, FileError, Format, Output, Rendering, read_rendering};
@@ -404,7 +404,7 @@ fn scale_name(scale: Scale) -> &'static str {
 /// Why there is no verdict on pictures whose noise consists of so few samples.
 fn heavy_tails(rare: f64) -> String {
     format!(
-        "heavy tails: not testable at this count; nearly all noise is that of about {rare:.0} rare samples, {LEAST_RARE} at least are needed; take more samples a pixel"
+        "heavy tails: not testable at this count; nearly all noise is that of about {rare:.0} rare samples, {MIN_RARE} at least are needed; take more samples a pixel"
     )
 }
 

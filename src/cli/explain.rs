@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use strsim::levenshtein;
 
 /// Names that an error suggests.
-const MOST_SUGGESTED: usize = 5;
+const MAX_SUGGESTED: usize = 5;
 /// Angles of the albedos, in words.
 const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
 
@@ -94,7 +94,7 @@ fn unknown(args: &ExplainArgs, whole: &FileError, materials: &[MaterialSource]) 
     let wanted = args.material.to_lowercase();
     names.sort_by_cached_key(|name| (levenshtein(&name.to_lowercase(), &wanted), name.to_string()));
     names.dedup();
-    names.truncate(MOST_SUGGESTED);
+    names.truncate(MAX_SUGGESTED);
     let error = FileError {
         message: format!("no face of the scene uses a material `{}`", args.material),
         ..whole.clone()

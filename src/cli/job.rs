@@ -6,7 +6,7 @@ use crate::film::Rect;
 use crate::io::{ExrFormat, FileError, LoadOptions};
 use crate::math::{UVec2, Vec3};
 use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
-use crate::session::{CameraSettings, MOST_FOR_NOISE, Settings};
+use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
 use std::path::{Path, PathBuf};
 
 /// What a render command means: flags over the scene file over the defaults, checked as far as is possible without loading the geometry.
@@ -78,7 +78,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
     let spp = args.sampling.0.samples;
     settings.noise = args.noise;
     if settings.noise.is_some() {
-        settings.spp = spp.unwrap_or(MOST_FOR_NOISE);
+        settings.spp = spp.unwrap_or(MAX_SAMPLES_FOR_NOISE);
     }
     settings.part = args.samples.map(|[first, end]| first..end);
     let too_few = |[_, end]: &[u32; 2]| spp.is_some_and(|spp| *end > spp);

@@ -6,4 +6,4 @@ mod significance;
 
 pub use flip::{Exposures, Flip};
 pub use metrics::{Errors, SizeMismatch};
-pub use significance::{CommonErrors, Extreme, LEAST_RARE, Noise, Scale, Significance, pixel_scores};
+pub use significance::{CommonErrors, Extreme, MIN_RARE, Noise, Scale, Significance, pixel_scores};

@@ -31,7 +31,7 @@ const SIGMA_ALBEDO: f32 = 0.15;
 /// Share of its depth by which a pixel may lie off another one's tangent plane.
 const SIGMA_DEPTH: f32 = 0.1;
 /// Albedos are divided by as if they were this at least: lamps and the background have none.
-const LEAST_ALBEDO: f32 = 0.02;
+const MIN_ALBEDO: f32 = 0.02;
 
 /// What the filter knows of a picture, row by row.
 pub(super) struct Input {
@@ -103,7 +103,7 @@ impl Input {
 impl Guide {
     /// What light is divided by.
     fn divisor(&self) -> Vec3 {
-        self.albedo.max(Vec3::splat(LEAST_ALBEDO))
+        self.albedo.max(Vec3::splat(MIN_ALBEDO))
     }
 }
 

@@ -112,7 +112,7 @@ impl Given {
 /// The motion from one placement to another. Parts change linearly, angles among them, so that an object may turn more than once. Matrices
 /// that only scale, rotate and translate turn by the shorter way; others change linearly, element by element.
 fn motion(open: Given, close: Given) -> Placement {
-    let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MOST_STEPS - 1);
+    let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MAX_STEPS - 1);
     let along = |count: usize, at: &dyn Fn(f32) -> Affine3A| {
         Placement::Moving((0..=count).map(|i| at(i as f32 / count as f32)).collect())
     };

@@ -178,7 +178,7 @@ impl SceneFile {
                 Err(refused) => refused,
             };
             let is_new = errors.iter().all(|known| known.position != error.position);
-            if !is_new || errors.len() == MOST_ERRORS {
+            if !is_new || errors.len() == MAX_ERRORS {
                 return (None, errors);
             }
             errors.push(error);
@@ -279,7 +279,7 @@ impl SceneFile {
         let lines_before = starts.partition_point(|&start| start <= byte.min(self.text.len())) - 1;
         let start = starts[lines_before];
         let place = match byte - start {
-            0..=MOST_COLUMNS => Position::of_byte(&self.text[start..], byte - start),
+            0..=MAX_COLUMNS => Position::of_byte(&self.text[start..], byte - start),
             _ => Position::line(1),
         };
         Position {
@@ -312,9 +312,9 @@ impl SceneFile {
 }
 
 /// Bytes of a line in which columns are counted: there may be an error of each word of a line, and lines may be megabytes.
-const MOST_COLUMNS: usize = 1 << 12;
+const MAX_COLUMNS: usize = 1 << 12;
 /// Errors of a scene file that are told.
-const MOST_ERRORS: usize = 20;
+const MAX_ERRORS: usize = 20;
 
 fn read(path: &Path) -> Result<String, FileError> {
     let bytes = read_bytes(path, "the scene file").map_err(|error| error.help_if_none("check the path"))?;

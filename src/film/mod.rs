@@ -2,7 +2,7 @@
 //!
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
-//! `part_sums` those of light groups and strategies, `frame` one iteration, and `state` the words of all sums, which checkpoints hold.
+//! `part_sums` those of light groups and strategies, `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
 
@@ -11,8 +11,8 @@ mod aov;
 mod features;
 mod filter;
 mod fixed;
-mod frame;
 mod image;
+mod iteration;
 mod part_sums;
 mod rgb_image;
 mod state;
@@ -23,8 +23,8 @@ pub use aov::Aov;
 pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
-pub use frame::Frame;
 pub use image::{Channel, Image, Z_BACKGROUND};
+pub use iteration::Iteration;
 pub use part_sums::{PartBlock, PartSum};
 pub use rgb_image::RgbImage;
 pub use state::StateLayout;
@@ -40,7 +40,7 @@ pub(crate) const TILE_SIZE: u32 = 16;
 pub(crate) const DARK: f64 = 0.01;
 
 /// Parts of the light that can be told apart at most: groups of lights, and strategies of a bidirectional method.
-pub const MOST_PARTS: usize = 128;
+pub const MAX_PARTS: usize = 128;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
 #[derive(Clone, Debug)]
@@ -195,17 +195,17 @@ impl Film {
     }
 
     /// Adds a sample to every pixel, as a term of its own.
-    pub fn add_frame(&mut self, frame: &Frame) {
+    pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
             for pixel in tile.bounds().pixels() {
-                let sample = frame.pixel(pixel);
+                let sample = iteration.pixel(pixel);
                 let features = sample.surface.and_then(|surface| surface.features);
                 if let (Some(sums), Some(features)) = (tile.features_mut(pixel), features) {
                     let mut block = FeatureBlock::default();
                     block.add(&features);
                     sums.add(&block);
                 }
-                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(frame.part_sums(pixel)) {
+                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(iteration.part_sums(pixel)) {
                     *sum = sum.plus(PartSum(part.map(Fixed::new)));
                 }
                 if let Some(sums) = tile.sums_mut(pixel) {

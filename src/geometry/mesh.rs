@@ -275,7 +275,7 @@ impl SurfacePoint {
     pub fn bends_for(&self, wo: Vec3) -> bool {
         // The mirror image's height, seen from the side of wo
         let height = (2.0 * wo.dot(self.ns) * self.ns - wo).dot(self.ng);
-        height * 1f32.copysign(wo.dot(self.ng)) < LEAST_HEIGHT
+        height * 1f32.copysign(wo.dot(self.ng)) < MIN_HEIGHT
     }
 
     /// The same with the shading normal bent, as little as it takes, so that the unit direction `wo` to the viewer and its mirror image are on
@@ -288,7 +288,7 @@ impl SurfacePoint {
         let side = 1f32.copysign(wo.dot(self.ng));
         let (ng, ns) = (self.ng * side, self.ns * side);
         let mirrored = 2.0 * wo.dot(ns) * ns - wo;
-        let at_horizon = mirrored + (LEAST_HEIGHT - mirrored.dot(ng)) * ng;
+        let at_horizon = mirrored + (MIN_HEIGHT - mirrored.dot(ng)) * ng;
         let bent = at_horizon.try_normalize().and_then(|r| (wo + r).try_normalize());
         Self {
             ns: bent.map_or(self.ng, |n| n * side),
@@ -298,7 +298,7 @@ impl SurfacePoint {
 }
 
 /// Sine of the angle above a facet at which mirror images are kept: enough for the roundings of a few unit vectors.
-const LEAST_HEIGHT: f32 = 1e-4;
+const MIN_HEIGHT: f32 = 1e-4;
 
 /// Unit normal of the triangle by its winding; zero only where the triangle has no area at all.
 pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {

@@ -42,7 +42,7 @@ impl Encode for Placement {
 
 impl Placement {
     /// Most steps that a motion may have; Embree takes no more.
-    pub const MOST_STEPS: usize = 129;
+    pub const MAX_STEPS: usize = 129;
 
     /// At `time` in [0, 1].
     pub fn at(&self, time: f32) -> Affine3A {

@@ -38,9 +38,9 @@ pub use path::whitted::WhittedIntegrator;
 pub use photon::grid::{PhotonGrid, Placed};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
 pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
-pub use photon::sppm::{FramePhotons, ProgressivePhotonIntegrator};
+pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
-pub use photon::vcm::{LightPaths, MOST_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
+pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, Radii, SearchRadius};
 pub use world::World;
 
@@ -127,47 +127,46 @@ impl<R: Gathered> RaySink for &mut (dyn Sink<Radiance = R> + '_) {
     }
 }
 
-/// Computes one sample of all pixels together: what light-carrying paths find falls on any of them.
+/// An integrator whose light paths may light any pixel. Each iteration is one sample of every pixel.
 ///
-/// A frame is made of work that may be done in any order: first what all of the rest looks at, then the samples of pixels, and chains of
-/// paths that belong to no pixel. Each draws numbers by its place in the frame alone, and a frame depends on its index alone: so frames may
-/// be made in parts, on any machine.
-pub trait FrameIntegrator: Sync {
-    /// What one of [`FrameIntegrator::preparations`] gives.
+/// An iteration is prepared (photon maps, seeds of chains), then takes samples of pixels and runs Markov chains, in any order. Random numbers depend
+/// on the place within the iteration and on its index alone, so any machine may compute any iteration.
+pub trait IterationIntegrator: Sync {
+    /// Result of one part of the preparation.
     type Part: Send;
-    /// What all of the rest looks at.
+    /// Result of the whole preparation, shared by samples and chains.
     type Prepared: Sync;
 
-    /// Pieces that the preparation of a frame comes in.
+    /// Number of parts in which an iteration is prepared.
     fn preparations(&self) -> u32;
 
-    /// Does one of them for the frame `frame`, and tells of each ray.
-    fn prepare<S: Sampler>(&self, frame: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part;
+    /// Prepares part `index` of `iteration`. `out` counts the rays.
+    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part;
 
-    /// Joins all of them, in their order.
-    fn join(&self, frame: u32, parts: Vec<Self::Part>) -> Self::Prepared;
+    /// Joins the parts, which are in their order.
+    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared;
 
-    /// Strategies that it tells apart.
+    /// Number of strategies whose light is summed separately.
     fn strategies(&self) -> usize {
         0
     }
 
-    /// Whether pixels send light to others, so that those that a crop leaves out count too.
+    /// Whether samples of a pixel light other pixels. Samples outside a crop are then taken too.
     fn sends_light(&self) -> bool;
 
     /// Traces the sample `key` of a pixel.
     fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink);
 
-    /// Chains of a frame.
+    /// Number of Markov chains of an iteration.
     fn chains(&self) -> u32 {
         0
     }
 
-    /// Follows the chain `index` of the frame `frame`.
+    /// Runs chain `index` of `iteration`.
     fn chain<S: Sampler>(
         &self,
         _prepared: &Self::Prepared,
-        _frame: u32,
+        _iteration: u32,
         _index: u32,
         _sampler: &mut S,
         _out: &mut impl SplatSink,
@@ -195,7 +194,7 @@ pub trait SplatSink: Sink {
     /// filter is 1 there.
     fn splat(&mut self, film: Vec2, radiance: Self::Radiance);
 
-    /// Notes what one of [`FrameIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
+    /// Notes what one of [`IterationIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
     /// itself.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 

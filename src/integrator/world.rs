@@ -38,7 +38,7 @@ pub struct World<'a, A> {
     pub camera: &'a Camera,
     /// Pixel filter.
     pub filter: &'a Filter,
-    /// Whether first surfaces come with their [`Features`].
+    /// Whether first surfaces come with their [`Features`](crate::film::Features).
     pub features: bool,
     /// Whether bidirectional methods tell their strategies apart.
     pub strategies: bool,

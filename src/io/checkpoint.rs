@@ -10,7 +10,7 @@ use super::input::{Input, ReadFailure};
 use super::memory::Allowance;
 use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
-use crate::film::{Accumulator, Film, MOST_PARTS, Rect, StateLayout};
+use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
 use crate::math::{Encode, UVec2};
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
@@ -256,7 +256,7 @@ impl Opened {
         let words: Vec<Option<String>> = header.channels.list.iter().map(word).collect();
         let names: Vec<String> = words.iter().flatten().cloned().collect();
         let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
-        if layout.parts() > MOST_PARTS {
+        if layout.parts() > MAX_PARTS {
             return Err(damaged(path, &"it has more parts of the light than there can be"));
         }
         let names = layout.names();

@@ -51,7 +51,7 @@ pub struct Finding {
 }
 
 /// Places that a finding names besides the first.
-pub const MOST_PLACES: usize = 5;
+pub const MAX_PLACES: usize = 5;
 
 /// Wrong statements of a file that are told one by one.
 pub(crate) const MAX_WRONG: usize = 20;
@@ -71,7 +71,7 @@ impl Finding {
     /// Something that is there `count` times, at the places `more` besides the first.
     pub fn repeated(mut self, count: u64, more: impl IntoIterator<Item = Position>) -> Self {
         self.count = count;
-        self.more = more.into_iter().take(MOST_PLACES).collect();
+        self.more = more.into_iter().take(MAX_PLACES).collect();
         self
     }
 }

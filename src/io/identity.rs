@@ -9,7 +9,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// Symbolic links that a name may lead through: as many as Linux follows.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// The file that a path leads to, by whichever of its names: through links, and also where it is not there yet.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -64,7 +64,7 @@ pub(super) fn folder_of(path: &Path) -> &Path {
 /// `path` with the links followed that its last name stands for, even where they lead to no file yet.
 pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         match fs::symlink_metadata(&path) {
             Ok(data) if data.is_symlink() => path = folder_of(&path).join(fs::read_link(&path)?),
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),

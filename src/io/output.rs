@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 /// Rescued files of one name: more of them help nobody.
-const MOST_RESCUES: u32 = 100;
+const MAX_RESCUES: u32 = 100;
 
 /// Image file formats that can be written.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,10 +133,10 @@ impl Output {
             1 => format!("{stem}.rescue.exr"),
             n => format!("{stem}.rescue-{n}.exr"),
         };
-        let paths = (1..=MOST_RESCUES).map(|n| self.path.with_file_name(name(n)));
+        let paths = (1..=MAX_RESCUES).map(|n| self.path.with_file_name(name(n)));
         let mut free = paths.filter(|path| fs::symlink_metadata(path).is_err());
         let Some(path) = free.next() else {
-            let message = format!("cannot write {}: there are {MOST_RESCUES} of them", name(1));
+            let message = format!("cannot write {}: there are {MAX_RESCUES} of them", name(1));
             return Err(FileError::new(&self.path, message).help("remove old ones"));
         };
         Self::prepare(&path)

@@ -44,7 +44,7 @@ pub(super) enum Wanted {
 /// What a decoder may take for itself and the samples: those of the largest picture, with 16 bits and alpha.
 const MAX_BYTES: u64 = 1 << 31;
 /// What it may take of that in any case, so that it can read a header.
-const LEAST_BYTES: u64 = 1 << 24;
+const MIN_BYTES: u64 = 1 << 24;
 
 /// A picture whose header was read.
 enum Opened {
@@ -125,7 +125,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
                 check_tga(path, &start)?;
             }
             let left = allowance.limit.map(|limit| limit.bytes.saturating_sub(allowance.kept));
-            let most = left.unwrap_or(MAX_BYTES).clamp(LEAST_BYTES, MAX_BYTES);
+            let most = left.unwrap_or(MAX_BYTES).clamp(MIN_BYTES, MAX_BYTES);
             let mut limits = Limits::no_limits();
             limits.max_alloc = Some(most);
             reader.limits(limits);

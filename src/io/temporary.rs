@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 /// How often a file is made anew that another run takes away before it is locked.
-const MOST_TRIES: usize = 100;
+const MAX_TRIES: usize = 100;
 /// Ends the names of temporary files.
 const SUFFIX: &str = ".tmp";
 
@@ -35,7 +35,7 @@ pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     // Temporary files are private by default; this one becomes the user's picture, under the user's umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    for _ in 0..MOST_TRIES {
+    for _ in 0..MAX_TRIES {
         let file = builder.tempfile_in(folder_of(target))?;
         // Another run may have come before the lock, and removed the file.
         match try_lock(file.as_file())? {
@@ -73,7 +73,7 @@ impl OutputLock {
     pub(super) fn take(path: &Path, target: &Path) -> Result<Self, FileError> {
         let lock = folder_of(target).join(prefix(target) + "lock");
         let failed = |error: io::Error| FileError::system(path, "cannot lock this file", &error);
-        for _ in 0..MOST_TRIES {
+        for _ in 0..MAX_TRIES {
             let mut options = File::options();
             let mut file = options
                 .read(true)

@@ -18,9 +18,9 @@ use std::sync::OnceLock;
 /// Cells along the longest side of a grid.
 const RESOLUTION: u32 = 24;
 /// Grids at most.
-const MOST_LEVELS: u32 = 16;
+const MAX_LEVELS: u32 = 16;
 /// Clusters of lights at most that a cell tells apart.
-const MOST_CLUSTERS: usize = 64;
+const MAX_CLUSTERS: usize = 64;
 /// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
 const NORMALS: usize = 27;
 /// Share of the choice that goes by power, whatever the place.
@@ -28,7 +28,7 @@ const BY_POWER: f64 = 0.02;
 /// Least probability of a cluster: some steps of a random number.
 const LEAST: f64 = 1.0 / (1u32 << 20) as f64;
 /// A light is taken to have at least this share of all power, lest it vanish in sums.
-const LEAST_POWER: f64 = 1.0 / (1u64 << 40) as f64;
+const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// The choice of a light by the place that it is to light: by what each would send there if nothing were between.
 ///
@@ -82,7 +82,7 @@ impl LightGrid {
         let mut positions = vec![None; lights.len()];
         let mut power_before = vec![0.0];
         let mut sum = 0.0;
-        let least = LEAST_POWER * total;
+        let least = MIN_POWER * total;
         for (position, &i) in (0..).zip(&indices) {
             positions[i] = Some(position);
             sum += powers[i].max(least);
@@ -173,7 +173,7 @@ impl LightGrid {
         // Clusters, and each light at infinity by itself
         let mut parts: Vec<(u32, u32, f64)> = self
             .tree
-            .cut(lights, region, MOST_CLUSTERS)
+            .cut(lights, region, MAX_CLUSTERS)
             .into_iter()
             .map(|c| (c.first, c.count, c.irradiance as f64))
             .collect();
@@ -282,7 +282,7 @@ impl Grids {
             center,
             half,
             counts,
-            levels: 1 + level_of(reach).min(MOST_LEVELS - 1),
+            levels: 1 + level_of(reach).min(MAX_LEVELS - 1),
         }
     }
 

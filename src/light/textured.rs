@@ -14,7 +14,7 @@ use crate::texture::{Mapping, Texture, TextureId};
 /// Parts along a side of a triangle, at most, that its mean is taken of.
 const PARTS: f32 = 8.0;
 /// What a triangle that may emit counts in the choice of a light, at least, of what its brightest texel would give.
-const LEAST_SHARE: f32 = 1.0 / 1024.0;
+const MIN_SHARE: f32 = 1.0 / 1024.0;
 
 /// A triangle whose emission a texture varies; the same radiance in every direction of its front side.
 ///
@@ -181,7 +181,7 @@ impl TexturedTriangle {
             return Spectrum::ZERO;
         }
         let brightest = (base + gain * texture.max_value()).max(base).max(0.0);
-        Spectrum::splat(LEAST_SHARE * brightest)
+        Spectrum::splat(MIN_SHARE * brightest)
     }
 }
 

@@ -1,5 +1,5 @@
 use crate::description::Inspection;
-use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
+use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
@@ -49,7 +49,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     for (library, mut materials) in unused {
         materials.sort_by_key(|&(_, line)| line);
         materials.dedup();
-        let names: Vec<&str> = materials.iter().map(|&(name, _)| name).take(1 + MOST_PLACES).collect();
+        let names: Vec<&str> = materials.iter().map(|&(name, _)| name).take(1 + MAX_PLACES).collect();
         let rest = if materials.len() > names.len() { ", …" } else { "" };
         let mut places = materials.iter().map(|&(_, line)| Position::line(line));
         let Some(first) = places.next() else { continue };

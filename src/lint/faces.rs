@@ -1,6 +1,6 @@
 use super::Use;
 use super::tally::{Tally, counted};
-use crate::io::{Face, FileError, Finding, MOST_PLACES, ObjFaces, Position, Severity, area_vector, weld};
+use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severity, area_vector, weld};
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
@@ -161,7 +161,7 @@ impl<'a> FaceLint<'a> {
         if count == 0 {
             return None;
         }
-        let first: Vec<usize> = unused().take(1 + MOST_PLACES).collect();
+        let first: Vec<usize> = unused().take(1 + MAX_PLACES).collect();
         let mut places = ObjFaces::lines_of_positions(self.path, &first)
             .into_iter()
             .map(Position::line);

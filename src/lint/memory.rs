@@ -24,7 +24,7 @@ const WRITING_BYTES_PER_PIXEL: u64 = 124;
 const PROCESS_BYTES: u64 = 16 << 20;
 /// A text of more bytes leaves memory when it was read; what is smaller the allocator keeps (malloc's largest dynamic threshold for
 /// mapping, `mallopt(3)`).
-const MOST_KEPT_BYTES: u64 = 32 << 20;
+const MAX_KEPT_BYTES: u64 = 32 << 20;
 
 /// What an acceleration structure will take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,11 +78,7 @@ impl Forecast {
             meshes,
             facets_and_lights: scene.bytes().saturating_sub(meshes + textures),
             textures,
-            reading: if largest_file > MOST_KEPT_BYTES {
-                0
-            } else {
-                largest_file
-            },
+            reading: if largest_file > MAX_KEPT_BYTES { 0 } else { largest_file },
             accel: [
                 accel(
                     "embree",

@@ -49,7 +49,7 @@ struct Shells {
 }
 
 /// Shells that are looked at as what may hold a cavity: the largest.
-const MOST_BODIES: usize = 64;
+const MAX_BODIES: usize = 64;
 
 /// An edge from its point of the lower index to the other one, whether the face runs against that, and the face's line.
 type Edge = (u32, u32, bool, u32);
@@ -144,7 +144,7 @@ impl Shells {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
         let mut bodies: Vec<&Shell> = self.shells.iter().filter(|shell| shell.volume > 0.0).collect();
         bodies.sort_by(|a, b| b.volume.total_cmp(&a.volume));
-        bodies.truncate(MOST_BODIES);
+        bodies.truncate(MAX_BODIES);
         self.tally(|shell| {
             let is_closed = shell.open.is_none() && shell.crowded.is_none() && shell.turned.is_none();
             if !is_closed || shell.volume >= 0.0 {

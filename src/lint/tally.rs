@@ -1,4 +1,4 @@
-use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
+use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
 /// How often something was found in a file, and the first lines.
@@ -11,7 +11,7 @@ pub(super) struct Tally {
 impl Tally {
     pub fn add(&mut self, line: usize) {
         self.count += 1;
-        if self.lines.len() <= MOST_PLACES {
+        if self.lines.len() <= MAX_PLACES {
             self.lines.push(line);
         }
     }

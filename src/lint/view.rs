@@ -11,9 +11,9 @@ use std::ops::Range;
 /// Camera rays along a side of the image.
 const RAYS: u32 = 16;
 /// Digits of the scene's size that coordinates must keep: positions are rounded to a part in 2²⁴.
-const LEAST_STEPS: f32 = 1e5;
+const MIN_STEPS: f32 = 1e5;
 /// Roundings over size above which instances are too far away.
-const MOST_ROUNDING: f32 = 0.01;
+const MAX_ROUNDING: f32 = 0.01;
 /// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
 const WALL_SHARE: f32 = 0.05;
 
@@ -26,7 +26,7 @@ pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding>
     );
     // Steps of f32 at the largest coordinate
     let steps = size / (largest * f32::EPSILON);
-    if bounds.is_empty() || steps.is_nan() || steps >= LEAST_STEPS {
+    if bounds.is_empty() || steps.is_nan() || steps >= MIN_STEPS {
         return None;
     }
     let message = format!(
@@ -57,7 +57,7 @@ pub(super) fn inspect_instances(file: &SceneFile, scene: &Scene) -> Option<Findi
         .instances()
         .iter()
         .map(|i| (i, share(i)))
-        .filter(|(_, s)| *s > MOST_ROUNDING)
+        .filter(|(_, s)| *s > MAX_ROUNDING)
         .collect();
     let (instance, share) = far.first()?;
     let object = scene.objects().get(instance.object as usize).map_or("", String::as_str);

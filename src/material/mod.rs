@@ -13,7 +13,7 @@ mod maps;
 pub use maps::{Map, Maps, Spot};
 
 use crate::bsdf::{
-    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, LEAST_ALPHA, Lambert, Layered, Lobe, Mirror, Mix, Phong,
+    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,
     RoughDielectric, RoughMirror, Sheen, ThinSheet,
 };
 use crate::color::Spectrum;
@@ -241,9 +241,9 @@ impl Material {
             }),
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
             // Facets too smooth for their formulas are a mirror.
-            Gloss::Ggx(fresnel) if self.alpha() < LEAST_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
+            Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
             Gloss::Ggx(fresnel) => Lobe::RoughMirror(RoughMirror::new(reflectance, alpha, fresnel)),
-            Gloss::Metallic(metallic) if self.alpha() < LEAST_ALPHA => {
+            Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {
                 let f0 = self.diffuse * metallic + Spectrum::splat(self.f0() * (1.0 - metallic));
                 let fresnel = Fresnel::Schlick { f0: f0.to_array() };
                 Lobe::Mirror(Mirror { reflectance, fresnel })
@@ -259,7 +259,7 @@ impl Material {
         let reflectance = Spectrum::splat(self.clearcoat);
         let fresnel = Fresnel::Schlick { f0: [COAT_F0; 3] };
         let alpha = self.clearcoat_roughness * self.clearcoat_roughness;
-        (self.clearcoat > 0.0).then(|| match alpha < LEAST_ALPHA {
+        (self.clearcoat > 0.0).then(|| match alpha < MIN_ALPHA {
             true => Lobe::Mirror(Mirror { reflectance, fresnel }),
             false => Lobe::RoughMirror(RoughMirror::new(reflectance, Vec2::splat(alpha), fresnel)),
         })
@@ -301,7 +301,7 @@ impl Material {
                 transmittance,
                 ior,
             })
-        } else if spread >= LEAST_ALPHA {
+        } else if spread >= MIN_ALPHA {
             Lobe::RoughDielectric(RoughDielectric::new(reflectance, transmittance, self.slopes(), ior))
         } else {
             Lobe::Dielectric(Dielectric {

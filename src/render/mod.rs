@@ -3,15 +3,15 @@
 //! Nothing here prints, reads a clock, starts a thread or opens a file: work runs in the rayon pool of the caller, and an [`Observer`] is told what
 //! has been done and may ask to stop.
 //!
-//! `tiles` renders passes over tiles and `frames` iterations, `schedule` cuts sample indices into passes, `noise_level` stops at a noise level, and
+//! `tiles` renders passes over tiles and `iterations` whole iterations, `schedule` cuts sample indices into passes, `noise_level` stops at a noise level, and
 //! `groups` chooses the pixels that share paths. `irradiance`, `photons` and `importance_image` prepare what all samples of a picture use.
 
 mod cancellation;
 mod dispatch;
-mod frames;
 mod groups;
 mod importance_image;
 mod irradiance;
+mod iterations;
 mod noise_level;
 mod observer;
 mod photons;
@@ -22,10 +22,10 @@ mod statistics;
 mod tiles;
 
 pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
-pub use frames::{FrameLight, frame_bytes, render_frames};
 pub use groups::companions;
 pub use importance_image::importance_image;
 pub use irradiance::Irradiance;
+pub use iterations::{IterationLight, iteration_bytes, render_iterations};
 pub use noise_level::render_to_noise;
 pub use observer::{Observer, Outcome};
 pub use photons::photon_maps;

@@ -4,7 +4,7 @@
 //! for each pixel the spread of blocks of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased for independent
 //! blocks, also with shared paths. It is a little too large for low-discrepancy points, whose blocks fill each other's gaps: the picture is then
 //! better than it says. Unlike relMSE it leaves no pixels out, and so is larger where there are fireflies. `Accumulator::squared_error` is the
-//! estimate for a pixel. Methods that make whole iterations compare the error of the whole picture with LEVEL (`render/frames.rs`).
+//! estimate for a pixel. Methods that make whole iterations compare the error of the whole picture with LEVEL (`render/iterations.rs`).
 //!
 //! Tiles get samples in proportion to the root of the error that one block would leave in them, which minimises the mean error (Neyman 1934).
 //! Stopping each tile at the same error would take as many samples as uniform sampling does for that mean error: errors fall as 1/n, and what noisy

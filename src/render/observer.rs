@@ -15,10 +15,10 @@ pub trait Observer: Sync {
     /// A pass over all tiles of `film` is done.
     fn passed(&self, _film: &Film) {}
 
-    /// Whether to end the render at once. Work that is not whole, of a tile or of a frame, is thrown away, and may be done again later.
+    /// Whether to end the render at once. Work that is not whole, of a tile or of an iteration, is thrown away, and may be done again later.
     fn should_stop(&self) -> bool;
 
-    /// Whether to leave the render for a while, where no work is thrown away for that: when the tiles in work are done, or the frame.
+    /// Whether to leave the render for a while, where no work is thrown away for that: when the tiles in work are done, or the iteration.
     fn should_pause(&self) -> bool {
         false
     }

@@ -3,9 +3,9 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, hash::mix};
 
 /// Levels of a factor at most, as a power of two.
-const MOST_BITS: usize = 5;
+const MAX_BITS: usize = 5;
 /// Irreducible polynomials over GF(2) by their degree k, a coefficient a bit: GF(2ᵏ) is what is left modulo them.
-const POLYNOMIALS: [u32; MOST_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
+const POLYNOMIALS: [u32; MAX_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
 
 /// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo Rendering"): of s² samples,
 /// one lies in each of s × s squares of *any* two numbers of an array, whichever decisions draw them, and one in each of
@@ -36,7 +36,7 @@ impl Orthogonal {
             seed,
             key: 0,
             sample: 0,
-            bits: (count.max(1).ilog2() / 2).clamp(1, MOST_BITS as u32),
+            bits: (count.max(1).ilog2() / 2).clamp(1, MAX_BITS as u32),
         }
     }
 
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn fields_are_fields() {
-        for bits in 1..=MOST_BITS as u32 {
+        for bits in 1..=MAX_BITS as u32 {
             let sampler = Orthogonal::new(0, 1 << (2 * bits));
             assert_eq!(sampler.bits, bits);
             let s = 1 << bits;

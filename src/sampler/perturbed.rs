@@ -11,7 +11,7 @@ use crate::sampling::warp::{square_of_sphere, uniform_disk, uniform_sphere};
 use std::f32::consts::TAU;
 
 /// Points of a set at most, as a power of two.
-const MOST_BITS: u32 = 10;
+const MAX_BITS: u32 = 10;
 /// The golden ratio's fraction.
 const GOLDEN_SECTION: f32 = 0.618_034;
 
@@ -44,7 +44,7 @@ impl PerturbedQmc {
             seed,
             key: 0,
             sample: 0,
-            bits: count.max(1).ilog2().min(MOST_BITS),
+            bits: count.max(1).ilog2().min(MAX_BITS),
         }
     }
 

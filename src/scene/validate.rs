@@ -233,7 +233,7 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
     if determinants().any(|d| d < 0.0) && determinants().any(|d| d > 0.0) {
         return bad("is turned inside out on its way");
     }
-    if placement.is_moving() && !(2..=Placement::MOST_STEPS).contains(&placement.steps().len()) {
+    if placement.is_moving() && !(2..=Placement::MAX_STEPS).contains(&placement.steps().len()) {
         return bad("has too few or too many steps on its way");
     }
     let bounds = placement.bounds(bounds);

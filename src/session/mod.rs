@@ -23,7 +23,7 @@ pub use camera::CameraSettings;
 pub use error::{Error, InvalidSetting};
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
-pub use settings::{MOST_FOR_NOISE, Settings};
+pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;
 
 pub(crate) use backend::{AccelTask, AnyAccel};
@@ -225,7 +225,7 @@ fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecas
     let method = settings.method().memory(settings, scene);
     Forecast {
         prepared: method.prepared,
-        sampling: method.frame,
+        sampling: method.iteration,
         ..Forecast::new(scene, settings.crop(), largest_file)
     }
 }

@@ -56,7 +56,7 @@ pub struct Settings {
 }
 
 /// Samples that a pixel may have where a noise level is given and nothing else.
-pub const MOST_FOR_NOISE: u32 = 1 << 14;
+pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
 /// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
 const THREADS_OF_A_PROCESSOR: usize = 64;

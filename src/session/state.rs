@@ -4,7 +4,7 @@
 //! case. `--noise` promises tiles their samples in rounds. The promise (`Tile::target`) is a part of the state: a round that was interrupted ends
 //! before anything is decided anew.
 
-use crate::film::{Aov, Film, Image, MOST_PARTS};
+use crate::film::{Aov, Film, Image, MAX_PARTS};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
 use crate::sampler::SampleKey;
@@ -26,7 +26,7 @@ impl RenderState {
     /// Nothing yet, on an empty film, which is to sum all that `features` are of.
     pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
         if let Some(names) = features {
-            film = film.with_parts(names.parts().len().min(MOST_PARTS));
+            film = film.with_parts(names.parts().len().min(MAX_PARTS));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {
                 film = film.with_features();
             }

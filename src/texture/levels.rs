@@ -15,7 +15,7 @@ pub(super) struct Level {
 }
 
 /// What alpha is raised by as a weight of colours, so that texels that cover nothing still have a colour among themselves.
-const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
+const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Appends the coarser levels to `samples`, which are a picture of `size` texels (columns, rows); tells where each level is.
 ///
@@ -74,7 +74,7 @@ fn half((width, height): (usize, usize)) -> (usize, usize) {
 fn weigh(texel: &mut [f32]) {
     if texel.len() % 2 == 0 {
         if let Some((weight, colors)) = texel.split_last_mut() {
-            *weight += LEAST_WEIGHT;
+            *weight += MIN_WEIGHT;
             colors.iter_mut().for_each(|color| *color *= *weight);
         }
     }
@@ -83,7 +83,7 @@ fn weigh(texel: &mut [f32]) {
 /// Channel `c` of a texel whose colours are weighed.
 fn unweighed(texel: &[f32], c: usize) -> f32 {
     match texel.last() {
-        Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - LEAST_WEIGHT).max(0.0),
+        Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - MIN_WEIGHT).max(0.0),
         Some(&weight) if texel.len() % 2 == 0 => texel[c] / weight,
         _ => texel[c],
     }

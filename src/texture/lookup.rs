@@ -6,7 +6,7 @@ use crate::math::{Encode, Vec2, Vec3};
 use std::array;
 
 /// How many texels are looked at where all must be.
-const MOST_TEXELS: f32 = 4096.0;
+const MAX_TEXELS: f32 = 4096.0;
 /// Texels from the origin up to here have middles that an `f32` can tell.
 const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Texels along a side.
@@ -159,7 +159,7 @@ impl Texture {
         let (first, last) = ((low * self.size).floor() - 2.0, (high * self.size).floor() + 2.0);
         let count = last - first + 1.0;
         let is_near = first.abs().max(last.abs()).max_element() < FARTHEST_TEXEL;
-        if !(is_near && count.x * count.y <= MOST_TEXELS) {
+        if !(is_near && count.x * count.y <= MAX_TEXELS) {
             return false;
         }
         let mut texels =

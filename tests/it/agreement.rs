@@ -108,7 +108,7 @@ fn estimators(spp: u32) -> Vec<Estimator> {
                 max_depth: Some(MAX_DEPTH),
                 roulette: Roulette { depth: 2 },
             };
-            film_of_frames(&integrator, RESOLUTION, spp, 4)
+            film_of_iterations(&integrator, RESOLUTION, spp, 4)
         }),
     });
     all

@@ -10,7 +10,7 @@ use embrasure::integrator::*;
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::render_frames;
+use embrasure::render::render_iterations;
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 
@@ -56,9 +56,9 @@ fn picture(film: &Film) -> Vec<f64> {
 
 /// What part `part` of the light gives.
 fn part(film: &Film, part: usize) -> Vec<f64> {
-    let frames = film.sums(UVec2::ZERO).unwrap().samples();
+    let iterations = film.sums(UVec2::ZERO).unwrap().samples();
     regions(film, |pixel, c| {
-        film.tile_at(pixel).unwrap().part_sums(pixel)[part].mean(c, frames)
+        film.tile_at(pixel).unwrap().part_sums(pixel)[part].mean(c, iterations)
     })
 }
 
@@ -147,7 +147,7 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
         };
         let integrator = bidirectional(world, MAX_DEPTH);
         let films: Vec<Film> = (0..SEEDS)
-            .map(|seed| film_of_frames(&integrator, RESOLUTION, 128, seed))
+            .map(|seed| film_of_iterations(&integrator, RESOLUTION, 128, seed))
             .collect();
         let sum = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + b).collect() };
         let mut index = 0;
@@ -298,7 +298,7 @@ fn bidirectional_paths_agree_with_paths() {
                     heuristic,
                     ..bidirectional(world, 6)
                 };
-                let films = renders(|seed| film_of_frames(&integrator, RESOLUTION, 96, seed));
+                let films = renders(|seed| film_of_iterations(&integrator, RESOLUTION, 96, seed));
                 let error = assert_same_means(&format!("{selection:?}, {heuristic:?}"), &films, &expected);
                 assert!(error < 0.004, "{error}");
             }
@@ -312,7 +312,7 @@ fn bent_normals_are_the_same_from_both_ends() {
     let (scene, camera) = tilted_room();
     with_world(&scene, camera, RESOLUTION, |world| {
         let expected = renders(|seed| film_of(&path_tracer(world, Some(4)), RESOLUTION, 256, seed));
-        let films = renders(|seed| film_of_frames(&bidirectional(world, 4), RESOLUTION, 96, seed));
+        let films = renders(|seed| film_of_iterations(&bidirectional(world, 4), RESOLUTION, 96, seed));
         let error = assert_same_means("bent normals", &films, &expected);
         assert!(error < 0.004, "{error}");
     });
@@ -330,7 +330,7 @@ fn light_tracing_agrees_with_paths() {
     for camera in [camera, lens] {
         with_world(&scene, camera, RESOLUTION, |world| {
             let expected = renders(|seed| film_of(&path_tracer(world, Some(5)), RESOLUTION, 256, seed));
-            let films = renders(|seed| film_of_frames(&light_tracer(world, 5), RESOLUTION, 192, seed));
+            let films = renders(|seed| film_of_iterations(&light_tracer(world, 5), RESOLUTION, 192, seed));
             let error = assert_same_means("light", &films, &expected);
             assert!(error < 0.004, "{error}");
         });
@@ -353,33 +353,40 @@ fn filters_weigh_splats() {
             features: false,
             strategies: false,
         };
-        let by_frames = |integrator: &dyn Fn(&mut Film, u64)| {
+        let by_iterations = |integrator: &dyn Fn(&mut Film, u64)| {
             renders(|seed| {
                 let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION));
                 integrator(&mut film, seed);
                 film
             })
         };
-        let expected = by_frames(&|film, seed| {
+        let expected = by_iterations(&|film, seed| {
             let _ = embrasure::render::render(&path_tracer(world, Some(3)), &Independent::new(seed), film, 256, &());
         });
-        let light = by_frames(&|film, seed| {
+        let light = by_iterations(&|film, seed| {
             let numbers = (&Independent::new(seed), &filter);
-            let _ = render_frames(&light_tracer(world, 3), numbers, film, (192, None), &());
+            let _ = render_iterations(&light_tracer(world, 3), numbers, film, (192, None), &());
         });
         assert_same_means(&format!("{kind:?}, light"), &light, &expected);
-        let both = by_frames(&|film, seed| {
+        let both = by_iterations(&|film, seed| {
             let numbers = (&Independent::new(seed), &filter);
-            let _ = render_frames(&bidirectional(world, 3), numbers, film, (96, None), &());
+            let _ = render_iterations(&bidirectional(world, 3), numbers, film, (96, None), &());
         });
         assert_same_means(&format!("{kind:?}, both"), &both, &expected);
     }
 }
 
 /// Mean of a picture against what it should be: to 0.3 %, or to 4 standard errors where there are more paths than a test has time for.
-fn assert_known(what: &str, frames: u32, integrator: &impl FrameIntegrator, expected: f64) {
+fn assert_known(what: &str, iterations: u32, integrator: &impl IterationIntegrator, expected: f64) {
     let films: Vec<_> = (0..SEEDS)
-        .map(|seed| picture(&film_of_frames(integrator, RESOLUTION, frames / SEEDS as u32, seed)))
+        .map(|seed| {
+            picture(&film_of_iterations(
+                integrator,
+                RESOLUTION,
+                iterations / SEEDS as u32,
+                seed,
+            ))
+        })
         .collect();
     let (mean, variance) = statistics(&films)[13];
     println!("{what}: {mean} ± {}, expected {expected}", variance.sqrt());

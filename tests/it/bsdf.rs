@@ -811,7 +811,7 @@ fn rough_glass_refracts_as_published() {
 /// What is hardly rough sends light where a smooth surface does, and as much of it.
 #[test]
 fn smooth_facets_are_mirrors() {
-    let alpha = Vec2::splat(2.0 * LEAST_ALPHA);
+    let alpha = Vec2::splat(2.0 * MIN_ALPHA);
     let ones = grey(1.0);
     for degrees in [0.0, 30.0, 60.0, 80.0] {
         for side in [1.0, -1.0] {

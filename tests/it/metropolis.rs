@@ -1,4 +1,4 @@
-//! Metropolis light transport: frames against closed forms and against path tracing, and how they come about.
+//! Metropolis light transport: iterations against closed forms and against path tracing, and how they come about.
 
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
@@ -8,12 +8,12 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World,
+    Heuristic, ImportanceImage, IterationIntegrator, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World,
 };
 use embrasure::light::SelectionMode;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, Statistics, render_frames};
+use embrasure::render::{Outcome, Statistics, render_iterations};
 use embrasure::sampler::{Independent, Sampler, Sobol};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
@@ -42,18 +42,18 @@ fn pssmlt<'a>(
 
 /// The samples from `first` to the one before `end` of the pixels of `crop`.
 fn part(
-    integrator: &impl FrameIntegrator,
+    integrator: &impl IterationIntegrator,
     (sampler, filter): (&impl Sampler, &Filter),
     (resolution, crop): (UVec2, Rect),
     [first, end]: [u32; 2],
 ) -> (Film, Statistics) {
     let mut film = Film::starting_at(resolution, crop, first);
-    let (outcome, statistics) = render_frames(integrator, (sampler, filter), &mut film, (end, None), &());
+    let (outcome, statistics) = render_iterations(integrator, (sampler, filter), &mut film, (end, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     (film, statistics)
 }
 
-/// The mean of values that frames have, and its standard error: from their spread, which knows that pixels of a frame have errors in common.
+/// The mean of values that iterations have, and its standard error: from their spread, which knows that pixels of an iteration have errors in common.
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -61,19 +61,19 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (spread / (n * (n - 1.0))).sqrt())
 }
 
-/// Means over the whole picture of each of `count` frames.
-fn means_of_frames(integrator: &impl FrameIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
-    let of = |frame| {
+/// Means over the whole picture of each of `count` iterations.
+fn means_of_iterations(integrator: &impl IterationIntegrator, resolution: UVec2, count: u32) -> Vec<f64> {
+    let of = |iteration| {
         let numbers = (&Independent::new(55), &Filter::BOX);
         let all = (resolution, Rect::full(resolution));
-        film_mean(&part(integrator, numbers, all, [frame, frame + 1]).0, 1)
+        film_mean(&part(integrator, numbers, all, [iteration, iteration + 1]).0, 1)
     };
     (0..count).map(of).collect()
 }
 
-/// Fails unless the mean over frames is right to three parts in a thousand, and is known well enough to say so.
-fn assert_mean(what: &str, frames: &[f64], expected: f64) {
-    let (mean, error) = mean_and_error(frames);
+/// Fails unless the mean over iterations is right to three parts in a thousand, and is known well enough to say so.
+fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
+    let (mean, error) = mean_and_error(iterations);
     println!("{what}: {mean} ± {error}, expected {expected}");
     assert!(error < 2e-3 * expected, "{what}: the error of the mean is {error}");
     assert!(
@@ -96,12 +96,12 @@ fn closed_box_shows_the_geometric_series() {
     let resolution = UVec2::splat(24);
     with_world(&scene, camera, resolution, |world| {
         for direct in BOTH {
-            for (max_depth, frames) in [(0, 400), (1, 400), (5, 600)] {
+            for (max_depth, iterations) in [(0, 400), (1, 400), (5, 600)] {
                 let test = rough_picture(world, max_depth);
                 let mut integrator = pssmlt(world, max_depth, &test);
                 integrator.metropolis.direct = direct;
                 integrator.metropolis.bootstrap = Some(1024);
-                let means = means_of_frames(&integrator, resolution, frames);
+                let means = means_of_iterations(&integrator, resolution, iterations);
                 let expected = 2.0 - 0.5f64.powi(max_depth as i32);
                 assert_mean(&format!("{direct:?}, max_depth {max_depth}"), &means, expected);
             }
@@ -121,7 +121,7 @@ fn white_furnace_hides_a_white_object() {
     let resolution = UVec2::splat(24);
     with_world(&scene, camera, resolution, |world| {
         // Nothing is scattered twice: chains of longer paths find nothing, and take their share of the bootstrap paths.
-        for (direct, max_depth, frames) in [
+        for (direct, max_depth, iterations) in [
             (MetropolisDirect::Ordinary, 20, 200),
             (MetropolisDirect::Metropolis, 1, 800),
         ] {
@@ -129,7 +129,7 @@ fn white_furnace_hides_a_white_object() {
             let mut integrator = pssmlt(world, max_depth, &test);
             integrator.metropolis.direct = direct;
             integrator.metropolis.bootstrap = Some(1024);
-            let means = means_of_frames(&integrator, resolution, frames);
+            let means = means_of_iterations(&integrator, resolution, iterations);
             assert_mean(&format!("{direct:?}"), &means, 1.0);
         }
     });
@@ -154,7 +154,7 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
             let test = rough_picture(world, max_depth);
             let mut integrator = pssmlt(world, max_depth, &test);
             integrator.metropolis.bootstrap = Some(2048);
-            means_of_frames(&integrator, resolution, 400)
+            means_of_iterations(&integrator, resolution, 400)
         };
         // Direct light is the same in both, to the bit: what is left comes by at least two scatterings, with radiance ρ E / π.
         let indirect: Vec<f64> = means(most)
@@ -168,14 +168,14 @@ fn a_point_light_in_a_sphere_lights_it_evenly() {
     });
 }
 
-/// Each frame has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four
+/// Each iteration has the right mean, however few bootstrap paths and mutations it has: here chains often have no choice where to start, and go four
 /// steps.
 #[test]
-fn single_frames_are_unbiased() {
+fn single_iterations_are_unbiased() {
     let (scene, camera) = glowing_room();
     let resolution = UVec2::splat(4);
     with_world(&scene, camera, resolution, |world| {
-        for (bootstrap, chains, frames) in [(1, 1, 40_000), (6, 4, 20_000), (40, 16, 8_000)] {
+        for (bootstrap, chains, iterations) in [(1, 1, 40_000), (6, 4, 20_000), (40, 16, 8_000)] {
             let test = rough_picture(world, 2);
             let mut integrator = pssmlt(world, 2, &test);
             integrator.metropolis = Metropolis {
@@ -184,7 +184,7 @@ fn single_frames_are_unbiased() {
                 bootstrap: Some(bootstrap),
                 ..Metropolis::default()
             };
-            let (mean, error) = mean_and_error(&means_of_frames(&integrator, resolution, frames));
+            let (mean, error) = mean_and_error(&means_of_iterations(&integrator, resolution, iterations));
             println!("{bootstrap} paths, {chains} chains: {mean} ± {error}");
             assert!(error < 0.02, "{error}");
             assert!(
@@ -195,11 +195,11 @@ fn single_frames_are_unbiased() {
     });
 }
 
-/// z-tests of the means over 16 regions between frames and path tracing.
+/// z-tests of the means over 16 regions between iterations and path tracing.
 fn assert_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),
-    (max_depth, frames): (u32, u32),
+    (max_depth, iterations): (u32, u32),
     set: impl Fn(&mut Metropolis),
 ) {
     let resolution = UVec2::splat(16);
@@ -237,15 +237,15 @@ fn assert_agrees_with_paths(
         let mut integrator = pssmlt(world, max_depth, &test);
         integrator.metropolis.direct = direct;
         set(&mut integrator.metropolis);
-        let frame = |index: u32| {
+        let iteration = |index: u32| {
             let all = (resolution, Rect::full(resolution));
             part(&integrator, (&Independent::new(3), filter), all, [index, index + 1]).0
         };
-        let frames: Vec<Film> = (0..frames).map(frame).collect();
+        let iterations: Vec<Film> = (0..iterations).map(iteration).collect();
         let mut relative = Vec::new();
         for &region in &regions {
             for c in 0..3 {
-                let values: Vec<f64> = frames.iter().map(|film| mean(film, region, c)).collect();
+                let values: Vec<f64> = iterations.iter().map(|film| mean(film, region, c)).collect();
                 let (got, spread) = mean_and_error(&values);
                 let expected = mean(&paths, region, c);
                 let sigma = spread.hypot(error(region, c));
@@ -374,7 +374,7 @@ fn threads_crops_and_parts_change_no_bit() {
         first.merge(&second);
         assert_eq!((sums(&first), some.merge(more)), (sums(&whole), statistics.clone()));
 
-        // Mutations: one a pixel in each frame
+        // Mutations: one a pixel in each iteration
         let counts: Vec<_> = statistics.mutations.values().collect();
         let proposed: u64 = counts.iter().map(|counts| counts.proposed).sum();
         assert_eq!(proposed, 6 * full.area());
@@ -398,7 +398,7 @@ fn groups_of_lights_add_up_and_change_no_bit() {
         let film = |groups| {
             let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(groups);
             let numbers = (&Independent::new(1), &Filter::BOX);
-            render_frames(&integrator, numbers, &mut film, (16, None), &());
+            render_iterations(&integrator, numbers, &mut film, (16, None), &());
             film
         };
         let (plain, told_apart) = (film(0), film(2));
@@ -427,7 +427,7 @@ fn darkness_is_dark() {
                 let mut integrator = pssmlt(world, max_depth, &test);
                 integrator.metropolis.direct = direct;
                 assert!(
-                    means_of_frames(&integrator, resolution, 3)
+                    means_of_iterations(&integrator, resolution, 3)
                         .iter()
                         .all(|mean| *mean == 0.0)
                 );

@@ -11,7 +11,7 @@ use embrasure::integrator::{
 };
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, render_frames};
+use embrasure::render::{Outcome, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 
@@ -41,13 +41,13 @@ fn mlt<'a, A>(
 }
 
 /// Frames `first` to `end` of the picture.
-fn frames(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis), seed: u64, end: u32) -> Film {
+fn iterations(world: World<Backend>, (max_depth, metropolis): (u32, Metropolis), seed: u64, end: u32) -> Film {
     let resolution = world.camera.resolution();
     let mut film = Film::new(resolution, Rect::full(resolution));
     let test = rough_picture(world, max_depth);
     let integrator = mlt(world, max_depth, metropolis, &test);
     let numbers = (&Independent::new(seed), world.filter);
-    let (outcome, statistics) = render_frames(&integrator, numbers, &mut film, (end, None), &());
+    let (outcome, statistics) = render_iterations(&integrator, numbers, &mut film, (end, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }
@@ -94,7 +94,7 @@ fn agrees(what: &str, scene: &Scene, camera: CameraParameters, (depth, direct): 
             ..ALL_LIGHT
         };
         let films: Vec<Film> = (0..SEEDS)
-            .map(|seed| frames(world, (depth, metropolis), seed, spp))
+            .map(|seed| iterations(world, (depth, metropolis), seed, spp))
             .collect();
         let path = path_tracer(world, Some(depth));
         let reference: Vec<Film> = (0..SEEDS)
@@ -123,7 +123,7 @@ fn closed_box_shows_the_geometric_series() {
         (MetropolisDirect::Ordinary, 10, 2.0 - 0.5f64.powi(10)),
     ] {
         let film = with_world(&scene, camera, UVec2::splat(32), |world| {
-            frames(world, (depth, Metropolis { direct, ..ALL_LIGHT }), 3, 128)
+            iterations(world, (depth, Metropolis { direct, ..ALL_LIGHT }), 3, 128)
         });
         let mean = film_mean(&film, 0);
         println!("{direct:?}, depth {depth}: {mean}, expected {expected}");
@@ -143,7 +143,7 @@ fn furnace_is_even() {
     let scene = b.build().unwrap().0;
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
     let film = with_world(&scene, camera, UVec2::splat(32), |world| {
-        frames(world, (4, ALL_LIGHT), 1, 128)
+        iterations(world, (4, ALL_LIGHT), 1, 128)
     });
     let mean = film_mean(&film, 0);
     println!("furnace: {mean}");
@@ -253,7 +253,7 @@ fn light_through_a_gap_is_missed_by_no_seed() {
             ..Metropolis::default()
         };
         let films: Vec<Film> = (0..SEEDS)
-            .map(|seed| frames(world, (6, metropolis), seed, 320))
+            .map(|seed| iterations(world, (6, metropolis), seed, 320))
             .collect();
         let path = path_tracer(world, Some(6));
         let reference: Vec<Film> = (0..16)
@@ -279,7 +279,7 @@ fn light_through_a_gap_is_missed_by_no_seed() {
     });
 }
 
-/// Each frame depends on its index alone: threads and parts change no bit.
+/// Each iteration depends on its index alone: threads and parts change no bit.
 #[test]
 fn threads_change_no_bit() {
     let scene = lobes_room();
@@ -288,7 +288,7 @@ fn threads_change_no_bit() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             with_world(&scene, camera, UVec2::splat(24), |world| {
-                frames(world, (5, ALL_LIGHT), 9, 3)
+                iterations(world, (5, ALL_LIGHT), 9, 3)
             })
         })
     };
@@ -308,7 +308,7 @@ fn bent_normals_show_what_light_tracing_shows() {
         let seeds = 0..16;
         let films: Vec<Film> = seeds
             .clone()
-            .map(|seed| frames(world, (3, ALL_LIGHT), seed, 24))
+            .map(|seed| iterations(world, (3, ALL_LIGHT), seed, 24))
             .collect();
         let light = LightIntegrator {
             world,
@@ -316,7 +316,7 @@ fn bent_normals_show_what_light_tracing_shows() {
             roulette: Roulette::default(),
         };
         let reference: Vec<Film> = seeds
-            .map(|seed| film_of_frames(&light, UVec2::splat(16), 96, 50 + seed))
+            .map(|seed| film_of_iterations(&light, UVec2::splat(16), 96, 50 + seed))
             .collect();
         let z = z_of_regions(&films, &reference, 2);
         assert!(z.iter().all(|z| z.abs() < 5.5), "{z:.1?}");

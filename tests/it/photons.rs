@@ -10,7 +10,7 @@ use embrasure::film::{Film, Rect, RgbImage};
 use embrasure::integrator::*;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
-use embrasure::render::{Outcome, RayCounts, photon_maps, render_frames};
+use embrasure::render::{Outcome, RayCounts, photon_maps, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
@@ -87,7 +87,7 @@ fn photons_lie_as_dense_as_light_is() {
     }
 }
 
-/// Progressive photon mapping with photons that count within `radius` in the first frame.
+/// Progressive photon mapping with photons that count within `radius` in the first iteration.
 fn progressive<A>(world: World<A>, radius: f32, max_depth: u32) -> ProgressivePhotonIntegrator<A> {
     ProgressivePhotonIntegrator {
         world,
@@ -113,10 +113,10 @@ fn merging<A>(world: World<A>, radius: f32, max_depth: u32) -> VertexMergingInte
     }
 }
 
-fn frames(integrator: &impl FrameIntegrator, resolution: UVec2, count: u32, seed: u64) -> Film {
+fn iterations(integrator: &impl IterationIntegrator, resolution: UVec2, count: u32, seed: u64) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution));
     let numbers = (&Independent::new(seed), &embrasure::film::Filter::BOX);
-    let (outcome, statistics) = render_frames(integrator, numbers, &mut film, (count, None), &());
+    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, (count, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }
@@ -150,9 +150,9 @@ fn the_furnace_has_no_bias() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, camera, resolution, |world| {
-        let film = frames(&progressive(world, 0.05, 6), resolution, 64, 1);
+        let film = iterations(&progressive(world, 0.05, 6), resolution, 64, 1);
         assert_unbiased("sppm in the furnace", &film, 1.0);
-        let film = frames(&merging(world, 0.05, 6), resolution, 64, 4);
+        let film = iterations(&merging(world, 0.05, 6), resolution, 64, 4);
         // It merges what has come straight from the light, too, on a body of facets.
         let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
         println!("vcm in the furnace: mean {mean} ± {error}");
@@ -177,7 +177,7 @@ fn the_closed_box_is_right_but_for_its_edges() {
                 alpha: 1.0,
                 ..progressive(world, radius, depth)
             };
-            let film = frames(&integrator, resolution, 64, 3);
+            let film = iterations(&integrator, resolution, 64, 3);
             let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
             println!("sppm, radius {radius}: {mean} ± {error}");
             assert!(
@@ -208,11 +208,11 @@ fn image(film: &Film) -> RgbImage {
     }
 }
 
-/// The mean squared error of n frames falls as n^−α, to which the square of the bias, n^(2α − 2), is equal at 2/3 (Knaus and Zwicker 2011, eqs. 14
+/// The mean squared error of n iterations falls as n^−α, to which the square of the bias, n^(2α − 2), is equal at 2/3 (Knaus and Zwicker 2011, eqs. 14
 /// and 17); errors of direct light, which fall as 1/n, and photons at edges make it steeper. The bias at the first radius is what radii that stay
 /// have.
 #[test]
-fn errors_shrink_as_frames_are_added() {
+fn errors_shrink_as_iterations_are_added() {
     let scene = own("cornell-box.toml");
     let resolution = UVec2::splat(24);
     with_world(&scene, cornell(), resolution, |world| {
@@ -224,17 +224,17 @@ fn errors_shrink_as_frames_are_added() {
         };
         let error = |film: &Film| Errors::new(&image(film), &image(&reference)).unwrap().rel_mse;
         let shrinks = of(2.0 / 3.0);
-        let few = |seed| error(&frames(&shrinks, resolution, 4, seed));
+        let few = |seed| error(&iterations(&shrinks, resolution, 4, seed));
         let few = (10..14).map(few).sum::<f64>() / 4.0;
-        let film = frames(&shrinks, resolution, 128, 20);
+        let film = iterations(&shrinks, resolution, 128, 20);
         let many = error(&film);
         let slope = (many / few).ln() / 32f64.ln();
-        println!("relMSE {few} of 4 frames, {many} of 128: exponent {slope}");
+        println!("relMSE {few} of 4 iterations, {many} of 128: exponent {slope}");
         assert!((-1.05..-0.5).contains(&slope), "{few} {many}: {slope}");
 
         // The same photons for both, so that their noise is, too: it moves means by half a percent.
         let bias = |film: &Film| film_mean(film, 0) / film_mean(&reference, 0) - 1.0;
-        let (stays, shrinks) = (bias(&frames(&of(1.0), resolution, 128, 20)), bias(&film));
+        let (stays, shrinks) = (bias(&iterations(&of(1.0), resolution, 128, 20)), bias(&film));
         println!("bias of the mean {stays} at the first radius, {shrinks} with radii that shrink");
         assert!((-0.04..0.0).contains(&stays), "{stays}");
         assert!((0.004..0.02).contains(&(shrinks - stays)), "{shrinks} {stays}");
@@ -294,11 +294,11 @@ fn holes_count_once() {
             alpha: 1.0,
             ..progressive(world, 0.05, 4)
         };
-        assert_same_blocks("sppm", &frames(&integrator, resolution, 64, 2), &reference, 0.025);
+        assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.025);
         let film = mapped(world, resolution, 60_000, 4, 32, 3);
         assert_same_blocks("photon-map", &film, &reference, 0.025);
         // Wide enough that much is merged
-        let film = frames(&merging(world, 0.05, 4), resolution, 128, 4);
+        let film = iterations(&merging(world, 0.05, 4), resolution, 128, 4);
         assert_same_blocks("vcm", &film, &reference, 0.025);
     });
 }
@@ -317,11 +317,11 @@ fn all_light_is_counted_once() {
                 alpha: 1.0,
                 ..progressive(world, 0.03, depth)
             };
-            let film = frames(&integrator, resolution, 64, 2);
+            let film = iterations(&integrator, resolution, 64, 2);
             assert_same_blocks(&format!("sppm, depth {depth}"), &film, &reference, 0.03);
             let film = mapped(world, resolution, 60_000, depth, 16, 3);
             assert_same_blocks(&format!("photon-map, depth {depth}"), &film, &reference, 0.05);
-            let film = frames(&merging(world, 0.03, depth), resolution, 128, 4);
+            let film = iterations(&merging(world, 0.03, depth), resolution, 128, 4);
             assert_same_blocks(&format!("vcm, depth {depth}"), &film, &reference, 0.03);
         }
     });
@@ -351,8 +351,8 @@ fn the_caustic_of_a_ball_is_right() {
             alpha: 1.0,
             ..progressive(world, 0.02, 8)
         };
-        assert_same_blocks("sppm", &frames(&integrator, resolution, 64, 2), &reference, 0.02);
-        let film = frames(&merging(world, 0.02, 8), resolution, 128, 4);
+        assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.02);
+        let film = iterations(&merging(world, 0.02, 8), resolution, 128, 4);
         assert_same_blocks("vcm", &film, &reference, 0.02);
         assert_same_blocks(
             "photon-map",

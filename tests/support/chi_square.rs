@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// Bins in θ and φ over the whole sphere.
 const BINS: [usize; 2] = [80, 160];
 /// Bins that expect fewer are pooled.
-const LEAST_EXPECTED: f64 = 5.0;
+const MIN_EXPECTED: f64 = 5.0;
 
 /// What came out.
 #[derive(Clone, Copy, Debug)]
@@ -122,15 +122,15 @@ fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
     for (k, &i) in order.iter().enumerate() {
         pooled_observed += observed[i];
         pooled_expected += expected[i];
-        let rest_is_large = order.get(k + 1).is_none_or(|&next| expected[next] >= LEAST_EXPECTED);
-        if pooled_expected >= LEAST_EXPECTED && (expected[i] >= LEAST_EXPECTED || rest_is_large) {
+        let rest_is_large = order.get(k + 1).is_none_or(|&next| expected[next] >= MIN_EXPECTED);
+        if pooled_expected >= MIN_EXPECTED && (expected[i] >= MIN_EXPECTED || rest_is_large) {
             statistic += (pooled_observed - pooled_expected).powi(2) / pooled_expected;
             bins += 1;
             (pooled_observed, pooled_expected) = (0.0, 0.0);
         }
     }
     // Samples where hardly any could be
-    if pooled_observed > 10.0 * LEAST_EXPECTED {
+    if pooled_observed > 10.0 * MIN_EXPECTED {
         return 0.0;
     }
     if bins < 2 {

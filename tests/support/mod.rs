@@ -12,12 +12,12 @@ use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
-    FrameIntegrator, Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, PathIntegrator,
+    Heuristic, ImportanceImage, ImportanceImageMaker, Integrator, IterationIntegrator, PathIntegrator,
     ReusingPathIntegrator, Roulette, Sink, Strategy, World,
 };
 use embrasure::material::{Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::render::{Outcome, importance_image, render, render_frames};
+use embrasure::render::{Outcome, importance_image, render, render_iterations};
 use embrasure::sampler::{Independent, SampleKey, Sampler};
 use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
@@ -147,11 +147,16 @@ pub fn film_by(sampler: &impl Sampler, integrator: &impl Integrator, resolution:
     film
 }
 
-/// Renders by an integrator that makes frames, with independent samples.
-pub fn film_of_frames(integrator: &impl FrameIntegrator, resolution: UVec2, frames: u32, seed: u64) -> Film {
+/// Renders by an integrator that makes iterations, with independent samples.
+pub fn film_of_iterations(
+    integrator: &impl IterationIntegrator,
+    resolution: UVec2,
+    iterations: u32,
+    seed: u64,
+) -> Film {
     let mut film = Film::new(resolution, Rect::full(resolution)).with_parts(2 * integrator.strategies());
     let numbers = (&Independent::new(seed), &Filter::BOX);
-    let (outcome, statistics) = render_frames(integrator, numbers, &mut film, (frames, None), &());
+    let (outcome, statistics) = render_iterations(integrator, numbers, &mut film, (iterations, None), &());
     assert_eq!((outcome, statistics.dropped), (Outcome::Complete, 0));
     film
 }

@@ -69,12 +69,12 @@ pub struct Significance {
     /// Which errors pixels may have in common, in the picture where that is worse: it decides what is tested.
     pub common: CommonErrors,
     /// About how many samples the noise consists of, where these are rare and the pictures differ in how they find them: heavy tails. The whole alone is tested
-    /// then, and nothing where they are fewer than [`LEAST_RARE`].
+    /// then, and nothing where they are fewer than [`MIN_RARE`].
     pub rare: Option<f64>,
 }
 
 /// Rare samples, at least, of which a sum is told from another one: the chance that half of 50 expected ones are missing is below 10^-4.
-pub const LEAST_RARE: f64 = 50.0;
+pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
     /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances tell nothing, as after one sample.
@@ -91,7 +91,7 @@ impl Significance {
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
             // Most tiles have seen none of these samples. Means of relative differences, weighted by what tiles know of their noise, would be those of such tiles.
-            let tests = (rare >= LEAST_RARE).then(|| sum_tests(&tiles));
+            let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
                 level,

@@ -1,6 +1,6 @@
 use super::connection::Connector;
 use crate::accel::Accel;
-use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
@@ -17,7 +17,7 @@ pub struct BidirectionalIntegrator<'a, A> {
     pub roulette: Roulette,
 }
 
-impl<A: Accel> FrameIntegrator for BidirectionalIntegrator<'_, A> {
+impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
     type Part = ();
     type Prepared = ();
 

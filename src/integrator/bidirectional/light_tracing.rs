@@ -1,7 +1,7 @@
 use super::connection::{Connector, Subpaths};
 use super::subpath::Surface;
 use crate::accel::Accel;
-use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RayKind, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RayKind, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex shows itself to the camera (Arvo 1986; Dutré, Lafortune and Willems 1993). What the camera sees
@@ -16,7 +16,7 @@ pub struct LightIntegrator<'a, A> {
     pub roulette: Roulette,
 }
 
-impl<A: Accel> FrameIntegrator for LightIntegrator<'_, A> {
+impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
     type Part = ();
     type Prepared = ();
 

@@ -4,7 +4,7 @@
 //! the camera, and weights them. `light_tracing` is all strategies with t = 1, and `bdpt` is all strategies.
 //! `photon/vcm.rs` and `metropolis/pssmlt.rs` use the same `Connector`.
 //!
-//! Light paths light any pixel, so these methods implement `FrameIntegrator`: a sample index is an iteration, an estimate of the whole picture that
+//! Light paths light any pixel, so these methods implement `IterationIntegrator`: a sample index is an iteration, an estimate of the whole picture that
 //! depends on the seed and the index alone. The film takes an iteration as one sample of every pixel. Whatever holds of samples therefore holds of
 //! iterations: variance, checkpoints, resume, merging, crops and noise levels need no special case. A crop traces the light paths of the whole
 //! picture, because these fall into the crop.

@@ -1,7 +1,7 @@
 //! Metropolis light transport: Markov chains of paths.
 //!
 //! `pssmlt` walks in the space of the random numbers that make a path, `mlt` in the space of paths. `options` has what both share, `importance_image`
-//! their target. Both implement `FrameIntegrator`: an iteration has its own starting paths and chains and is unbiased by itself, so that a render has
+//! their target. Both implement `IterationIntegrator`: an iteration has its own starting paths and chains and is unbiased by itself, so that a render has
 //! the same bits however it is split. The price is that chains are short.
 //!
 //! Path tracing finds direct light, and lamps seen in mirrors and through glass (`OrdinaryLight`), by default. Metropolis sampling has no advantage

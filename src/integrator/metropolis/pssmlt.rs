@@ -18,8 +18,8 @@ use super::options::{OrdinaryLight, name};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::{
-    FrameIntegrator, Gathered, Heuristic, ImportanceImage, Metropolis, MetropolisDirect, RaySink, Roulette, SplatSink,
-    World,
+    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, MetropolisDirect, RaySink, Roulette,
+    SplatSink, World,
 };
 use crate::material::BsdfSlot;
 use crate::math::Vec2;
@@ -90,7 +90,7 @@ struct State {
     share: f64,
 }
 
-impl<A: Accel> FrameIntegrator for PrimarySpaceIntegrator<'_, A> {
+impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     type Part = Vec<Seed>;
     type Prepared = Vec<Seed>;
 

@@ -19,7 +19,7 @@ use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
 use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{FrameIntegrator, Gathered, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
+use crate::integrator::{Gathered, IterationIntegrator, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -61,7 +61,7 @@ pub struct ProgressivePhotonIntegrator<'a, A> {
 
 /// Photons of one iteration.
 #[derive(Debug)]
-pub struct FramePhotons<'a> {
+pub struct IterationPhotons<'a> {
     grid: PhotonGrid,
     radii: Radii<'a>,
     /// Time of the photons.
@@ -75,7 +75,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     }
 
     /// The light that photons have brought to `vertex`, after `depth` scatterings of the path from the camera.
-    fn photons<R: Gathered>(&self, prepared: &FramePhotons, vertex: &Vertex, depth: u32) -> R {
+    fn photons<R: Gathered>(&self, prepared: &IterationPhotons, vertex: &Vertex, depth: u32) -> R {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
         let mut density = Density::new(self.world.scene, vertex);
@@ -89,9 +89,9 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     }
 }
 
-impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
+impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
     type Part = (f32, Vec<Photon>);
-    type Prepared = FramePhotons<'a>;
+    type Prepared = IterationPhotons<'a>;
 
     fn preparations(&self) -> u32 {
         PhotonTracer::<A>::pieces(self.paths())
@@ -117,7 +117,7 @@ impl<'a, A: Accel> FrameIntegrator for ProgressivePhotonIntegrator<'a, A> {
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
         let radii = Radii::new(self.radius, shrinkage(iteration, self.alpha), camera, &ball);
         let photons: Vec<Photon> = parts.into_iter().flat_map(|(_, photons)| photons).collect();
-        FramePhotons {
+        IterationPhotons {
             grid: PhotonGrid::new(photons, &radii, time),
             radii,
             time,
@@ -146,7 +146,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
 
     fn follow<S: Sampler, R: Gathered>(
         &self,
-        prepared: &FramePhotons,
+        prepared: &IterationPhotons,
         key: SampleKey,
         sampler: &mut S,
         out: &mut impl Sink<Radiance = R>,

@@ -11,7 +11,7 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
 use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
-use crate::integrator::{FrameIntegrator, Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
 use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
 use std::f32::consts::PI;
@@ -45,7 +45,7 @@ pub struct VertexMergingIntegrator<'a, A> {
 }
 
 /// Default maximum number of light paths to merge with.
-pub const MOST_MERGED_PATHS: u32 = 1 << 16;
+pub const MAX_MERGED_PATHS: u32 = 1 << 16;
 
 /// Light paths of one piece of work, and their time.
 #[derive(Debug)]
@@ -80,12 +80,12 @@ impl Placed for Visit {
 impl<A: Accel> VertexMergingIntegrator<'_, A> {
     fn paths(&self) -> u32 {
         let size = self.world.camera.resolution();
-        let usual = || size.x.saturating_mul(size.y).min(MOST_MERGED_PATHS);
+        let usual = || size.x.saturating_mul(size.y).min(MAX_MERGED_PATHS);
         self.photons.unwrap_or_else(usual).max(1)
     }
 }
 
-impl<'a, A: Accel> FrameIntegrator for VertexMergingIntegrator<'a, A> {
+impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
     type Part = LightPaths<'a>;
     type Prepared = MergedPaths<'a>;
 

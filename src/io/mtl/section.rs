@@ -9,7 +9,7 @@ use crate::material::{Gloss, Material};
 /// Phong exponent of a `Ks` without `Ns`.
 const DEFAULT_EXPONENT: f32 = 10.0;
 /// Where the format's range of `Ns` ends.
-const MOST_EXPONENT: f32 = 1000.0;
+const MAX_EXPONENT: f32 = 1000.0;
 /// Index of refraction of glass without `Ni`.
 pub(super) const DEFAULT_IOR: f32 = 1.5;
 
@@ -145,8 +145,8 @@ impl Section {
                 "what emits has no holes: d and map_d have no effect".into(),
             );
         }
-        if let Some(ns) = self.exponent.filter(|&ns| ns > MOST_EXPONENT) {
-            let words = format!("Ns is {ns}, beyond the {MOST_EXPONENT} of the format; it is taken as it is");
+        if let Some(ns) = self.exponent.filter(|&ns| ns > MAX_EXPONENT) {
+            let words = format!("Ns is {ns}, beyond the {MAX_EXPONENT} of the format; it is taken as it is");
             note("exponent-range", "ns", words);
         }
         match self.illum {

@@ -1,5 +1,5 @@
 use super::polygon::MAX_CLIPPED;
-use crate::io::{FileError, Finding, MOST_PLACES, Position, Severity};
+use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
 /// Keywords without effect that are named in the warning; more of them are only counted.
@@ -103,7 +103,7 @@ impl Remarks {
 impl Tally {
     fn add(&mut self, count: u64, lines: &[usize]) {
         self.count += count;
-        let free = (1 + MOST_PLACES).saturating_sub(self.lines.len());
+        let free = (1 + MAX_PLACES).saturating_sub(self.lines.len());
         self.lines.extend(lines.iter().take(free));
     }
 }

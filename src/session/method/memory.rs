@@ -1,9 +1,9 @@
 //! Estimates of the memory that methods take beside the film.
 
 use crate::film::Aov;
-use crate::integrator::MOST_MERGED_PATHS;
+use crate::integrator::MAX_MERGED_PATHS;
 use crate::options::Method;
-use crate::render::{FrameLight, Irradiance, frame_bytes};
+use crate::render::{Irradiance, IterationLight, iteration_bytes};
 use crate::scene::Scene;
 use crate::session::Settings;
 
@@ -13,7 +13,7 @@ use crate::session::Settings;
 const VERTICES_OF_A_PATH: u64 = 3;
 /// Bytes of a photon of photon maps, while these are made: 93.
 const BYTES_OF_A_MAPPED_PHOTON: u64 = 95;
-/// The same of a photon of a frame: 152 to 154; and once it has its place, by what is kept of it.
+/// The same of a photon of an iteration: 152 to 154; and once it has its place, by what is kept of it.
 const BYTES_OF_A_NEW_PHOTON: u64 = 155;
 const BYTES_OF_A_PHOTON: u64 = 80;
 /// Bytes of a vertex to merge with: 494 to 512; more where materials vary.
@@ -30,8 +30,8 @@ const BYTES_OF_A_RECORD: u64 = 200;
 pub(in crate::session) struct MethodMemory {
     /// What all samples look at: it stays.
     pub prepared: u64,
-    /// What a frame takes while it is made.
-    pub frame: u64,
+    /// What an iteration takes while it is made.
+    pub iteration: u64,
 }
 
 impl Method {
@@ -44,41 +44,41 @@ impl Method {
                 .map_or(VERTICES_OF_A_PATH, u64::from),
         );
         let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
-        // What is prepared for a frame is first made, and then there while the frame is.
-        let frame = |made: u64, kept: u64, light| MethodMemory {
+        // What is prepared for an iteration is first made, and then there while the iteration is.
+        let iteration = |made: u64, kept: u64, light| MethodMemory {
             prepared: 0,
-            frame: made.max(kept.saturating_add(self.frame_bytes(settings, scene, light))),
+            iteration: made.max(kept.saturating_add(self.iteration_bytes(settings, scene, light))),
         };
         match self {
-            Self::Light(_) | Self::Bidirectional(_) => frame(0, 0, FrameLight::OfPixels),
+            Self::Light(_) | Self::Bidirectional(_) => iteration(0, 0, IterationLight::OfPixels),
             Self::ProgressivePhotons(settings) => {
                 // Those that come straight from a light are left out.
                 let photons = number(settings.photons, pixels) * vertices.saturating_sub(1);
-                frame(
+                iteration(
                     photons * BYTES_OF_A_NEW_PHOTON,
                     photons * BYTES_OF_A_PHOTON,
-                    FrameLight::OfOnePixel,
+                    IterationLight::OfOnePixel,
                 )
             }
             Self::VertexMerging(settings) => {
-                let paths = number(settings.photons, pixels.min(u64::from(MOST_MERGED_PATHS)));
-                frame(0, paths * vertices * BYTES_OF_A_MERGED_VERTEX, FrameLight::OfPixels)
+                let paths = number(settings.photons, pixels.min(u64::from(MAX_MERGED_PATHS)));
+                iteration(0, paths * vertices * BYTES_OF_A_MERGED_VERTEX, IterationLight::OfPixels)
             }
             Self::PrimarySpace(settings) => {
                 let bootstrap = number(settings.bootstrap, pixels / 4) * BYTES_OF_A_BOOTSTRAP_PATH;
-                frame(0, bootstrap, light_of_chains(settings.chains, pixels))
+                iteration(0, bootstrap, light_of_chains(settings.chains, pixels))
             }
             Self::PathSpace(settings) => {
                 let seeds = number(settings.bootstrap, pixels / 8) * BYTES_OF_A_SEED;
-                frame(0, seeds, light_of_chains(settings.chains, pixels))
+                iteration(0, seeds, light_of_chains(settings.chains, pixels))
             }
             Self::PhotonMap(settings) => MethodMemory {
                 prepared: u64::from(settings.photons) * vertices * BYTES_OF_A_MAPPED_PHOTON,
-                frame: 0,
+                iteration: 0,
             },
             Self::IrradianceCache(_) => MethodMemory {
                 prepared: Irradiance::most_records(settings.resolution) * BYTES_OF_A_RECORD,
-                frame: 0,
+                iteration: 0,
             },
             Self::Path(_)
             | Self::Naive(_)
@@ -90,10 +90,10 @@ impl Method {
         }
     }
 
-    fn frame_bytes(&self, settings: &Settings, scene: &Scene, light: FrameLight) -> u64 {
+    fn iteration_bytes(&self, settings: &Settings, scene: &Scene, light: IterationLight) -> u64 {
         let tells_groups = settings.aovs.contains(&Aov::Lights);
         let parts = settings.parts_of_light(scene);
-        frame_bytes(
+        iteration_bytes(
             settings.crop(),
             (tells_groups, parts),
             (&settings.filter(), light),
@@ -103,9 +103,9 @@ impl Method {
 }
 
 /// How light falls where Markov chains share a mutation for each of `pixels` pixels.
-fn light_of_chains(chains: Option<u32>, pixels: u64) -> FrameLight {
+fn light_of_chains(chains: Option<u32>, pixels: u64) -> IterationLight {
     let chains = chains.map_or(pixels / 256, u64::from).clamp(1, pixels);
-    FrameLight::OfChains {
+    IterationLight::OfChains {
         chains,
         mutations: pixels.div_ceil(chains),
     }

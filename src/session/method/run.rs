@@ -4,9 +4,9 @@ use crate::accel::{Accel, Dispatch};
 use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
-    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, FrameIntegrator, Heuristic, ImportanceImage,
-    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, LightIntegrator, MERGING_PIXELS,
-    Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
+    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
+    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, IterationIntegrator, LightIntegrator,
+    MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
     PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker,
     ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator, World,
 };
@@ -107,9 +107,9 @@ impl Method {
                     Some(level) => render::render_to_noise(integrator, sampler, film, level, end, &observer),
                 }
             }
-            fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output {
+            fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output {
                 let numbers = (self.sampler, self.filter);
-                render::render_frames(integrator, numbers, self.film, (self.end, self.noise), &self.observer)
+                render::render_iterations(integrator, numbers, self.film, (self.end, self.noise), &self.observer)
             }
         }
         let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
@@ -186,7 +186,7 @@ impl Method {
     }
 
     /// Traces the sample `key`, and those that a render traces together with it, after [`Method::prepare`]; `sink` makes the sinks, told whether it is for
-    /// `key` itself. Gives whether there is such a sample: in frames light goes where it will.
+    /// `key` itself. Gives whether there is such a sample: in iterations light goes where it will.
     ///
     /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
     pub(crate) fn sample<'s>(
@@ -212,7 +212,7 @@ impl Method {
                 integrator.samples_into(&keys, self.sampler, &mut sinks);
                 true
             }
-            fn run_frames(self, _: &impl FrameIntegrator) -> bool {
+            fn run_iterations(self, _: &impl IterationIntegrator) -> bool {
                 false
             }
         }
@@ -264,18 +264,18 @@ impl Method {
                 world: any,
                 view: s.view,
             }),
-            Self::Light(s) => task.run_frames(&LightIntegrator {
+            Self::Light(s) => task.run_iterations(&LightIntegrator {
                 world: any,
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
             }),
-            Self::Bidirectional(s) => task.run_frames(&BidirectionalIntegrator {
+            Self::Bidirectional(s) => task.run_iterations(&BidirectionalIntegrator {
                 world: any,
                 heuristic: s.mis,
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
             }),
-            Self::PrimarySpace(s) => task.run_frames(&PrimarySpaceIntegrator {
+            Self::PrimarySpace(s) => task.run_iterations(&PrimarySpaceIntegrator {
                 world: any,
                 heuristic: s.mis,
                 max_depth: s.max_depth.limit(),
@@ -287,7 +287,7 @@ impl Method {
                 },
                 importance,
             }),
-            Self::ProgressivePhotons(s) => task.run_frames(&ProgressivePhotonIntegrator {
+            Self::ProgressivePhotons(s) => task.run_iterations(&ProgressivePhotonIntegrator {
                 world: any,
                 strategy: strategy!(s),
                 max_depth: s.max_depth.limit(),
@@ -296,7 +296,7 @@ impl Method {
                 radius: search_radius(s.photon_radius, PHOTON_PIXELS),
                 alpha: s.photon_alpha,
             }),
-            Self::VertexMerging(s) => task.run_frames(&VertexMergingIntegrator {
+            Self::VertexMerging(s) => task.run_iterations(&VertexMergingIntegrator {
                 world: any,
                 heuristic: s.mis,
                 max_depth: s.max_depth.limit(),
@@ -322,7 +322,7 @@ impl Method {
                     cache: prepared.irradiance.cache().unwrap_or(&empty),
                 })
             }
-            Self::PathSpace(s) => task.run_frames(&PathSpaceIntegrator {
+            Self::PathSpace(s) => task.run_iterations(&PathSpaceIntegrator {
                 world: any,
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
@@ -386,5 +386,5 @@ trait Task {
     type Output;
     type Sampler: Sampler;
     fn run(self, integrator: &dyn SampleIntegrator<Self::Sampler>) -> Self::Output;
-    fn run_frames(self, integrator: &impl FrameIntegrator) -> Self::Output;
+    fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output;
 }

@@ -40,7 +40,7 @@ use super::options::OrdinaryLight;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::subpath::MAX_VERTICES;
 use crate::integrator::{
-    FrameIntegrator, Gathered, Heuristic, ImportanceImage, Metropolis, RaySink, Roulette, SplatSink, World,
+    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
 };
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler, Stream};
@@ -186,7 +186,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     }
 }
 
-impl<'a, A: Accel> FrameIntegrator for PathSpaceIntegrator<'a, A> {
+impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     type Part = Vec<Found>;
     type Prepared = Seeds;
 

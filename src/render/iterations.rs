@@ -1,4 +1,4 @@
-//! Iterations of methods whose light paths light any pixel (`FrameIntegrator`).
+//! Iterations of methods whose light paths light any pixel (`IterationIntegrator`).
 //!
 //! The work of an iteration comes in work items: blocks of pixels, and Markov chains. They run on any number of threads, and their light is added in
 //! their order, so that sums are plain f64 and bits do not depend on threads. The light of at most `PIECES_AT_ONCE` items is kept at a time.
@@ -13,8 +13,8 @@ use super::pieces::{in_pieces, map_indices};
 use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
-use crate::film::{BLOCK, Film, Filter, FirstSurface, Frame, Rect, Tile};
-use crate::integrator::{ByGroup, FrameIntegrator, Gathered, RayKind, RaySink, Sink, SplatSink};
+use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
+use crate::integrator::{ByGroup, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -31,12 +31,12 @@ const LIGHTS_OF_A_MUTATION: usize = 3;
 /// Pixels of a piece that are done between two looks at the observer: far less work than the rest of the piece, and far more than the look.
 const PIXELS_A_LOOK: usize = 4;
 
-/// Adds frames to `film`, from those that it has to the one before the index `end`, or until its error is estimated to be `level` at most.
+/// Adds iterations to `film`, from those that it has to the one before the index `end`, or until its error is estimated to be `level` at most.
 ///
-/// The result is the same to the bit for any number of threads: what a piece of a frame finds depends on its place alone, and pieces are added in
-/// their order. A frame that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
+/// The result is the same to the bit for any number of threads: what a piece of an iteration finds depends on its place alone, and pieces are added in
+/// their order. An iteration that is not whole when the observer asks to stop is thrown away; one that asks to pause waits for its end. The error is judged where blocks of samples end,
 /// as in [`render_to_noise`](super::render_to_noise), but for the whole picture alone: light goes where it will.
-pub fn render_frames<I: FrameIntegrator, S: Sampler>(
+pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
     film: &mut Film,
@@ -54,13 +54,13 @@ pub fn render_frames<I: FrameIntegrator, S: Sampler>(
         }
         // A film that does not tell lights apart pays nothing for it.
         let done = match film.parts().saturating_sub(2 * integrator.strategies()) {
-            0 => frame::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
-            _ => frame::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
+            0 => iteration::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
+            _ => iteration::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
         };
-        let Some((frame, done)) = done else {
+        let Some((iteration, done)) = done else {
             return (Outcome::Stopped, statistics);
         };
-        film.add_frame(&frame);
+        film.add_iteration(&iteration);
         statistics = statistics.merge(done);
         observer.passed(film);
         if index + 1 < end && should_leave(observer) {
@@ -83,9 +83,9 @@ fn pieces_at_once(light: usize, threads: usize) -> usize {
     (BYTES_AT_ONCE / piece.max(1)).max(threads).min(PIECES_AT_ONCE)
 }
 
-/// How the light of a frame falls.
+/// How the light of an iteration falls.
 #[derive(Clone, Copy, Debug)]
-pub enum FrameLight {
+pub enum IterationLight {
     /// Of each pixel on itself.
     OfOnePixel,
     /// Of each pixel on all.
@@ -99,12 +99,12 @@ pub enum FrameLight {
     },
 }
 
-/// Bytes that a frame of `crop` takes while it is made by so many threads, about, beside what its integrator prepares. `parts` of the light are told
+/// Bytes that an iteration of `crop` takes while it is made by so many threads, about, beside what its integrator prepares. `parts` of the light are told
 /// apart, groups of lights among them or not.
-pub fn frame_bytes(
+pub fn iteration_bytes(
     crop: Rect,
     (tells_groups, parts): (bool, usize),
-    (filter, light): (&Filter, FrameLight),
+    (filter, light): (&Filter, IterationLight),
     threads: usize,
 ) -> u64 {
     let bytes = match tells_groups {
@@ -115,18 +115,18 @@ pub fn frame_bytes(
     let most = pieces_at_once(bytes, threads) as u64;
     let pieces = most.min(crop.area().div_ceil(samples));
     let (pieces, lights) = match light {
-        FrameLight::OfOnePixel => (pieces, samples),
-        FrameLight::OfPixels => (pieces, samples * LIGHTS_OF_A_SAMPLE as u64),
-        FrameLight::OfChains { chains, mutations } => {
+        IterationLight::OfOnePixel => (pieces, samples),
+        IterationLight::OfPixels => (pieces, samples * LIGHTS_OF_A_SAMPLE as u64),
+        IterationLight::OfChains { chains, mutations } => {
             (most.min(chains), mutations.saturating_mul(LIGHTS_OF_A_MUTATION as u64))
         }
     };
     let surfaces = samples * size_of::<(UVec2, FirstSurface)>() as u64;
     let kept = lights.saturating_mul(bytes as u64).saturating_add(surfaces);
-    Frame::bytes(crop, parts).saturating_add(pieces.saturating_mul(kept))
+    Iteration::bytes(crop, parts).saturating_add(pieces.saturating_mul(kept))
 }
 
-/// A piece of a frame.
+/// A piece of an iteration.
 #[derive(Clone, Copy)]
 enum Work {
     /// The samples of a block of pixels.
@@ -134,14 +134,14 @@ enum Work {
     Chain(u32),
 }
 
-/// The frame with that index; `None` where the observer asked to stop.
-fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
+/// The iteration with that index; `None` where the observer asked to stop.
+fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
     film: &Film,
     index: u32,
     observer: &impl Observer,
-) -> Option<(Frame, Statistics)> {
+) -> Option<(Iteration, Statistics)> {
     // What all of the rest looks at
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
     let (parts, rays) = in_pieces(integrator.preparations(), sampler, observer, prepare)?;
@@ -158,13 +158,13 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
     };
     let cells = seen.into_iter().map(Work::Pixels);
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
-    let target = FrameTarget {
+    let target = IterationTarget {
         filter,
         groups: film.parts().saturating_sub(2 * integrator.strategies()),
         resolution: film.resolution(),
         crop: film.crop(),
     };
-    let mut frame = Frame::of(film);
+    let mut iteration = Iteration::of(film);
     let mut done = 0;
     let light = light_bytes::<R>(filter, film.crop());
     for batch in work.chunks(pieces_at_once(light, rayon::current_num_threads())) {
@@ -173,7 +173,7 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
             piece.of(integrator, &prepared, (batch[i], index), sampler, observer)
         })?;
         for piece in pieces {
-            statistics = statistics.merge(piece.add_to(&mut frame));
+            statistics = statistics.merge(piece.add_to(&mut iteration));
         }
         // The share of the work, in samples
         let before = done;
@@ -182,12 +182,12 @@ fn frame<R: Gathered, I: FrameIntegrator, S: Sampler>(
         observer.progress(share(done) - share(before));
     }
     statistics.samples = film.crop().area();
-    Some((frame, statistics))
+    Some((iteration, statistics))
 }
 
 /// Where light falls.
 #[derive(Clone, Copy)]
-struct FrameTarget<'a> {
+struct IterationTarget<'a> {
     filter: &'a Filter,
     /// Groups of lights that are told apart: the first parts of the light, before strategies, weighed and alone.
     groups: usize,
@@ -197,7 +197,7 @@ struct FrameTarget<'a> {
 
 /// What a piece of work has found.
 struct Piece<'a, R> {
-    target: FrameTarget<'a>,
+    target: IterationTarget<'a>,
     light: Vec<(UVec2, R)>,
     /// What parts of the light that are strategies get.
     strategies: Vec<(UVec2, usize, Spectrum)>,
@@ -211,7 +211,7 @@ struct Piece<'a, R> {
 }
 
 impl<'a, R: Gathered> Piece<'a, R> {
-    fn new(target: FrameTarget<'a>, observer: &'a impl Observer) -> Self {
+    fn new(target: IterationTarget<'a>, observer: &'a impl Observer) -> Self {
         Self {
             target,
             light: Vec::new(),
@@ -226,7 +226,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
     }
 
     /// Does the work; `None` where the observer asked to stop.
-    fn of<I: FrameIntegrator>(
+    fn of<I: IterationIntegrator>(
         mut self,
         integrator: &I,
         prepared: &I::Prepared,
@@ -281,17 +281,17 @@ impl<'a, R: Gathered> Piece<'a, R> {
         });
     }
 
-    /// Adds its light to `frame`, and says what it counted.
-    fn add_to(self, frame: &mut Frame) -> Statistics {
+    /// Adds its light to `iteration`, and says what it counted.
+    fn add_to(self, iteration: &mut Iteration) -> Statistics {
         for (pixel, radiance) in self.light {
             let groups = radiance.by_group();
-            frame.add(pixel, radiance.sum(), &groups[..groups.len().min(self.target.groups)]);
+            iteration.add(pixel, radiance.sum(), &groups[..groups.len().min(self.target.groups)]);
         }
         for (pixel, part, radiance) in self.strategies {
-            frame.add_to_part(pixel, part, radiance);
+            iteration.add_to_part(pixel, part, radiance);
         }
         for (pixel, surface) in self.surfaces {
-            frame.see(pixel, surface);
+            iteration.see(pixel, surface);
         }
         self.statistics
     }
@@ -363,7 +363,7 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
     }
 }
 
-impl<'a> FrameTarget<'a> {
+impl<'a> IterationTarget<'a> {
     /// All pixels that see the place `film`, each with its filter's value there.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         // Those whose middle is within the filter's radius
@@ -390,7 +390,7 @@ mod tests {
     /// Counts the samples that it is asked for.
     struct Counting(AtomicU64);
 
-    impl FrameIntegrator for &Counting {
+    impl IterationIntegrator for &Counting {
         type Part = ();
         type Prepared = ();
 
@@ -432,8 +432,8 @@ mod tests {
         }
     }
 
-    /// Frames of 32 × 32 pixels, until both are done.
-    fn frames(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
+    /// Iterations of 32 × 32 pixels, until both are done.
+    fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
         let counting = Counting(AtomicU64::new(0));
         let observer = Impatient {
             counting: &counting,
@@ -441,16 +441,16 @@ mod tests {
             pause,
         };
         let numbers = (&SamplerKind::Independent.with_seed(1, 2), &Filter::BOX);
-        let (outcome, _) = render_frames(&&counting, numbers, film, (2, None), &observer);
+        let (outcome, _) = render_iterations(&&counting, numbers, film, (2, None), &observer);
         (outcome, counting.0.into_inner())
     }
 
-    /// A stop costs the frame, and is heeded within its pieces; a pause waits for the frame's end, however often it is asked for.
+    /// A stop costs the iteration, and is heeded within its pieces; a pause waits for the iteration's end, however often it is asked for.
     #[test]
-    fn frames_are_not_lost_by_pauses() {
+    fn iterations_are_not_lost_by_pauses() {
         let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
         let mut stopped = new();
-        let (outcome, samples) = frames(&mut stopped, 100, u64::MAX);
+        let (outcome, samples) = iterations(&mut stopped, 100, u64::MAX);
         assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
         // Each thread has some pixels under way.
         assert!(
@@ -459,9 +459,9 @@ mod tests {
         );
 
         let (mut whole, mut paused) = (new(), new());
-        assert_eq!(frames(&mut whole, u64::MAX, u64::MAX), (Outcome::Complete, 2048));
-        assert_eq!(frames(&mut paused, u64::MAX, 0), (Outcome::Stopped, 1024));
-        assert_eq!(frames(&mut paused, u64::MAX, 0), (Outcome::Complete, 1024));
+        assert_eq!(iterations(&mut whole, u64::MAX, u64::MAX), (Outcome::Complete, 2048));
+        assert_eq!(iterations(&mut paused, u64::MAX, 0), (Outcome::Stopped, 1024));
+        assert_eq!(iterations(&mut paused, u64::MAX, 0), (Outcome::Complete, 1024));
         let light = |film: &Film| film.pixels().map(|(_, sums)| sums.mean(0)).collect::<Vec<_>>();
         assert_eq!(light(&paused), light(&whole));
     }
@@ -479,7 +479,7 @@ mod tests {
         assert_eq!(pieces_at_once(large, 64), 64);
         // A filter is no wider than the picture.
         let endless = Filter::new(FilterKind::Gaussian, 1e30);
-        let bytes = frame_bytes(crop, (true, 3), (&endless, FrameLight::OfPixels), 2);
+        let bytes = iteration_bytes(crop, (true, 3), (&endless, IterationLight::OfPixels), 2);
         assert!(bytes < 1 << 50, "{bytes}");
     }
 }

@@ -1,4 +1,4 @@
-//! Methods whose light falls on any pixel make frames, others look at what was prepared for all pixels: the picture has the same bits however it was made, and
+//! Methods whose light falls on any pixel make iterations, others look at what was prepared for all pixels: the picture has the same bits however it was made, and
 //! files say what they should.
 
 use crate::support::program::{
@@ -53,8 +53,8 @@ fn bits_do_not_depend_on_the_way() {
     for method in METHODS {
         let folder = scene();
         let usual = joined(&["render", "s.toml", "-q", "--integrator"], &split(method));
-        let frames = |n: &str, more: &str| done(folder.path(), &[&usual[..], &["--spp", n], &split(more)].concat());
-        let render = |more: &str| frames("130", more);
+        let iterations = |n: &str, more: &str| done(folder.path(), &[&usual[..], &["--spp", n], &split(more)].concat());
+        let render = |more: &str| iterations("130", more);
         render("-o one.exr --threads 1");
         let light = read_channel(&folder.path().join("one.exr"), "G");
         assert!(
@@ -78,8 +78,8 @@ fn bits_do_not_depend_on_the_way() {
         }
         assert!(stops > 0, "{method}");
         assert_same(&folder, "later.exr", "one.exr");
-        // More frames later
-        frames("37", "-o few.exr --checkpoint d.exr");
+        // More iterations later
+        iterations("37", "-o few.exr --checkpoint d.exr");
         render("-o many.exr --checkpoint d.exr --resume");
         assert_same(&folder, "many.exr", "one.exr");
 
@@ -97,9 +97,9 @@ fn bits_do_not_depend_on_the_way() {
     }
 }
 
-/// A noise level ends the render where whole blocks of frames end, and the error is near to what was asked for.
+/// A noise level ends the render where whole blocks of iterations end, and the error is near to what was asked for.
 #[test]
-fn noise_levels_end_frames() {
+fn noise_levels_end_iterations() {
     let folder = scene();
     let args = split(
         "render s.toml -q --integrator bdpt --spp 4096 --noise 0.06 --stats s.json -o one.exr --sampler independent",
@@ -240,9 +240,9 @@ fn an_interrupt_of_no_sample_writes_nothing() {
     assert_eq!(fs::read(&path).unwrap(), b"good");
 }
 
-/// Pictures and checkpoints that are due before a frame is whole wait for it: the render gets on.
+/// Pictures and checkpoints that are due before an iteration is whole wait for it: the render gets on.
 #[test]
-fn frames_outlast_what_is_due() {
+fn iterations_outlast_what_is_due() {
     let folder = scene();
     let args = split(
         "render s.toml -q --integrator sppm --photons 200000 --spp 3 -o a.png --checkpoint c.exr --checkpoint-interval 0.001s \

@@ -6,10 +6,10 @@ use crate::math::UVec2;
 
 /// One sample of every pixel of a film, while light still falls on any of them.
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub struct Iteration {
     crop: Rect,
     /// Row by row.
-    pixels: Vec<FramePixel>,
+    pixels: Vec<IterationPixel>,
     /// Parts of the light that are summed by themselves, and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
@@ -17,18 +17,18 @@ pub struct Frame {
 
 /// What one sample of a pixel is so far.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct FramePixel {
+pub(super) struct IterationPixel {
     pub radiance: [f64; 3],
     pub surface: Option<FirstSurface>,
 }
 
-impl Frame {
+impl Iteration {
     /// A dark one, for the pixels of `film`.
     pub fn of(film: &Film) -> Self {
         let crop = film.crop();
         Self {
             crop,
-            pixels: vec![FramePixel::default(); crop.area() as usize],
+            pixels: vec![IterationPixel::default(); crop.area() as usize],
             parts: film.parts(),
             part_sums: vec![[0.0; 3]; crop.area() as usize * film.parts()],
         }
@@ -36,7 +36,7 @@ impl Frame {
 
     /// Bytes that one of this crop takes, with so many parts of the light.
     pub fn bytes(crop: Rect, parts: usize) -> u64 {
-        crop.area() * (size_of::<FramePixel>() + parts * size_of::<[f64; 3]>()) as u64
+        crop.area() * (size_of::<IterationPixel>() + parts * size_of::<[f64; 3]>()) as u64
     }
 
     /// The pixels that it has.
@@ -69,9 +69,9 @@ impl Frame {
         }
     }
 
-    pub(super) fn pixel(&self, pixel: UVec2) -> FramePixel {
+    pub(super) fn pixel(&self, pixel: UVec2) -> IterationPixel {
         self.index(pixel)
-            .map_or(FramePixel::default(), |index| self.pixels[index])
+            .map_or(IterationPixel::default(), |index| self.pixels[index])
     }
 
     /// Sums of the parts at `pixel`.

@@ -59,9 +59,14 @@ impl Report {
                 self.add(Severity::Error, "unreadable-file", error);
                 None
             }
-            Ok(SceneKind::Obj) => Some(SceneFile::of_obj(&args.scene)),
-            Ok(SceneKind::Toml) => {
-                let (file, errors) = SceneFile::inspect(&args.scene);
+            Ok(kind) => {
+                let (file, errors) = match kind {
+                    SceneKind::Toml => SceneFile::inspect(&args.scene, &args.load.set),
+                    SceneKind::Obj => match SceneFile::of_obj_with(&args.scene, &args.load.set) {
+                        Ok(file) => (Some(file), Vec::new()),
+                        Err(error) => (None, vec![error]),
+                    },
+                };
                 for error in errors {
                     self.add(Severity::Error, "scene-file", error);
                 }

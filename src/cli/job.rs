@@ -128,10 +128,15 @@ pub(super) fn exr_format(args: &ExrArgs) -> Result<ExrFormat, CliError> {
 
 /// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.
 pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliError> {
-    let mut scene = match kind_of(path)? {
-        SceneKind::Toml => SceneFile::load(path)?,
-        SceneKind::Obj => SceneFile::of_obj(path),
+    let scene = match kind_of(path)? {
+        SceneKind::Toml => SceneFile::load_with(path, &args.set),
+        SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
+    let mut scene = scene.map_err(|error| match error.message.starts_with("--set ") {
+        // The command line is wrong, not the file.
+        true => CliError::Usage(format!("{}\n  help: {}", error.message, error.help.unwrap_or_default())),
+        false => error.into(),
+    })?;
     scene.load = load_options(&scene, args);
     Ok(scene)
 }

@@ -9,6 +9,7 @@ mod load;
 mod map_section;
 mod material_section;
 mod option_section;
+mod overrides;
 mod placement;
 mod scene_file;
 mod unknown_key;

@@ -1,5 +1,6 @@
 use super::input::read_bytes;
 use super::option_section::OptionSection;
+use super::overrides::Overrides;
 use super::unknown_key::parser_error;
 use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
 use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
@@ -48,6 +49,9 @@ pub struct SceneFile {
     /// Its text, for places in messages.
     #[serde(skip)]
     text: String,
+    /// Keys that are set over those of the file.
+    #[serde(skip)]
+    overrides: Overrides,
     /// Bytes at which its lines start, once a place was asked for.
     #[serde(skip)]
     line_starts: OnceLock<Vec<usize>>,
@@ -156,20 +160,32 @@ pub enum Scale {
 impl SceneFile {
     /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
     pub fn load(path: &Path) -> Result<Self, FileError> {
-        Self::parse(path, read(path)?)
+        Self::load_with(path, &[])
     }
 
-    /// Reads the same, and goes on after what is wrong: an entry or a section that is refused is left out, and the rest read again. What is left
-    /// of the file, unless it is too little for a scene, and all errors.
-    pub fn inspect(path: &Path) -> (Option<Self>, Vec<FileError>) {
-        let mut text = match read(path) {
-            Ok(text) => text,
+    /// Reads a scene file with keys set over its own, each as `KEY=VALUE`: a dotted key of TOML, and a value of TOML or a plain string.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneFile::load`]. An error of a key that is set names it.
+    pub fn load_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+        let text = read(path)?;
+        let overrides = read_overrides(path, set, &text)?;
+        Self::parse(path, text, &overrides)
+    }
+
+    /// Reads a scene file as [`SceneFile::load_with`] does, and continues after errors: an entry or a section with an error is left out, and the rest
+    /// is read again. Returns the rest, unless it is too little for a scene, and all errors.
+    pub fn inspect(path: &Path, set: &[String]) -> (Option<Self>, Vec<FileError>) {
+        let read = read(path).and_then(|text| Ok((read_overrides(path, set, &text)?, text)));
+        let (overrides, mut text) = match read {
+            Ok(read) => read,
             Err(error) => return (None, vec![error]),
         };
         let original = text.clone();
         let mut errors: Vec<FileError> = Vec::new();
         loop {
-            let (error, start) = match Self::parse_spanned(path, text.clone()) {
+            let (error, start) = match Self::parse_spanned(path, text.clone(), &overrides) {
                 Ok(mut file) => {
                     // Places are those of the whole file; blanks have kept them.
                     file.text = original;
@@ -189,22 +205,26 @@ impl SceneFile {
         }
     }
 
-    fn parse(path: &Path, text: String) -> Result<Self, FileError> {
-        Self::parse_spanned(path, text).map_err(|(error, _)| error)
+    fn parse(path: &Path, text: String, overrides: &Overrides) -> Result<Self, FileError> {
+        Self::parse_spanned(path, text, overrides).map_err(|(error, _)| error)
     }
 
     /// What the text says, or an error and the byte that it is about.
-    fn parse_spanned(path: &Path, text: String) -> Result<Self, (FileError, Option<usize>)> {
-        let mut file: Self = toml::from_str(&text).map_err(|error| {
+    fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
+        let mut file: Self = overrides.read(&text).map_err(|error| {
             let (message, help) = parser_error(error.message());
-            let whole = FileError::new(path, message).help(help);
-            match error.span() {
-                Some(span) => (whole.at(Position::of_byte(&text, span.start)), Some(span.start)),
-                None => (whole, None),
-            }
+            let Some(start) = error.span().map(|span| span.start) else {
+                return (FileError::new(path, message).help(help), None);
+            };
+            let error = match overrides.at(start) {
+                Some(written) => FileError::new(path, format!("--set {written}: {message}")),
+                None => FileError::new(path, message).at(Position::of_byte(&text, start)),
+            };
+            (error.help(help), Some(start))
         })?;
         file.path = path.to_path_buf();
         file.text = text;
+        file.overrides = overrides.clone();
         match &file.version {
             Some(version) if *version.get_ref() == 1 => {}
             Some(version) => {
@@ -244,6 +264,26 @@ impl SceneFile {
         }
     }
 
+    /// The scene that consists of one OBJ file, with keys set as in [`SceneFile::load_with`].
+    ///
+    /// # Errors
+    ///
+    /// A key or value that a scene file cannot have; the error names it.
+    pub fn of_obj_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+        let mut file = Self::of_obj(path);
+        if !set.is_empty() {
+            let text = "version = 1\n[[object]]\nobj = ''\n";
+            let overrides = read_overrides(path, set, text)?;
+            file = Self::parse(path, text.into(), &overrides)?;
+            let object = &mut file.object[0];
+            if object.obj.get_ref().as_os_str().is_empty() {
+                object.obj = Spanned::new(0..0, path.to_path_buf());
+            }
+            (file.path, file.text) = Default::default();
+        }
+        Ok(file)
+    }
+
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
@@ -267,6 +307,9 @@ impl SceneFile {
 
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
+        if let Some(written) = self.overrides.at(span.start) {
+            return self.whole(format!("--set {written}: {}", message.into()));
+        }
         FileError::new(&self.path, message).at(self.position(span.start))
     }
 
@@ -315,6 +358,15 @@ impl SceneFile {
 const MAX_COLUMNS: usize = 1 << 12;
 /// Errors of a scene file that are told.
 const MAX_ERRORS: usize = 20;
+
+fn read_overrides(path: &Path, set: &[String], text: &str) -> Result<Overrides, FileError> {
+    Overrides::new(set, text.len()).map_err(|written| {
+        let error = FileError::new(path, format!("--set {written}: no key with a value"));
+        error.help(
+            "write a key of the scene file and its value, such as render.max_depth=8 or 'camera.position=[0, 1, 4]'",
+        )
+    })
+}
 
 fn read(path: &Path) -> Result<String, FileError> {
     let bytes = read_bytes(path, "the scene file").map_err(|error| error.help_if_none("check the path"))?;

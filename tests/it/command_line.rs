@@ -915,6 +915,73 @@ fn threads_are_counted_by_processors() {
     }
 }
 
+/// `--set` changes any key of a scene file, and what is wrong with it is said of the flag.
+#[test]
+fn keys_of_a_scene_file_can_be_set() {
+    let folder = scene();
+    let at = folder.path();
+    let size = |line: &str| {
+        done(at, &split(&format!("render {line} -q -o a.exr")));
+        let header = exr::meta::MetaData::read_from_file(at.join("a.exr"), false).unwrap();
+        let size = header.headers[0].layer_size;
+        [size.width(), size.height()]
+    };
+    assert_eq!(size("s.toml --set image.width=9 --set image.height=7"), [9, 7]);
+    assert_eq!(size("s.toml --set image.width=9 --size 5x6"), [5, 6]);
+    let bare =
+        "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
+    assert_eq!(size(bare), [8, 512]);
+    // The same picture as by a flag, and as by the file
+    let bits = |line: &str| {
+        done(at, &split(&format!("render {line} -q -o a.png")));
+        fs::read(at.join("a.png")).unwrap()
+    };
+    let by_flag = bits("s.toml --max-depth 0");
+    assert_eq!(bits("s.toml --set render.max_depth=0"), by_flag);
+    assert_ne!(bits("s.toml"), by_flag);
+    let red = bits("s.toml --set material.floor.diffuse=[0.9,0,0]");
+    assert_ne!(red, bits("s.toml"));
+    assert_ne!(
+        bits("s.toml --set light.0.type=constant --set light.0.radiance=[1,1,1]"),
+        bits("s.toml")
+    );
+
+    for (line, expected) in [
+        (
+            "render s.toml --set render.max_depth=-1",
+            &["--set render.max_depth=-1: ", "help:"][..],
+        ),
+        (
+            "render s.toml --set render.max_dept=3",
+            &["unknown key `max_dept`", "did you mean `max_depth`"],
+        ),
+        (
+            "render s.toml --set camera.vertical_fov=wide",
+            &["--set camera.vertical_fov=wide: ", "help:"],
+        ),
+        (
+            "render s.toml --set camera.vertical_fov=180",
+            &["--set camera.vertical_fov=180: ", "180"],
+        ),
+        (
+            "render s.toml --set image",
+            &["--set image: no key with a value", "render.max_depth=8"],
+        ),
+        ("render a.obj --set image.width=0", &["--set image.width=0: "]),
+    ] {
+        let said = refused(at, &split(line), if line.contains("=180") { 1 } else { 2 });
+        for words in expected {
+            assert!(said.contains(words), "{line}: {said}");
+        }
+    }
+    // Places of the file's own mistakes stay.
+    append(at, "s.toml", "[render2]\n");
+    let said = refused(at, &split("render s.toml --set image.width=9"), 1);
+    assert!(said.contains("s.toml:12:2: unknown key `render2`"), "{said}");
+    let said = printed(&run(at, &split("check s.toml --set image.width=no")));
+    assert!(said.contains("--set image.width=no"), "{said}");
+}
+
 /// A value may follow its flag as people write it.
 #[test]
 fn values_are_taken_as_people_write_them() {

@@ -1,0 +1,190 @@
+//! Keys that are set over those of a scene file (`--set KEY=VALUE`).
+//!
+//! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`, where the next free index adds an entry). Any other value replaces
+//! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
+//! the place of a value tells who set it.
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
+
+/// Keys of a scene file whose values are arrays of tables.
+const ARRAYS: [&str; 3] = ["object", "light", "light_group"];
+
+/// Keys and values, in the order in which they are set.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Overrides(Vec<Override>);
+
+#[derive(Clone, Debug)]
+struct Override {
+    /// `KEY=VALUE`, as the user wrote it.
+    written: String,
+    /// The same as TOML, behind blanks.
+    toml: String,
+    /// Number of these blanks.
+    start: usize,
+}
+
+impl Overrides {
+    /// Overrides of a file of `bytes`.
+    ///
+    /// # Errors
+    ///
+    /// The text that is no `KEY=VALUE`.
+    pub fn new(written: &[String], bytes: usize) -> Result<Self, String> {
+        let mut start = bytes + 1;
+        let overrides = written.iter().map(|written| {
+            let toml = key_and_value(written).ok_or_else(|| written.clone())?;
+            let toml = " ".repeat(start) + &toml;
+            let before = std::mem::replace(&mut start, toml.len() + 1);
+            Ok(Override {
+                written: written.clone(),
+                toml,
+                start: before,
+            })
+        });
+        overrides.collect::<Result<_, _>>().map(Self)
+    }
+
+    /// The override that set the value at `byte`, as the user wrote it; `None` if the file did.
+    pub fn at(&self, byte: usize) -> Option<&str> {
+        let before = self.0.partition_point(|o| o.start <= byte);
+        before.checked_sub(1).map(|i| self.0[i].written.as_str())
+    }
+
+    /// Reads the file's `text` with the overrides over it.
+    pub fn read<T: for<'de> Deserialize<'de>>(&self, text: &str) -> Result<T, Error> {
+        if self.0.is_empty() {
+            return toml::from_str(text);
+        }
+        let mut root = DeTable::parse(text)?;
+        for Override { toml, .. } in &self.0 {
+            merge(root.as_mut(), DeTable::parse(toml)?.into_inner());
+        }
+        T::deserialize(Deserializer::from(root))
+    }
+}
+
+/// A line of TOML for `KEY=VALUE`.
+fn key_and_value(written: &str) -> Option<String> {
+    let is_one_entry = |toml: &String| {
+        let table = DeTable::parse(toml);
+        !toml.contains('\n') && table.is_ok_and(|table| table.get_ref().len() == 1)
+    };
+    let (key, value) = written.split_once('=')?;
+    let string = format!("{key}={}", toml::Value::from(value));
+    [written.to_string(), string].into_iter().find(is_one_entry)
+}
+
+fn merge<'i>(into: &mut DeTable<'i>, from: DeTable<'i>) {
+    for (key, value) in from {
+        match into.get_mut(key.get_ref().as_ref()) {
+            Some(old) => replace(old, value),
+            None => {
+                let span = value.span();
+                let value = match value.into_inner() {
+                    DeValue::Table(items) if ARRAYS.contains(&key.get_ref().as_ref()) => {
+                        DeValue::Array(items.into_iter().map(|(_, item)| item).collect())
+                    }
+                    value => value,
+                };
+                into.insert(key, Spanned::new(span, value));
+            }
+        }
+    }
+}
+
+fn replace<'i>(old: &mut Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) {
+    let span = new.span();
+    match (old.as_mut(), new.into_inner()) {
+        (DeValue::Table(into), DeValue::Table(from)) => merge(into, from),
+        (DeValue::Array(items), DeValue::Table(from)) if indices(items, &from) => {
+            for (index, item) in from {
+                match index.get_ref().parse().ok().and_then(|i: usize| items.get_mut(i)) {
+                    Some(old) => replace(old, item),
+                    None => items.push(item),
+                }
+            }
+        }
+        (_, value) => *old = Spanned::new(span, value),
+    }
+}
+
+/// Whether all keys are indices of `items`, or the next one.
+fn indices(items: &DeArray, from: &DeTable) -> bool {
+    let is_index = |key: &str| key.parse().is_ok_and(|i: usize| i <= items.len());
+    from.keys().all(|key| is_index(key.get_ref()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, written: &[&str]) -> Result<toml::Table, Error> {
+        let written: Vec<String> = written.iter().map(ToString::to_string).collect();
+        Overrides::new(&written, text.len()).unwrap().read(text)
+    }
+
+    #[test]
+    fn keys_replace_those_of_the_file() {
+        let text = "a = 1\n[render]\nspp = 4\nseed = 1\n[[light]]\ntype = 'point'\n[[light]]\ntype = 'spot'\n";
+        for (written, expected) in [
+            ("a=[1, 2]", "a = [1, 2]"),
+            ("render.spp=8", "render.spp = 8"),
+            ("render = {seed = 7}", "render = {spp = 4, seed = 7}"),
+            ("render.sampler=halton", "render.sampler = 'halton'"),
+            ("render.file=C:\\a \"b\".png", "render.file = 'C:\\a \"b\".png'"),
+            (
+                "material.\"White.001\".roughness=0.5",
+                "material.'White.001'.roughness = 0.5",
+            ),
+        ] {
+            let read = read(text, &[written]).unwrap();
+            let expected: toml::Table = toml::from_str(expected).unwrap();
+            for (key, value) in &expected {
+                let new = &read[key];
+                match value {
+                    toml::Value::Table(table) => table.iter().for_each(|(k, v)| assert_eq!(&new[k], v, "{written}")),
+                    value => assert_eq!(new, value, "{written}"),
+                }
+            }
+            assert_eq!(read["light"].as_array().unwrap().len(), 2);
+        }
+        // Entries by index, and one more
+        let lights = read(text, &["light.1.type=constant", "light.2.type=directional"]).unwrap();
+        let types: Vec<&str> = lights["light"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|l| l["type"].as_str().unwrap())
+            .collect();
+        assert_eq!(types, ["point", "constant", "directional"]);
+        let first = read("", &["light.0.type=point"]).unwrap();
+        assert_eq!(first["light"].as_array().unwrap().len(), 1);
+        // The last one wins.
+        assert_eq!(read(text, &["a=2", "a=3"]).unwrap()["a"].as_integer(), Some(3));
+    }
+
+    #[test]
+    fn what_is_no_key_with_a_value_is_refused() {
+        for written in ["a", "", "=1", "a b=1", "a.=1", "a=1\nb=2"] {
+            assert_eq!(Overrides::new(&[written.into()], 3).unwrap_err(), written);
+        }
+    }
+
+    #[test]
+    fn places_tell_who_set_a_value() {
+        let overrides = Overrides::new(&["a=1".into(), "b=x".into()], 10).unwrap();
+        assert_eq!(overrides.at(10), None);
+        #[derive(Deserialize)]
+        struct Spans {
+            a: Spanned<f32>,
+            b: Spanned<String>,
+            c: Spanned<f32>,
+        }
+        let read: Spans = overrides.read("a=3\n\nc=4  ").unwrap();
+        assert_eq!(overrides.at(read.a.span().start), Some("a=1"));
+        assert_eq!(overrides.at(read.b.span().start), Some("b=x"));
+        assert_eq!((overrides.at(read.c.span().start), read.c.span()), (None, 7..8));
+    }
+}

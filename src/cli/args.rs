@@ -389,7 +389,7 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,
 
-    /// Set a key of the scene file, such as render.max_depth=8 or 'material.Floor.roughness=0.2'; repeatable
+    /// Set a key of the scene file, such as render.max_depth=8; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 

@@ -80,15 +80,13 @@ fn merge<'i>(into: &mut DeTable<'i>, from: DeTable<'i>) {
     for (key, value) in from {
         match into.get_mut(key.get_ref().as_ref()) {
             Some(old) => replace(old, value),
+            None if ARRAYS.contains(&key.get_ref().as_ref()) => {
+                let mut items = Spanned::new(value.span(), DeValue::Array(DeArray::new()));
+                replace(&mut items, value);
+                into.insert(key, items);
+            }
             None => {
-                let span = value.span();
-                let value = match value.into_inner() {
-                    DeValue::Table(items) if ARRAYS.contains(&key.get_ref().as_ref()) => {
-                        DeValue::Array(items.into_iter().map(|(_, item)| item).collect())
-                    }
-                    value => value,
-                };
-                into.insert(key, Spanned::new(span, value));
+                into.insert(key, value);
             }
         }
     }
@@ -161,6 +159,8 @@ mod tests {
         assert_eq!(types, ["point", "constant", "directional"]);
         let first = read("", &["light.0.type=point"]).unwrap();
         assert_eq!(first["light"].as_array().unwrap().len(), 1);
+        // An index beyond the next one is no entry: the parser refuses the table.
+        assert!(read("", &["light.1.type=point"]).unwrap()["light"].is_table());
         // The last one wins.
         assert_eq!(read(text, &["a=2", "a=3"]).unwrap()["a"].as_integer(), Some(3));
     }

@@ -304,11 +304,13 @@ fn flags(random: &mut Random) -> Vec<String> {
         ("denoise", &["atrous", "gaussian"]),
         ("shutter", &["0,0", "0.2,0.7"]),
         ("fov", &["1", "170"]),
+        ("view", &["auto", "front", "top", "iso", "inside"]),
+        ("up", &["0,0,1", "0,1,0"]),
         ("audit-rays", &["0.1"]),
         ("max-memory", &["1M", "4G"]),
         ("write-every", &["0.01s"]),
         ("ao-distance", &["0.1", "1000"]),
-        ("view", &["normals", "uv", "ids"]),
+        ("debug-view", &["normals", "uv", "ids"]),
     ];
     for (name, values) in choices {
         if random.one_in(8) {

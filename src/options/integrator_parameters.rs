@@ -57,7 +57,7 @@ parameters! {
         /// Rays from which a record of irradiance-cache is made, about
         cache_rays: u32 = 1024, in Range::FromTo(16, 1 << 20);
         /// What debug shows
-        view: DebugView = DebugView::Normals;
+        debug_view: DebugView = DebugView::Normals;
         /// Direct light of Metropolis methods: by ordinary path tracing or by the chains
         ///
         /// So are lamps that are seen in mirrors and through glass.

@@ -141,7 +141,7 @@ methods! {
     /// Ambient occlusion
     AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
     /// Normals, texture coordinates or ids as colours
-    Debug(DebugSettings) = "debug" { view }
+    Debug(DebugSettings) = "debug" { debug_view }
     /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
     Light(LightSettings) = "light" { light_selection, triangle_sampling, max_depth, roulette_depth }
     /// Bidirectional path tracing

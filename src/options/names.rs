@@ -3,6 +3,7 @@
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
+use crate::guess::View;
 use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::sampler::SamplerKind;
@@ -42,7 +43,7 @@ macro_rules! named_elsewhere {
         })*
     };
 }
-named_elsewhere!(CommonErrors, FilterKind, SamplerKind, Curve, TextureFilter);
+named_elsewhere!(CommonErrors, FilterKind, SamplerKind, Curve, TextureFilter, View);
 
 /// The name of `value` among those `known`.
 pub(crate) fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: T) -> &'static str {

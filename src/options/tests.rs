@@ -57,7 +57,7 @@ fn what_is_wrong_is_told_with_what_would_be_right() {
             "use a whole number up to 1024, or none",
         ),
         (
-            "view",
+            "debug_view",
             Input::String("normal"),
             "\"normal\"",
             "did you mean normals? there is normals, uv, ids",

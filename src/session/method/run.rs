@@ -262,7 +262,7 @@ impl Method {
             }),
             Self::Debug(s) => task.run(&DebugIntegrator {
                 world: any,
-                view: s.view,
+                view: s.debug_view,
             }),
             Self::Light(s) => task.run_iterations(&LightIntegrator {
                 world: any,

@@ -64,6 +64,7 @@ pub mod denoise;
 pub mod description;
 pub mod film;
 pub mod geometry;
+pub mod guess;
 pub mod integrator;
 pub mod io;
 pub mod light;

@@ -122,6 +122,16 @@ pub struct CameraError {
     message: String,
 }
 
+impl CameraError {
+    /// That nothing says what `parameter` is.
+    pub(crate) fn unknown(parameter: &'static str) -> Self {
+        Self {
+            parameter,
+            message: "is neither given nor can it be guessed".into(),
+        }
+    }
+}
+
 impl Camera {
     /// A camera for an image of `resolution` pixels.
     ///

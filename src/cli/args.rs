@@ -1,3 +1,4 @@
+use super::camera_flags::CameraArgs;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
@@ -96,6 +97,8 @@ Examples:
   embrasure info scenes/cornell-box.toml
   embrasure info room.obj --json")]
     Info(SceneArgs),
+    /// Show cameras to choose from, each with the flags that give it
+    Views(ViewsArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
     #[command(after_help = "\
 The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
@@ -320,6 +323,47 @@ pub(super) struct SceneArgs {
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 Examples:
+  embrasure views room.obj -o views.png
+  embrasure render room.obj --orbit 30,20")]
+pub(super) struct ViewsArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Write a contact sheet of the views here, a .png [default: the flags are printed alone]
+    #[arg(short, long, value_name = "SHEET.png")]
+    pub output: Option<PathBuf>,
+
+    /// Size of each picture in pixels [default: 240x240]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Samples a pixel [default: 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+
+    /// The ray-tracing backend
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
+    pub backend: Option<Backend>,
+
+    /// Render and build threads, 64 for each processor at most [default: one for each]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// No progress; warnings and errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
   embrasure explain scenes/cornell-box.toml red
   embrasure explain room.obj \"Window Glass\" -o glass.png --size 256x256")]
 pub(super) struct ExplainArgs {
@@ -380,7 +424,7 @@ pub(super) struct ManArgs {
 }
 
 /// How files are read where their formats leave something open.
-#[derive(Debug, Default, Parser)]
+#[derive(Clone, Debug, Default, Parser)]
 pub(super) struct LoadArgs {
     #[command(flatten)]
     pub parameters: Flags<LoadParameters>,
@@ -493,25 +537,8 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 
-    /// Camera position
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    pub position: Option<[f32; 3]>,
-
-    /// Point in the middle of the image
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    pub look_at: Option<[f32; 3]>,
-
-    /// Direction that is up in the image [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
-    pub up: Option<[f32; 3]>,
-
-    /// Vertical field of view in degrees
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
-    pub fov: Option<f32>,
-
-    /// When the shutter opens and closes, from 0 to 1, where what moves is at its last place [default: 0,1]
-    #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
-    pub shutter: Option<[f32; 2]>,
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     /// Trace one sample of this pixel alone, and print its rays and what they found
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
@@ -617,7 +644,7 @@ mod tests {
         let Some(Command::Render(args)) = args.command else {
             panic!()
         };
-        assert_eq!(args.position, Some([-1.0, 2.0, -3.0]));
+        assert_eq!(args.camera.position, Some([-1.0, 2.0, -3.0]));
     }
 
     /// Who types a number that cannot be is told why.

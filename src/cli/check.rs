@@ -12,7 +12,7 @@ use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::options::Backend;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{AccelTask, all_threads, forecast, thread_pool};
+use crate::session::{AccelTask, FoundCamera, all_threads, forecast, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -114,10 +114,10 @@ impl Report {
             Ok(None) => {}
             Err(error) => self.refused("unmet-light", &whole, error.into()),
         }
-        match job.settings.camera_of(&job.scene, &scene) {
+        match job.settings.camera_of(&job.scene, &scene, &pool) {
             Err(error) => self.refused("wrong-camera", &whole, error.into()),
             Ok(_) if scene.triangle_count() == 0 => {}
-            Ok((_, camera)) => {
+            Ok(FoundCamera { camera, .. }) => {
                 let view = View {
                     scene: &scene,
                     camera: &camera,
@@ -147,7 +147,7 @@ impl Report {
     /// What the scene leaves to the program.
     fn note_defaults(&mut self, file: &SceneFile) {
         if file.camera.is_none() {
-            let message = "no camera: the scene is framed from +z, with a vertical field of view of 40 degrees";
+            let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";
             self.add(Severity::Note, "default-camera", file.whole(message));
         }
         let SceneOptions {

@@ -3,10 +3,11 @@ use super::error::CliError;
 use super::job::read_scene;
 use super::words;
 use crate::description::{Loaded, load_scene};
+use crate::guess::CameraGuess;
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{Settings, forecast};
+use crate::session::{FoundCamera, Settings, all_threads, forecast, thread_pool};
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -17,6 +18,9 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let bounds = scene.bounds();
     let settings = Settings::of(&file);
     let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
+    let pool = thread_pool(all_threads())?;
+    // A scene that no camera sees has other things to be told of.
+    let camera = settings.camera_of(&file, &scene, &pool).ok();
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
@@ -50,6 +54,17 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "name": name,
             "lights": members(group).count(),
         })).collect::<Vec<_>>(),
+        "camera": camera.map(|FoundCamera { description, guess, .. }| {
+            let parameters = &description.parameters;
+            json!({
+                "position": decimal(parameters.position.to_array()),
+                "look_at": decimal(parameters.look_at.to_array()),
+                "up": decimal(parameters.up.to_array()),
+                "vertical_fov": decimal([parameters.vertical_fov; 3])[0],
+                "guess": guess.as_ref().map(|guess| &guess.words),
+                "flags": guess.as_ref().map(CameraGuess::flags),
+            })
+        }),
         "bounds": [decimal(bounds.min.to_array()), decimal(bounds.max.to_array())],
         "memory_forecast_bytes": {
             "scene": memory.scene(),
@@ -87,6 +102,19 @@ fn print_text(info: &serde_json::Value) {
         );
     }
     outln!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
+    let camera = &info["camera"];
+    if camera.is_object() {
+        outln!(
+            "  camera     at {} towards {}, {} degrees high",
+            camera["position"],
+            camera["look_at"],
+            camera["vertical_fov"]
+        );
+        if let (Some(words), Some(flags)) = (camera["guess"].as_str(), camera["flags"].as_str()) {
+            outln!("             guessed: {words}");
+            outln!("             {flags}");
+        }
+    }
     let lights = &info["lights"];
     let kinds = lights
         .as_object()

@@ -4,7 +4,7 @@ use super::error::CliError;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
 use crate::io::{ExrFormat, FileError, LoadOptions};
-use crate::math::{UVec2, Vec3};
+use crate::math::UVec2;
 use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
 use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
 use std::path::{Path, PathBuf};
@@ -67,12 +67,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
         max: UVec2::new(x1, y1),
     });
 
-    let camera = &mut settings.camera;
-    camera.position = args.position.map(Vec3::from).or(camera.position);
-    camera.look_at = args.look_at.map(Vec3::from).or(camera.look_at);
-    camera.up = args.up.map(Vec3::from).or(camera.up);
-    camera.vertical_fov = args.fov.or(camera.vertical_fov);
-    camera.shutter = args.shutter.or(camera.shutter);
+    args.camera.apply(&mut settings.camera);
 
     // A flag for the noise is not held back by what the scene file says of samples.
     let spp = args.sampling.0.samples;

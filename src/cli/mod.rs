@@ -12,6 +12,7 @@ mod args;
 mod audit;
 mod bench;
 mod bench_tables;
+mod camera_flags;
 mod check;
 mod clock;
 mod compare;
@@ -34,6 +35,7 @@ mod run;
 mod stats;
 mod tev;
 mod values;
+mod views;
 
 use crate::io::is_guarded;
 use args::{Args, Command};
@@ -108,6 +110,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Info(args)) => info::info(&args),
+        Some(Command::Views(args)) => views::views(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),

@@ -58,6 +58,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     }
     let mut warnings = [&job.warnings, session.warnings()].concat();
     warnings.iter().for_each(words::warning);
+    if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
+        errln!("camera: {}\n  {}", guess.words, guess.flags());
+    }
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {

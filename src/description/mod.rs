@@ -3,6 +3,7 @@
 //! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
+mod camera_section;
 mod light_group_section;
 mod light_section;
 mod load;
@@ -14,6 +15,7 @@ mod placement;
 mod scene_file;
 mod unknown_key;
 
+pub use camera_section::{CameraSection, NamedView, OrbitAngles};
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
@@ -21,7 +23,7 @@ pub use load::{
 };
 pub use map_section::MapSection;
 pub use material_section::MaterialSection;
-pub use scene_file::{CameraSection, Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
+pub use scene_file::{Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
 
 // What the modules here need of the formats
 use crate::io::{

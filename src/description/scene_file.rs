@@ -2,7 +2,9 @@ use super::input::read_bytes;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::unknown_key::parser_error;
-use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
+use super::{
+    CameraSection, FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position,
+};
 use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -72,32 +74,6 @@ pub struct SceneOptions {
     pub integrator: IntegratorOptions,
     /// How OBJ and MTL files are read.
     pub load: LoadParameters,
-}
-
-/// `[camera]`
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraSection {
-    /// Centre of the lens.
-    pub position: Spanned<[f32; 3]>,
-    /// The point in the middle of the image.
-    pub look_at: Spanned<[f32; 3]>,
-    /// Up in the image.
-    pub up: Option<Spanned<[f32; 3]>>,
-    /// Degrees.
-    pub vertical_fov: Option<Spanned<f32>>,
-    /// 0 for a pinhole.
-    pub lens_radius: Option<Spanned<f32>>,
-    /// Along the view axis.
-    pub focus_distance: Option<Spanned<f32>>,
-    /// Where the camera is at time 1, if it moves.
-    pub position_close: Option<Spanned<[f32; 3]>>,
-    /// What it looks at then.
-    pub look_at_close: Option<Spanned<[f32; 3]>>,
-    /// Up in the image then.
-    pub up_close: Option<Spanned<[f32; 3]>>,
-    /// When the shutter opens and closes, from 0 to 1.
-    pub shutter: Option<Spanned<[f32; 2]>>,
 }
 
 /// `[[object]]`
@@ -236,6 +212,9 @@ impl SceneFile {
                 let error = FileError::new(path, "no `version` key").help("start the file with version = 1");
                 return Err((error, None));
             }
+        }
+        if let Some((span, message, help)) = file.camera.as_ref().and_then(CameraSection::contradiction) {
+            return Err((file.error(span, message).help(help), None));
         }
         file.options = file.read_options().map_err(|(error, start)| (error, Some(start)))?;
         file.load.parameters = file.options.load;
@@ -462,7 +441,7 @@ intensity = [1.0, 1.0, 1.0]
 "#,
         );
         let file = file.unwrap();
-        assert_eq!(file.camera.unwrap().position.get_ref()[2], 2.5);
+        assert_eq!(file.camera.unwrap().position.unwrap().get_ref()[2], 2.5);
         assert_eq!(file.options.integrator.max_depth, Some(MaxDepth(None)));
         assert_eq!(file.object.len(), 2);
         assert_eq!(file.material.keys().next().unwrap().get_ref(), "tall box");

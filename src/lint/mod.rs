@@ -41,7 +41,7 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
     let eye = file
         .camera
         .as_ref()
-        .map(|camera| Vec3::from(*camera.position.get_ref()));
+        .and_then(|camera| Some(Vec3::from(*camera.position.as_ref()?.get_ref())));
     let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
     let is_inside = eye
         .zip(inspection.scene.as_ref())

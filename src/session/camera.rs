@@ -1,27 +1,37 @@
-use crate::camera::{CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
+use crate::accel::Accel;
+use crate::camera::{Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::SceneFile;
+use crate::geometry::Hit;
+use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
 use crate::io::FileError;
-use crate::math::{Bounds3, Encode, UVec2, Vec3, encode_fields};
+use crate::math::{Encode, UVec2, Vec2, Vec3, encode_fields};
+use crate::scene::Scene;
 use toml::Spanned;
 
-/// Vertical field of view, in degrees, where none is given.
+/// Vertical field of view, in degrees, of a camera that says where it is and what it looks at, and no more.
 const DEFAULT_FOV: f32 = 40.0;
 
-/// What is said of the camera; where nothing is, it frames the scene from +z.
+/// What is said of the camera; the rest is guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraSettings {
+    /// From which side the scene is seen, where no position is said.
+    pub view: Option<View>,
+    /// The same by angles.
+    pub orbit: Option<Orbit>,
     /// Centre of the lens.
     pub position: Option<Vec3>,
     /// The point in the middle of the image.
     pub look_at: Option<Vec3>,
-    /// Up in the image; +y where nothing is said.
+    /// Up in the image; +y where nothing is said, or the scene's up where the camera is guessed.
     pub up: Option<Vec3>,
-    /// Degrees; 40 where nothing is said.
+    /// Degrees; 40 where nothing is said, or what suits the scene where the camera is guessed.
     pub vertical_fov: Option<f32>,
     /// Scene units; a pinhole where nothing is said.
     pub lens_radius: Option<f32>,
     /// Along the view axis; that of `look_at` where nothing is said.
     pub focus_distance: Option<f32>,
+    /// The point of the image, in pixels from its top left corner, whose surface is in focus: in place of `focus_distance`.
+    pub focus_at: Option<Vec2>,
     /// `position` at time 1, if the camera moves.
     pub position_close: Option<Vec3>,
     /// `look_at` at time 1.
@@ -33,12 +43,15 @@ pub struct CameraSettings {
 }
 
 encode_fields!(CameraSettings {
+    view,
+    orbit,
     position,
     look_at,
     up,
     vertical_fov,
     lens_radius,
     focus_distance,
+    focus_at,
     position_close,
     look_at_close,
     up_close,
@@ -54,12 +67,15 @@ impl CameraSettings {
         let vector = |key: &Option<Spanned<[f32; 3]>>| key.as_ref().map(|v| Vec3::from(*v.get_ref()));
         let number = |key: &Option<Spanned<f32>>| key.as_ref().map(|v| *v.get_ref());
         Self {
-            position: Some(Vec3::from(*section.position.get_ref())),
-            look_at: Some(Vec3::from(*section.look_at.get_ref())),
+            view: section.view.as_ref().map(|view| view.get_ref().0),
+            orbit: section.orbit.as_ref().map(|orbit| orbit.get_ref().0),
+            position: vector(&section.position),
+            look_at: vector(&section.look_at),
             up: vector(&section.up),
             vertical_fov: number(&section.vertical_fov),
             lens_radius: number(&section.lens_radius),
             focus_distance: number(&section.focus_distance),
+            focus_at: section.focus_at.as_ref().map(|at| Vec2::from(*at.get_ref())),
             position_close: vector(&section.position_close),
             look_at_close: vector(&section.look_at_close),
             up_close: vector(&section.up_close),
@@ -67,24 +83,66 @@ impl CameraSettings {
         }
     }
 
-    /// The camera for a scene within `bounds`.
-    pub fn describe(&self, bounds: Bounds3, resolution: UVec2) -> CameraDescription {
-        let fov = self.vertical_fov.unwrap_or(DEFAULT_FOV);
-        let (position, look_at) = framing(bounds, fov, resolution);
-        let position = self.position.unwrap_or(position);
-        let look_at = self.look_at.unwrap_or(look_at);
-        let parameters = CameraParameters {
+    /// Whether something is left to guess, or to find by rays.
+    pub(super) fn needs_scene(&self) -> bool {
+        self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()
+    }
+
+    /// What finds the camera in `scene`, whose rays `accel` answers.
+    pub(crate) fn finder<'a>(&self, scene: &'a Scene, accel: &'a dyn Accel, resolution: UVec2) -> CameraFinder<'a> {
+        let asked = Asked {
+            position: self.position,
+            look_at: self.look_at,
+            up: self.up,
+            vertical_fov: self.vertical_fov,
+            view: self.view.unwrap_or_default(),
+            orbit: self.orbit,
+        };
+        CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
+    }
+
+    /// The camera, and what was guessed of it, if anything was. `accel` answers rays into `scene` where the settings need it.
+    pub(crate) fn describe(
+        &self,
+        scene: &Scene,
+        accel: Option<&dyn Accel>,
+        resolution: UVec2,
+    ) -> Result<(CameraDescription, Option<CameraGuess>), CameraError> {
+        let (guess, pose) = match (self.position, self.look_at, accel) {
+            (Some(position), Some(look_at), _) => {
+                let up = self.up.unwrap_or(Vec3::Y);
+                (
+                    None,
+                    (Pose { position, look_at, up }, self.vertical_fov.unwrap_or(DEFAULT_FOV)),
+                )
+            }
+            (.., Some(accel)) => {
+                let guess = self.finder(scene, accel, resolution).camera();
+                let CameraGuess {
+                    position,
+                    look_at,
+                    up,
+                    vertical_fov,
+                    ..
+                } = guess;
+                (Some(guess), (Pose { position, look_at, up }, vertical_fov))
+            }
+            _ => return Err(CameraError::unknown("position")),
+        };
+        let (Pose { position, look_at, up }, vertical_fov) = pose;
+        let mut parameters = CameraParameters {
             position,
             look_at,
-            up: self.up.unwrap_or(Vec3::Y),
-            vertical_fov: fov,
+            up,
+            vertical_fov,
             lens_radius: self.lens_radius.unwrap_or(0.0),
             focus_distance: self.focus_distance.unwrap_or_else(|| distance(position, look_at)),
         };
-        CameraDescription {
-            motion: self.motion(&parameters),
-            parameters,
+        if let (Some(at), Some(accel)) = (self.focus_at, accel) {
+            parameters.focus_distance = focus_distance(parameters, accel, at, resolution)?;
         }
+        let motion = self.motion(&parameters);
+        Ok((CameraDescription { motion, parameters }, guess))
     }
 
     /// Whether both have the same bits: NaN is equal to NaN.
@@ -106,11 +164,19 @@ impl CameraSettings {
     }
 }
 
+/// A camera with what it was made of.
+pub(crate) struct FoundCamera {
+    pub camera: Camera,
+    pub description: CameraDescription,
+    /// What was guessed of it, if anything was.
+    pub guess: Option<CameraGuess>,
+}
+
 /// `error` as one of the key that is to blame, if the scene file has a camera.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
     let section = file.camera.as_ref()?;
     let key = match error.parameter {
-        "look_at" => Some(section.look_at.span()),
+        "look_at" => section.look_at.as_ref().map(Spanned::span),
         "up" => section.up.as_ref().map(Spanned::span),
         "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
         "lens_radius" => section.lens_radius.as_ref().map(Spanned::span),
@@ -122,23 +188,25 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
         }
         _ => None,
     };
-    let span = key.unwrap_or_else(|| section.position.span());
+    let span = key.or_else(|| Some(section.position.as_ref()?.span()))?;
     Some(file.error(span, error.to_string()).help("correct the [camera]"))
 }
 
-/// From where on the +z side, and looking where, a pinhole sees the whole sphere around `bounds`.
-fn framing(bounds: Bounds3, vertical_fov: f32, resolution: UVec2) -> (Vec3, Vec3) {
-    let look_at = bounds.center();
-    let radius = Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-    // The narrower of the two fields of view must hold the sphere.
-    let half = (0.5 * vertical_fov.clamp(1.0, 179.0)).to_radians();
-    let aspect = resolution.x as f32 / resolution.y as f32;
-    let narrow = if aspect < 1.0 {
-        (half.tan() * aspect).atan()
-    } else {
-        half
+/// Distance along the view axis of the surface that is seen at `at`, in pixels; that of the camera's target where nothing is.
+fn focus_distance(
+    parameters: CameraParameters,
+    accel: &dyn Accel,
+    at: Vec2,
+    resolution: UVec2,
+) -> Result<f32, CameraError> {
+    let pinhole = CameraParameters {
+        lens_radius: 0.0,
+        ..parameters
     };
-    (look_at + Vec3::Z * (radius / narrow.sin()), look_at)
+    let camera = Camera::new(pinhole, resolution)?;
+    let ray = camera.ray(at, Vec2::splat(0.5), 0.0);
+    let depth = |hit: Hit| camera.depth(ray.at(hit.t), 0.0);
+    Ok(accel.intersect(&ray).map_or(parameters.focus_distance, depth))
 }
 
 /// Where a camera focuses that does not say where.

@@ -43,7 +43,7 @@ mod tests {
     use crate::material::{Gloss, Map, Material};
     use crate::math::{Quat, UVec2, Vec2, Vec3};
     use crate::scene::SceneBuilder;
-    use crate::session::Settings;
+    use crate::session::{Settings, thread_pool};
     use crate::texture::{Channel, Curve, Mapping, Texels, Texture, TextureId, Wrap};
     use std::path::Path;
 
@@ -54,7 +54,8 @@ mod tests {
         let file = SceneFile::load(&path).unwrap();
         let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;
         let settings = Settings::of(&file);
-        let (camera, _) = settings.camera_of(&file, &scene).unwrap();
+        let pool = thread_pool(1).unwrap();
+        let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
             "a012bcfef9297198a395a17f01db1573fcfaac66046f743330f1cb9de368a781"
@@ -304,7 +305,10 @@ mod tests {
         let file = SceneFile::of_obj(Path::new("none.obj"));
         let scene = SceneBuilder::new().build().unwrap().0;
         let [a, b] = [8, 16].map(|side| {
-            let (camera, _) = settings(side).camera_of(&file, &scene).unwrap();
+            let camera = settings(side)
+                .camera_of(&file, &scene, &thread_pool(1).unwrap())
+                .unwrap()
+                .description;
             scene_hash(&scene, &camera)
         });
         assert_eq!(a, b);

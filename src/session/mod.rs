@@ -20,6 +20,7 @@ mod state;
 
 pub use backend::{BUILD, version_text};
 pub use camera::CameraSettings;
+pub(crate) use camera::FoundCamera;
 pub use error::{Error, InvalidSetting};
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
@@ -33,6 +34,7 @@ pub(crate) use settings::all_threads;
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
+use crate::guess::CameraGuess;
 use crate::integrator::World;
 use crate::io::{LoadObserver, MemoryLimit, in_words};
 use crate::lint::Forecast;
@@ -47,6 +49,8 @@ pub struct Session {
     filter: Filter,
     scene_hash: String,
     warnings: Vec<String>,
+    /// What was guessed of the camera, if anything was.
+    camera_guess: Option<CameraGuess>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
     /// Bytes that the render takes at most, about.
@@ -75,7 +79,11 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
-        let (description, camera) = settings.camera_of(file, &scene)?;
+        let FoundCamera {
+            camera,
+            description,
+            guess,
+        } = settings.camera_of(file, &scene, &pool)?;
         warnings.extend(method.check_lights(&scene)?);
         warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
@@ -85,6 +93,7 @@ impl Session {
             scene,
             camera,
             warnings,
+            camera_guess: guess,
             files,
             memory,
             pool,
@@ -115,6 +124,7 @@ impl Session {
             filter: settings.filter(),
             camera,
             warnings,
+            camera_guess: None,
             files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
@@ -150,6 +160,38 @@ impl Session {
     /// What was odd about the scene, a sentence each.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// What was guessed of the camera, if anything was.
+    pub fn camera_guess(&self) -> Option<&CameraGuess> {
+        self.camera_guess.as_ref()
+    }
+
+    /// Cameras to choose from, each with the shortest flags that name it.
+    ///
+    /// # Errors
+    ///
+    /// Those of building an acceleration structure.
+    pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
+        let accel = self.settings.backend.build(&self.scene, &self.pool)?;
+        let camera = &self.settings.camera;
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        Ok(self.pool.install(|| finder().candidates()))
+    }
+
+    /// Sees the scene by another camera, a pinhole.
+    ///
+    /// # Errors
+    ///
+    /// A camera that sees nothing.
+    pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
+        let description = CameraDescription {
+            parameters: guess.parameters(),
+            motion: None,
+        };
+        self.camera = description.camera(self.settings.resolution)?;
+        self.scene_hash = hash::scene_hash(&self.scene, &description);
+        Ok(())
     }
 
     /// All files that the scene was read from: nothing may be written over them. None of a scene that was made in code.

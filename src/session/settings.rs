@@ -1,8 +1,7 @@
 //! Settings of a render: the options of a scene file, changed by flags or by a program, and the checks of what goes together.
 
-use super::camera::blame;
-use super::{CameraSettings, Error, InvalidSetting};
-use crate::camera::{Camera, CameraDescription};
+use super::camera::{FoundCamera, blame};
+use super::{AnyAccel, CameraSettings, Error, InvalidSetting};
 use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
@@ -251,14 +250,31 @@ impl Settings {
     }
 
     /// The camera that looks at `scene`, and its description. An error is one of `file`, unless flags or a program have changed its camera.
-    pub(crate) fn camera_of(&self, file: &SceneFile, scene: &Scene) -> Result<(CameraDescription, Camera), Error> {
-        let description = self.camera.describe(scene.bounds(), self.resolution);
-        let camera = description.camera(self.resolution).map_err(|error| {
+    pub(crate) fn camera_of(
+        &self,
+        file: &SceneFile,
+        scene: &Scene,
+        pool: &rayon::ThreadPool,
+    ) -> Result<FoundCamera, Error> {
+        // What is guessed is guessed by rays.
+        let accel = match self.camera.needs_scene() {
+            true => Some(self.backend.build(scene, pool)?),
+            false => None,
+        };
+        let accel = accel.as_ref().map(AnyAccel::as_dyn);
+        let found = pool.install(|| self.camera.describe(scene, accel, self.resolution));
+        let found = found.and_then(|(description, guess)| {
+            Ok(FoundCamera {
+                camera: description.camera(self.resolution)?,
+                description,
+                guess,
+            })
+        });
+        found.map_err(|error| {
             let is_of_file = self.camera.is_same(&CameraSettings::of(file));
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
-        })?;
-        Ok((description, camera))
+        })
     }
 
     /// What decides the pixels besides the scene, as `key=value` pairs.

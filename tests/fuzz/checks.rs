@@ -308,7 +308,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
     if scene.placed_triangle_count() > MAX_RENDERED {
         return;
     }
-    let parameters = section.map_or_else(|| framing(scene), parameters);
+    let parameters = section.map_or_else(|| framing(scene), |section| parameters(section, scene));
     let still = CameraMotion {
         close: None,
         shutter: [0.0, 1.0],
@@ -354,10 +354,12 @@ fn framing(scene: &Scene) -> CameraParameters {
     }
 }
 
-fn parameters(section: &CameraSection) -> CameraParameters {
+fn parameters(section: &CameraSection, scene: &Scene) -> CameraParameters {
+    let or = |point: &Option<Spanned<[f32; 3]>>, usual| point.as_ref().map_or(usual, |v| Vec3::from(*v.get_ref()));
+    let usual = framing(scene);
     CameraParameters {
-        position: Vec3::from(*section.position.get_ref()),
-        look_at: Vec3::from(*section.look_at.get_ref()),
+        position: or(&section.position, usual.position),
+        look_at: or(&section.look_at, usual.look_at),
         up: section.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref())),
         vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
         lens_radius: section.lens_radius.as_ref().map_or(0.0, |v| *v.get_ref()),

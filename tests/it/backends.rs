@@ -1019,8 +1019,8 @@ mod together {
             let camera = CameraParameters {
                 vertical_fov: section.vertical_fov.as_ref().map_or(40.0, |v| *v.get_ref()),
                 ..pinhole(
-                    Vec3::from(*section.position.get_ref()),
-                    Vec3::from(*section.look_at.get_ref()),
+                    Vec3::from(*section.position.as_ref().unwrap().get_ref()),
+                    Vec3::from(*section.look_at.as_ref().unwrap().get_ref()),
                     40.0,
                 )
             };

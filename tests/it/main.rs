@@ -23,6 +23,7 @@ mod denoise;
 mod emission;
 mod exr_files;
 mod fuzz_corpus;
+mod guess;
 mod hostile_files;
 mod irradiance_cache;
 mod iterations;

@@ -14,7 +14,7 @@ const ROWS: &[&[&str]] = &[
     &["material", "light", "camera", "film"],
     &["scene", "denoise", "compare"],
     &["accel"],
-    &["integrator"],
+    &["integrator", "guess"],
     &["options"],
     &["io", "render"],
     &["description"],

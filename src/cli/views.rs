@@ -1,0 +1,128 @@
+//! `embrasure views`: a contact sheet of candidate cameras, each with the flags to paste.
+
+use super::args::{RenderArgs, ViewsArgs};
+use super::error::CliError;
+use super::flags::Flags;
+use super::job::Job;
+use super::outputs::Outputs;
+use super::progress::{Heeding, Loading, Progress, Until};
+use super::words;
+use crate::color::srgb;
+use crate::film::RgbImage;
+use crate::io::{Output, Panel, write_contact_sheet};
+use crate::options::{IntegratorKind, IntegratorOptions, SamplingOptions};
+use crate::render::Outcome;
+use crate::session::Session;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Pictures in a row of the sheet.
+const COLUMNS: usize = 4;
+/// Characters of a line below a picture.
+const LINE: usize = 30;
+/// Samples a pixel where the command says nothing.
+const SAMPLES: u32 = 16;
+/// Edge of a picture, pixels, where the command says nothing.
+const SIZE: u32 = 240;
+
+/// Renders the candidates small, and writes the sheet.
+pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
+    let render = RenderArgs {
+        scene: args.scene.clone(),
+        sampling: Flags(SamplingOptions {
+            samples: Some(args.spp.unwrap_or(SAMPLES)),
+            backend: args.backend,
+            ..SamplingOptions::default()
+        }),
+        size: Some(args.size.unwrap_or([SIZE; 2])),
+        threads: args.threads,
+        quiet: args.quiet,
+        load: args.load.clone(),
+        integrator: Flags(IntegratorOptions {
+            integrator: Some(IntegratorKind::Path),
+            ..IntegratorOptions::default()
+        }),
+        ..RenderArgs::default()
+    };
+    let job = Job::new(&render)?;
+    let mut named = Outputs::default();
+    let output = args.output.as_deref().map(Output::prepare).transpose()?;
+    output.iter().try_for_each(|output| named.add("-o", output))?;
+    named.spare([&*args.scene])?;
+    let loading = Loading::new(job.quiet);
+    let session = Session::load(&job.scene, job.settings.clone(), &loading);
+    loading.finish();
+    let mut session = session?;
+    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    session.warnings().iter().for_each(words::warning);
+
+    let candidates = session.candidate_cameras()?;
+    if args.json {
+        let list: Vec<_> = candidates
+            .iter()
+            .map(|(flags, camera)| json!({ "flags": flags, "camera": camera.flags(), "words": camera.words }))
+            .collect();
+        outln!("{:#}", json!(list));
+    } else {
+        for (i, (flags, _)) in candidates.iter().enumerate() {
+            outln!("{:2}  {flags}", i + 1);
+        }
+    }
+    let Some(output) = output else {
+        return Ok(ExitCode::SUCCESS);
+    };
+
+    let _heeding = Heeding::begin();
+    let settings = session.settings().clone();
+    let samples = settings.crop().area() * u64::from(settings.spp);
+    let progress = Progress::new(samples * candidates.len() as u64, args.quiet);
+    let until = Until {
+        progress: &progress,
+        end: None,
+        pause: None,
+    };
+    let mut panels = Vec::with_capacity(candidates.len());
+    for (i, (flags, camera)) in candidates.iter().enumerate() {
+        session.look_through(camera)?;
+        let renderer = session.renderer()?;
+        let mut state = renderer.start();
+        if renderer.render(&mut state, &until) != Outcome::Complete {
+            progress.finish();
+            return Err(CliError::Interrupted("interrupted: no sheet is written".into()));
+        }
+        let image = renderer.develop(&state);
+        let shown = |rgb| {
+            settings
+                .tone
+                .encode_u8(rgb)
+                .map(|code| srgb::decode(f32::from(code) / 255.0))
+        };
+        panels.push(Panel {
+            label: wrapped(&format!("{}  {flags}", i + 1)),
+            image: RgbImage {
+                width: image.crop.size().x as usize,
+                height: image.crop.size().y as usize,
+                pixels: image.rgb().map(shown).collect(),
+            },
+        });
+    }
+    progress.finish();
+    write_contact_sheet(&output, &panels, COLUMNS)?;
+    if !args.quiet {
+        errln!("-> {}", output.path().display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The words in lines that fit below a picture.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if line.len() + word.len() < LINE => *line += &format!(" {word}"),
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}

@@ -1,0 +1,85 @@
+use crate::guess::{Orbit, View};
+use crate::options::names::join_names;
+use serde::Deserialize;
+use serde::de::{Deserializer, Error};
+use std::ops::Range;
+use toml::Spanned;
+
+/// `[camera]`
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSection {
+    /// From which side the scene is seen.
+    pub view: Option<Spanned<NamedView>>,
+    /// The same by azimuth, elevation and distance.
+    pub orbit: Option<Spanned<OrbitAngles>>,
+    /// Centre of the lens.
+    pub position: Option<Spanned<[f32; 3]>>,
+    /// The point in the middle of the image.
+    pub look_at: Option<Spanned<[f32; 3]>>,
+    /// Up in the image.
+    pub up: Option<Spanned<[f32; 3]>>,
+    /// Degrees.
+    pub vertical_fov: Option<Spanned<f32>>,
+    /// 0 for a pinhole.
+    pub lens_radius: Option<Spanned<f32>>,
+    /// Along the view axis.
+    pub focus_distance: Option<Spanned<f32>>,
+    /// The point of the image, in pixels, that is in focus.
+    pub focus_at: Option<Spanned<[f32; 2]>>,
+    /// Where the camera is at time 1, if it moves.
+    pub position_close: Option<Spanned<[f32; 3]>>,
+    /// What it looks at then.
+    pub look_at_close: Option<Spanned<[f32; 3]>>,
+    /// Up in the image then.
+    pub up_close: Option<Spanned<[f32; 3]>>,
+    /// When the shutter opens and closes, from 0 to 1.
+    pub shutter: Option<Spanned<[f32; 2]>>,
+}
+
+/// `view = "NAME"`
+#[derive(Clone, Copy, Debug)]
+pub struct NamedView(pub View);
+
+impl<'de> Deserialize<'de> for NamedView {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let found = View::NAMES.iter().find(|(known, _)| *known == name);
+        let names = || join_names(View::NAMES);
+        found
+            .map(|(_, view)| Self(*view))
+            .ok_or_else(|| Error::custom(format!("no view `{name}`; there are {}", names())))
+    }
+}
+
+/// `orbit = [AZIMUTH, ELEVATION]` or `[AZIMUTH, ELEVATION, DISTANCE]`
+#[derive(Clone, Copy, Debug)]
+pub struct OrbitAngles(pub Orbit);
+
+impl<'de> Deserialize<'de> for OrbitAngles {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let numbers = Vec::<f32>::deserialize(deserializer)?;
+        Orbit::of(&numbers)
+            .map(Self)
+            .map_err(|help| Error::custom(format!("orbit: {help}")))
+    }
+}
+
+impl CameraSection {
+    /// Where two keys say the same thing: the bytes of the one that is too much, what is wrong, and how to put it right.
+    pub(super) fn contradiction(&self) -> Option<(Range<usize>, &'static str, &'static str)> {
+        let place = self
+            .view
+            .as_ref()
+            .map(Spanned::span)
+            .or_else(|| Some(self.orbit.as_ref()?.span()))?;
+        let message = if self.position.is_some() {
+            "a camera with a `position` has no `view` and no `orbit`"
+        } else if self.view.is_some() && self.orbit.is_some() {
+            "both `view` and `orbit`"
+        } else {
+            return None;
+        };
+        Some((place, message, "keep one of them"))
+    }
+}

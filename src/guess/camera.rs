@@ -1,0 +1,473 @@
+//! The camera where not all of it is said.
+
+use super::axes::Axes;
+use super::framing::Frame;
+use super::interior::{self, upright_bounds};
+use super::look::Looker;
+use super::object;
+use super::survey::Survey;
+use crate::accel::Accel;
+use crate::camera::CameraParameters;
+use crate::math::{Vec3, encode_fields, encode_variants};
+use crate::scene::Scene;
+
+/// Vertical field of view of objects, degrees.
+const OBJECT_FOV: f32 = 35.0;
+/// Horizontal field of view of interiors in a square image, degrees.
+const INTERIOR_FOV: f32 = 62.0;
+/// Vertical field of view of an interior that is seen from outside, through a side without a wall, degrees.
+const OPEN_SIDE_FOV: f32 = 40.0;
+/// How other cameras of an interior are had.
+const OTHERS: &str = "--view iso shows it from outside, `embrasure views` more cameras";
+/// Share of the width or height of the image that an object fills.
+const FILL: f32 = 0.8;
+/// Triangles by which a scene is framed at most, evenly spread over its own.
+const MAX_TRIANGLES: u64 = 1 << 23;
+/// Elevation of an isometric view, degrees: its three axes are equally short.
+const ISOMETRIC: f32 = 35.264_39;
+/// Views of an interior that stand and look alike, as a share of the scene's width and as a cosine; only one of them is a candidate.
+const ALIKE: (f32, f32) = (0.2, 0.5);
+/// Candidates of an interior.
+const INSIDE_CANDIDATES: usize = 6;
+
+/// A view by its name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// By the kind of scene: an object from its front, right or left, and above; an interior from inside.
+    #[default]
+    Auto,
+    /// From the front, level.
+    Front,
+    /// From behind, level.
+    Back,
+    /// From the viewer's left of the front, level.
+    Left,
+    /// From the viewer's right of the front, level.
+    Right,
+    /// From above; the front is at the bottom.
+    Top,
+    /// From 45° right of the front, where all three axes look equally short.
+    Iso,
+    /// From inside, at eye height.
+    Inside,
+}
+
+impl View {
+    /// Each by the name that users type, the default first.
+    pub const NAMES: &[(&str, Self)] = &[
+        ("auto", Self::Auto),
+        ("front", Self::Front),
+        ("back", Self::Back),
+        ("left", Self::Left),
+        ("right", Self::Right),
+        ("top", Self::Top),
+        ("iso", Self::Iso),
+        ("inside", Self::Inside),
+    ];
+
+    /// Degrees of azimuth from the front, and of elevation; `None` where the scene decides.
+    fn angles(self) -> Option<(f32, f32)> {
+        match self {
+            Self::Auto | Self::Inside => None,
+            Self::Front => Some((0.0, 0.0)),
+            Self::Back => Some((180.0, 0.0)),
+            Self::Left => Some((-90.0, 0.0)),
+            Self::Right => Some((90.0, 0.0)),
+            Self::Top => Some((0.0, 90.0)),
+            Self::Iso => Some((45.0, ISOMETRIC)),
+        }
+    }
+}
+
+encode_variants!(View {
+    0 => Auto,
+    1 => Front,
+    2 => Back,
+    3 => Left,
+    4 => Right,
+    5 => Top,
+    6 => Iso,
+    7 => Inside,
+});
+
+/// A camera on a sphere around what it looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// Degrees, from +z towards +x where +y is up, and from −y towards +x where +z is up.
+    pub azimuth: f32,
+    /// Degrees above the horizon.
+    pub elevation: f32,
+    /// Scene units from what is looked at; `None` where the scene fills the image.
+    pub distance: Option<f32>,
+}
+
+encode_fields!(Orbit {
+    azimuth,
+    elevation,
+    distance
+});
+
+impl Orbit {
+    /// From azimuth, elevation and, if there is a third number, distance; else what is expected.
+    pub fn of(numbers: &[f32]) -> Result<Self, &'static str> {
+        let (azimuth, elevation, distance) = match *numbers {
+            [azimuth, elevation] => (azimuth, elevation, None),
+            [azimuth, elevation, distance] => (azimuth, elevation, Some(distance)),
+            _ => {
+                return Err(
+                    "azimuth and elevation in degrees are expected, and a distance above 0 if you like, as in 30,20",
+                );
+            }
+        };
+        if !azimuth.is_finite() || !(-90.0..=90.0).contains(&elevation) {
+            return Err("the azimuth must be finite, and the elevation between -90 and 90 degrees");
+        }
+        if distance.is_some_and(|distance| !(distance > 0.0 && distance.is_finite())) {
+            return Err("the distance must be above 0");
+        }
+        Ok(Self {
+            azimuth,
+            elevation,
+            distance,
+        })
+    }
+}
+
+/// What is said of a camera.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked {
+    /// Centre of the lens.
+    pub position: Option<Vec3>,
+    /// The point in the middle of the image.
+    pub look_at: Option<Vec3>,
+    /// Up in the image.
+    pub up: Option<Vec3>,
+    /// Degrees.
+    pub vertical_fov: Option<f32>,
+    /// From which side the scene is seen, where no position is said.
+    pub view: View,
+    /// The same by angles.
+    pub orbit: Option<Orbit>,
+}
+
+/// A camera of which something was guessed. Its numbers are as short as they are printed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraGuess {
+    /// Centre of the lens.
+    pub position: Vec3,
+    /// The point in the middle of the image.
+    pub look_at: Vec3,
+    /// Up in the image.
+    pub up: Vec3,
+    /// Degrees.
+    pub vertical_fov: f32,
+    /// What was guessed, in some words.
+    pub words: String,
+}
+
+impl CameraGuess {
+    /// A pinhole, in focus at the target.
+    pub fn parameters(&self) -> CameraParameters {
+        CameraParameters {
+            position: self.position,
+            look_at: self.look_at,
+            up: self.up,
+            vertical_fov: self.vertical_fov,
+            lens_radius: 0.0,
+            focus_distance: self.position.distance(self.look_at).max(f32::MIN_POSITIVE),
+        }
+    }
+
+    /// The flags that give this camera.
+    pub fn flags(&self) -> String {
+        let list = |v: Vec3| v.to_array().map(|x| x.to_string()).join(",");
+        let mut flags = format!("--position {} --look-at {}", list(self.position), list(self.look_at));
+        if self.up != Vec3::Y {
+            flags += &format!(" --up {}", list(self.up));
+        }
+        flags + &format!(" --fov {}", self.vertical_fov)
+    }
+}
+
+/// A scene whose camera is to be found.
+pub struct CameraFinder<'a> {
+    looker: Looker<'a>,
+    survey: Survey,
+    asked: Asked,
+    /// Width of the image over its height.
+    aspect: f32,
+}
+
+impl<'a> CameraFinder<'a> {
+    /// Surveys the scene.
+    pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
+        let looker = Looker { scene, accel };
+        Self {
+            survey: Survey::new(&looker, asked.up),
+            looker,
+            asked,
+            aspect,
+        }
+    }
+
+    /// What the scene is like.
+    pub fn survey(&self) -> &Survey {
+        &self.survey
+    }
+
+    /// The camera: what is said of it, and guesses for the rest.
+    pub fn camera(&self) -> CameraGuess {
+        let Asked {
+            position,
+            look_at,
+            view,
+            orbit,
+            ..
+        } = self.asked;
+        let is_inside = orbit.is_none() && view.angles().is_none() && (view == View::Inside || self.survey.is_interior);
+        if is_inside {
+            if let Some(inside) = self.from_inside() {
+                return inside;
+            }
+        }
+        let (azimuth, elevation, words) = self.angles();
+        let back = self.axes().direction(azimuth, elevation);
+        let (mut eye, mut target) = self.frame().place(self.looker.scene, MAX_TRIANGLES, self.axes(), back);
+        if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
+            eye = target + distance * back;
+        }
+        if let Some(look_at) = look_at {
+            (eye, target) = (look_at + (eye - target), look_at);
+        }
+        if let Some(position) = position {
+            eye = position;
+        }
+        self.guess(eye, target, self.frame().fov, words)
+    }
+
+    /// Cameras to choose from, each with the shortest flags that name it.
+    pub fn candidates(&self) -> Vec<(String, CameraGuess)> {
+        let of = |asked: Asked| {
+            Self {
+                asked: Asked {
+                    up: self.asked.up,
+                    vertical_fov: self.asked.vertical_fov,
+                    ..asked
+                },
+                ..*self
+            }
+            .camera()
+        };
+        let mut candidates = Vec::new();
+        if self.survey.is_interior || self.asked.view == View::Inside {
+            for view in self.distinct_views() {
+                let guess = self.inside_guess(view);
+                candidates.push((guess.flags(), guess));
+            }
+        }
+        let front = object::front(&self.looker, self.axes(), &self.frame());
+        let (azimuth, elevation) = object::three_quarter(&self.looker, self.axes(), &self.frame(), front);
+        let mirrored = 2.0 * front - azimuth;
+        for azimuth in [azimuth, mirrored, azimuth + 180.0, mirrored + 180.0] {
+            let azimuth = wrapped(azimuth);
+            let orbit = Some(Orbit {
+                azimuth,
+                elevation,
+                distance: None,
+            });
+            candidates.push((
+                format!("--orbit {azimuth},{elevation}"),
+                of(Asked {
+                    orbit,
+                    ..Asked::default()
+                }),
+            ));
+        }
+        for (name, view) in View::NAMES.iter().filter(|(_, view)| view.angles().is_some()) {
+            candidates.push((
+                format!("--view {name}"),
+                of(Asked {
+                    view: *view,
+                    ..Asked::default()
+                }),
+            ));
+        }
+        candidates.truncate(12);
+        candidates
+    }
+
+    fn axes(&self) -> &Axes {
+        &self.survey.axes
+    }
+
+    fn frame(&self) -> Frame {
+        Frame {
+            fov: self.asked.vertical_fov.unwrap_or(OBJECT_FOV),
+            aspect: self.aspect,
+            fill: FILL,
+        }
+    }
+
+    /// Azimuth and elevation of the view of an object, and words on it.
+    fn angles(&self) -> (f32, f32, String) {
+        let Asked {
+            view, orbit, position, ..
+        } = self.asked;
+        if let Some(orbit) = orbit {
+            let words = format!(
+                "around the scene at azimuth {}°, elevation {}°",
+                orbit.azimuth, orbit.elevation
+            );
+            return (orbit.azimuth, orbit.elevation, words);
+        }
+        if position.is_some() {
+            return (0.0, 0.0, "towards the middle of the scene".into());
+        }
+        let front = object::front(&self.looker, self.axes(), &self.frame());
+        match view.angles() {
+            Some((turn, elevation)) => {
+                let azimuth = wrapped(front + turn);
+                (
+                    azimuth,
+                    elevation,
+                    format!(
+                        "the object from azimuth {azimuth}°, elevation {elevation}°; its front is taken to be at {front}°"
+                    ),
+                )
+            }
+            None => {
+                let (azimuth, elevation) = object::three_quarter(&self.looker, self.axes(), &self.frame(), front);
+                let azimuth = wrapped(azimuth);
+                let words = format!(
+                    "an object, from azimuth {azimuth}°, elevation {elevation}°; its front is taken to be at {front}° (--orbit {azimuth},{elevation} or --view NAME changes that)"
+                );
+                (azimuth, elevation, words)
+            }
+        }
+    }
+
+    fn from_inside(&self) -> Option<CameraGuess> {
+        let Asked { position, look_at, .. } = self.asked;
+        let (axes, width) = (self.axes(), self.width());
+        let view = match (position, look_at) {
+            (Some(position), None) => interior::best_direction(&self.looker, axes, position, 0.0, width)?,
+            (Some(_), Some(_)) => return None,
+            (None, None) => {
+                let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
+                if let Some(view) = interior::through_open_side(&self.looker, axes, fov, self.aspect) {
+                    let words = format!("an interior, through its open side ({OTHERS})");
+                    return Some(self.guess(view.position, view.target(), fov, words));
+                }
+                *interior::views(&self.looker, axes).first()?
+            }
+            (None, Some(target)) => {
+                let sees = |view: &interior::View| {
+                    let way = target - view.position;
+                    let seen = way
+                        .try_normalize()
+                        .and_then(|direction| self.looker.look(view.position, direction));
+                    seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
+                };
+                let view = interior::views(&self.looker, axes).into_iter().find(sees)?;
+                return Some(self.guess(
+                    view.position,
+                    target,
+                    self.inside_fov(),
+                    "an interior, from inside".into(),
+                ));
+            }
+        };
+        Some(self.inside_guess(view))
+    }
+
+    fn inside_guess(&self, view: interior::View) -> CameraGuess {
+        let words = format!("an interior, from inside at eye height ({OTHERS})");
+        self.guess(view.position, view.target(), self.inside_fov(), words)
+    }
+
+    /// Views of an interior that differ, the best first.
+    fn distinct_views(&self) -> Vec<interior::View> {
+        let mut distinct: Vec<interior::View> = Vec::new();
+        for view in interior::views(&self.looker, self.axes()) {
+            let is_like = |other: &interior::View| {
+                view.position.distance(other.position) < ALIKE.0 * self.width()
+                    && view.direction.dot(other.direction) > ALIKE.1
+            };
+            if !distinct.iter().any(is_like) {
+                distinct.push(view);
+            }
+            if distinct.len() == INSIDE_CANDIDATES {
+                break;
+            }
+        }
+        distinct
+    }
+
+    fn inside_fov(&self) -> f32 {
+        let narrowed = (0.5 * INTERIOR_FOV.to_radians()).tan() / self.aspect.clamp(0.25, 4.0).sqrt();
+        self.asked
+            .vertical_fov
+            .unwrap_or_else(|| (2.0 * narrowed.atan()).to_degrees().round())
+    }
+
+    fn width(&self) -> f32 {
+        let bounds = upright_bounds(self.looker.scene.bounds(), self.axes());
+        (bounds.max.x - bounds.min.x).max(bounds.max.z - bounds.min.z)
+    }
+
+    /// The camera with short numbers; what was said stays as it is.
+    fn guess(&self, eye: Vec3, target: Vec3, fov: f32, words: String) -> CameraGuess {
+        let scale = eye
+            .distance(target)
+            .min(self.looker.scene.bounds().radius().max(f32::MIN_POSITIVE));
+        let axes = self.axes();
+        let up = axes.image_up((eye - target).normalize_or_zero());
+        let Asked {
+            position,
+            look_at,
+            up: said_up,
+            ..
+        } = self.asked;
+        let (position, look_at) = (
+            position.unwrap_or(short(eye, scale)),
+            look_at.unwrap_or(short(target, scale)),
+        );
+        let is_axis = |v: Vec3| v.abs().max_element() > 0.999_999;
+        let words = match (said_up, axes.up == Vec3::Y) {
+            (None, false) if is_axis(axes.up) => {
+                let name = ["x", "y", "z"][axes.up.abs().max_position()];
+                format!("{words}; +{name} is taken to be up (--up 0,1,0 changes that)")
+            }
+            _ => words,
+        };
+        CameraGuess {
+            position,
+            look_at,
+            up: said_up.unwrap_or(up),
+            vertical_fov: fov,
+            words,
+        }
+    }
+}
+
+/// `v` rounded to decimals of a thousandth of `scale`.
+fn short(v: Vec3, scale: f32) -> Vec3 {
+    let digits = 3.0 - scale.log10().floor();
+    let decimals = digits.clamp(0.0, 45.0) as usize;
+    let round = |x: f32| {
+        let step = 10f64.powi(-digits.min(0.0) as i32);
+        let rounded = if digits < 0.0 {
+            (f64::from(x) / step).round() * step
+        } else {
+            f64::from(x)
+        };
+        format!("{rounded:.decimals$}").parse().unwrap_or(x)
+    };
+    // No negative zeros
+    Vec3::from(v.to_array().map(round)) + Vec3::ZERO
+}
+
+/// The same azimuth between -180 and 180 degrees.
+fn wrapped(azimuth: f32) -> f32 {
+    (azimuth + 180.0).rem_euclid(360.0) - 180.0
+}

@@ -1,0 +1,217 @@
+//! Views of an interior: at eye height, level, towards what shows most.
+
+use super::axes::Axes;
+use super::look::{Looker, Seen, Tally};
+use crate::math::{Bounds3, Vec3};
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+
+/// Places along each side of the floor.
+const PLACES: u32 = 16;
+/// Directions of a panorama: all around, and from `-PITCH` to `PITCH`.
+const COLUMNS: usize = 72;
+const ROWS: usize = 16;
+const PITCH: f32 = 32.0_f32;
+/// Columns that the image is wide: 60°.
+const WINDOW: usize = 12;
+/// Surfaces above each other at one place that are looked at.
+const MAX_FLOORS: usize = 24;
+/// Eye height as a share of the room's height, and at most of the scene's width.
+const EYE: [f32; 2] = [0.5, 0.2];
+/// Distance to the nearest surface around the eye, as a share of the eye height.
+const CLEARANCE: f32 = 0.3;
+/// What is nearer than this many eye heights stands in the way.
+const NEAR: f32 = 0.8;
+
+/// A view from within.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub position: Vec3,
+    /// Horizontal unit vector.
+    pub direction: Vec3,
+    /// Median distance of what is seen.
+    pub distance: f32,
+    pub score: f32,
+}
+
+impl View {
+    /// What is in the middle of the image, at the median distance.
+    pub fn target(&self) -> Vec3 {
+        self.position + self.distance * self.direction
+    }
+}
+
+/// Views from all places of the floor where one can stand, each the best one of its place, the best first.
+pub(super) fn views(looker: &Looker, axes: &Axes) -> Vec<View> {
+    let box_ = upright_bounds(looker.scene.bounds(), axes);
+    let size = box_.max - box_.min;
+    let width = size.x.max(size.z);
+    let places: Vec<(f32, f32)> = (0..PLACES * PLACES)
+        .map(|i| {
+            let share = |i: u32| (i as f32 + 0.5) / PLACES as f32;
+            (
+                box_.min.x + size.x * share(i % PLACES),
+                box_.min.z + size.z * share(i / PLACES),
+            )
+        })
+        .collect();
+    let mut views: Vec<View> = places
+        .par_iter()
+        .flat_map_iter(|&(x, z)| {
+            eyes(looker, axes, &box_, x, z, width)
+                .into_iter()
+                .filter_map(|(eye, height)| best_direction(looker, axes, eye, height, width))
+        })
+        .collect();
+    // Stable: of equal ones the first place counts.
+    views.sort_by(|a, b| b.score.total_cmp(&a.score));
+    views
+}
+
+/// Rays along each edge of a side of the scene's box, through which openings are looked for.
+const SIDE_RAYS: u32 = 12;
+/// Share of them that must go in, and how far, as a share of the box.
+const OPEN: (f32, f32) = (0.75, 0.15);
+/// Share of the side that the image shows at least of its width or height, where its shape is not the image's.
+const SHOWN: f32 = 0.8;
+
+/// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
+/// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.
+pub(super) fn through_open_side(looker: &Looker, axes: &Axes, fov: f32, aspect: f32) -> Option<View> {
+    let box_ = upright_bounds(looker.scene.bounds(), axes);
+    let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
+    [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
+        let out = axes.coordinates(axes.direction(azimuth, 0.0)).round();
+        let across = Vec3::new(out.z, 0.0, -out.x);
+        let depth = (half * out).length();
+        let width = (half * across).length();
+        let place = |u: f32, v: f32| center + out * depth * 1.01 + across * width * u + Vec3::Y * half.y * v;
+        let share = |i: u32| (i as f32 + 0.5) / SIDE_RAYS as f32 * 1.9 - 0.95;
+        let goes_in = |i: &u32| {
+            let origin = axes.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
+            let seen = looker.look(origin, -axes.point(out));
+            seen.is_some_and(|seen| seen.is_front && seen.distance > 2.0 * OPEN.1 * depth)
+        };
+        let count = (0..SIDE_RAYS * SIDE_RAYS).filter(goes_in).count();
+        if (count as f32) < OPEN.0 * (SIDE_RAYS * SIDE_RAYS) as f32 {
+            return None;
+        }
+        let slope = (0.5 * fov.clamp(1.0, 179.0)).to_radians().tan();
+        // The side fills the image, but not much of it is cut off.
+        let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
+        let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
+        Some(View {
+            position: axes.point(center + out * (depth + away)),
+            direction: -axes.point(out),
+            distance: away + depth,
+            score: f32::INFINITY,
+        })
+    })
+}
+
+/// The best level direction at `position`, whose surroundings are of the scale `height`; `None` where there is no place for an eye.
+pub(super) fn best_direction(looker: &Looker, axes: &Axes, position: Vec3, height: f32, width: f32) -> Option<View> {
+    let panorama = Panorama::take(looker, axes, position);
+    if panorama.nearest() < CLEARANCE * height {
+        return None;
+    }
+    (0..COLUMNS)
+        .step_by(2)
+        .map(|column| panorama.view(axes, position, column, height, width))
+        .fold(None, |best: Option<View>, view| match best {
+            Some(best) if best.score >= view.score => Some(best),
+            _ => Some(view),
+        })
+}
+
+/// The scene's box in coordinates of `axes`.
+pub(super) fn upright_bounds(bounds: Bounds3, axes: &Axes) -> Bounds3 {
+    let corner = |i: u32| {
+        let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
+        Vec3::new(
+            pick(0, bounds.min.x, bounds.max.x),
+            pick(1, bounds.min.y, bounds.max.y),
+            pick(2, bounds.min.z, bounds.max.z),
+        )
+    };
+    (0..8).map(|i| axes.coordinates(corner(i))).collect()
+}
+
+/// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.
+fn eyes(looker: &Looker, axes: &Axes, bounds: &Bounds3, x: f32, z: f32, width: f32) -> Vec<(Vec3, f32)> {
+    let height = bounds.max.y - bounds.min.y;
+    let mut surfaces = Vec::new();
+    let top = bounds.max.y + 0.01 * height;
+    let mut y = top;
+    while surfaces.len() < MAX_FLOORS {
+        let Some(seen) = looker.look(axes.point(Vec3::new(x, y, z)), -axes.up) else {
+            break;
+        };
+        y -= seen.distance;
+        surfaces.push((y, seen.normal.dot(axes.up).abs() > 0.9));
+        y -= 1e-4 * height;
+    }
+    // From each floor to what is above it
+    let mut eyes = Vec::new();
+    let mut ceiling = bounds.max.y;
+    for (y, is_flat) in surfaces {
+        let room = ceiling - y;
+        ceiling = y;
+        if is_flat && room > 0.04 * height.max(width) {
+            let eye = (EYE[0] * room).min(EYE[1] * width);
+            eyes.push((axes.point(Vec3::new(x, y + eye, z)), eye));
+        }
+    }
+    eyes
+}
+
+/// What is seen from a point, all around: columns by azimuth, in each rows from the bottom.
+struct Panorama(Vec<[Option<Seen>; ROWS]>);
+
+impl Panorama {
+    fn take(looker: &Looker, axes: &Axes, position: Vec3) -> Self {
+        let column = |column: usize| {
+            let azimuth = 360.0 * column as f32 / COLUMNS as f32;
+            std::array::from_fn(|row| {
+                let elevation = PITCH * (2.0 * (row as f32 + 0.5) / ROWS as f32 - 1.0);
+                looker.look(position, axes.direction(azimuth, elevation))
+            })
+        };
+        Self((0..COLUMNS).map(column).collect())
+    }
+
+    fn nearest(&self) -> f32 {
+        let distances = self.0.iter().flatten().flatten().map(|seen| seen.distance);
+        distances.fold(f32::INFINITY, f32::min)
+    }
+
+    /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the
+    /// way, and backs of surfaces, which nobody was to see.
+    fn view(&self, axes: &Axes, position: Vec3, column: usize, height: f32, width: f32) -> View {
+        let mut tally = Tally::default();
+        let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);
+        for i in 0..WINDOW {
+            let column = (column + COLUMNS + i - WINDOW / 2) % COLUMNS;
+            for seen in &self.0[column] {
+                tally.add(seen.as_ref());
+                distances.extend(seen.map(|seen| seen.distance));
+                near += u32::from(seen.is_some_and(|seen| seen.distance < NEAR * height));
+            }
+        }
+        distances.sort_by(f32::total_cmp);
+        let distance = distances.get(distances.len() / 2).copied().unwrap_or(width);
+        let share = |count: u32| count as f32 / tally.rays as f32;
+        let [normals, materials, triangles] = tally.entropies();
+        let shows = normals + materials + 0.3 * triangles;
+        let reaches = 1.5 * (distance / width).clamp(0.02, 1.0).log2();
+        let is_missing = (share(tally.rays - tally.hits) - 0.25).max(0.0);
+        let backs = share(tally.hits - tally.fronts);
+        let turned = (column as f32 - 0.5) / COLUMNS as f32 * TAU;
+        View {
+            position,
+            direction: axes.direction(turned.to_degrees(), 0.0),
+            distance,
+            score: shows + reaches - 6.0 * share(near) - 6.0 * is_missing - 4.0 * backs,
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Guesses of what nobody said: up, the camera, and what kind of scene it is.
+//!
+//! A bare OBJ has no camera. Whether it is an object or an interior (`survey`) decides how it is looked at: an object from its front and above, at an
+//! angle that shows most of it (`object`); an interior at eye height from the place and in the direction that show most (`interior`). All is decided by
+//! rays of the scene's own backend at fixed places. Scores are compared with a margin, and results are rounded, so that two backends, which differ by
+//! roundings, agree; thread counts change nothing.
+
+mod axes;
+mod camera;
+mod framing;
+mod interior;
+mod look;
+mod object;
+mod survey;
+mod triangles;
+
+pub use axes::Axes;
+pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View};
+pub use survey::Survey;

@@ -1,0 +1,146 @@
+//! The view of an object: which of its sides is its front, and from where around it shows most.
+
+use super::axes::Axes;
+use super::framing::Frame;
+use super::look::{Looker, Seen, Tally};
+use crate::camera::{Camera, CameraParameters};
+use crate::math::{UVec2, Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Rays along a side of the square through which candidates are compared.
+const RAYS: u32 = 64;
+/// Triangles that candidates are framed by.
+const FEW: u64 = 1 << 15;
+/// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
+const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
+const ELEVATIONS: [f32; 2] = [18.0, 25.0];
+/// Share of its distance by which the depth of a surface changes at a step.
+const STEP: f32 = 0.03;
+/// Bits by which another candidate must show more to be preferred to one before it, so that roundings do not decide.
+const MARGIN: f32 = 0.02;
+/// Doublings of relief that azimuth 0 counts more than other sides: many models face it.
+const USUAL_FRONT: f32 = 0.1;
+/// The same for a side whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
+const SYMMETRY: f32 = 0.6;
+
+/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with most relief and materials: faces have eyes and noses, backs are smooth. Azimuth
+/// 0 and symmetry count for something.
+pub(super) fn front(looker: &Looker, axes: &Axes, frame: &Frame) -> f32 {
+    let azimuths = [0.0, 180.0, 90.0, 270.0];
+    let scores: Vec<f32> = azimuths
+        .par_iter()
+        .map(|&azimuth| {
+            let picture = Picture::take(looker, axes, frame, axes.direction(azimuth, 5.0));
+            let usual = if azimuth == 0.0 { USUAL_FRONT } else { 0.0 };
+            picture.relief().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
+        })
+        .collect();
+    azimuths[first_best(&scores)]
+}
+
+/// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
+pub(super) fn three_quarter(looker: &Looker, axes: &Axes, frame: &Frame, front: f32) -> (f32, f32) {
+    let candidates: Vec<(f32, f32)> = ELEVATIONS
+        .iter()
+        .flat_map(|&elevation| TURNS.map(|turn| (front + turn, elevation)))
+        .collect();
+    let scores: Vec<f32> = candidates
+        .par_iter()
+        .map(|&(azimuth, elevation)| {
+            Picture::take(looker, axes, frame, axes.direction(azimuth, elevation)).information()
+        })
+        .collect();
+    candidates[first_best(&scores)]
+}
+
+/// The first of the largest scores, up to [`MARGIN`].
+fn first_best(scores: &[f32]) -> usize {
+    let best = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    scores.iter().position(|&score| score >= best - MARGIN).unwrap_or(0)
+}
+
+/// What a coarse picture sees, row by row.
+struct Picture(Vec<Option<Seen>>);
+
+impl Picture {
+    fn take(looker: &Looker, axes: &Axes, frame: &Frame, back: Vec3) -> Self {
+        let square = Frame { aspect: 1.0, ..*frame };
+        let (position, look_at) = square.place(looker.scene, FEW, axes, back);
+        let parameters = CameraParameters {
+            position,
+            look_at,
+            up: axes.image_up(back),
+            vertical_fov: frame.fov,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        };
+        // A camera that cannot be sees nothing.
+        let Ok(camera) = Camera::new(parameters, UVec2::splat(RAYS)) else {
+            return Self(Vec::new());
+        };
+        let pixel = |i: u32| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5);
+        let seen = (0..RAYS * RAYS).map(|i| {
+            let ray = camera.ray(pixel(i), Vec2::splat(0.5), 0.0);
+            looker.look(ray.origin, ray.direction)
+        });
+        Self(seen.collect())
+    }
+
+    /// How much it shows, in bits: of shapes, of materials, and of detail, for which modellers cut surfaces more finely.
+    fn information(&self) -> f32 {
+        let [normals, materials, triangles] = self.tally().entropies();
+        normals + materials + 0.5 * triangles
+    }
+
+    /// How much the surfaces bend: the sum over neighbouring pixels of `1 − cos` of the angle between their normals, without steps in depth, which are
+    /// outlines; at least 1.
+    fn relief(&self) -> f32 {
+        let n = RAYS as usize;
+        let at = |x: usize, y: usize| self.0.get(y * n + x).copied().flatten();
+        let mut sum = 1.0;
+        for (y, x) in (0..n - 1).flat_map(|y| (0..n - 1).map(move |x| (y, x))) {
+            let Some(a) = at(x, y) else { continue };
+            for b in [at(x + 1, y), at(x, y + 1)].into_iter().flatten() {
+                if (a.distance - b.distance).abs() < STEP * a.distance {
+                    sum += 1.0 - a.normal.dot(b.normal);
+                }
+            }
+        }
+        sum
+    }
+
+    /// Entropy of the materials, in bits.
+    fn materials(&self) -> f32 {
+        self.tally().entropies()[1]
+    }
+
+    fn tally(&self) -> Tally {
+        let mut tally = Tally::default();
+        self.0.iter().for_each(|seen| tally.add(seen.as_ref()));
+        tally
+    }
+
+    /// How alike its left and its right half are, from 0 to 1: mirrored pixels that both see nothing, or surfaces that face mirrored ways.
+    fn symmetry(&self) -> f32 {
+        let rows = self.0.chunks_exact(RAYS as usize);
+        let (mut alike, mut all) = (0.0, 0.0);
+        for row in rows {
+            for (a, b) in row.iter().zip(row.iter().rev()).take(RAYS as usize / 2) {
+                match (a, b) {
+                    (None, None) => {}
+                    (Some(a), Some(b)) => {
+                        all += 1.0;
+                        alike += f32::from(u8::from((a.distance - b.distance).abs() < STEP * a.distance));
+                    }
+                    _ => all += 1.0,
+                }
+            }
+        }
+        // Most pixels agree in any compact shape.
+        if all > 0.0 {
+            ((alike / all - 0.5) * 2.0_f32).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,44 @@
+use crate::geometry::{GeomId, Mesh, PrimId, triangle_area, triangle_normal};
+use crate::math::{Affine3A, Vec3};
+use crate::scene::Scene;
+
+/// A triangle that stands in the world at time 0.
+pub(super) struct Triangle {
+    pub corners: [Vec3; 3],
+    /// Unit normal of its winding; zero without area.
+    pub normal: Vec3,
+    pub area: f64,
+}
+
+/// Calls `visit` with `max` triangles of the world at most, copies included: all of them, or evenly spread ones in the scene's order.
+pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&Triangle)) {
+    let stride = scene.placed_triangle_count().div_ceil(max).max(1);
+    let mut next = 0;
+    let mut visit_mesh = |mesh: &Mesh, placement: Option<&Affine3A>| {
+        let count = mesh.triangles.len() as u64;
+        while next < count {
+            let corners = mesh.corners(PrimId(next as u32));
+            let corners = match placement {
+                Some(placement) => corners.map(|p| placement.transform_point3a(p)),
+                None => corners,
+            };
+            let [p0, p1, p2] = corners;
+            visit(&Triangle {
+                corners,
+                normal: triangle_normal(p0, p1, p2),
+                area: triangle_area(p0, p1, p2),
+            });
+            next += stride;
+        }
+        next -= count;
+    };
+    for geom in scene.standing() {
+        visit_mesh(scene.mesh(GeomId(geom)), None);
+    }
+    for instance in scene.instances() {
+        let placement = instance.placement.at(0.0);
+        for geom in scene.prototypes()[instance.prototype as usize].clone() {
+            visit_mesh(scene.mesh(GeomId(geom)), Some(&placement));
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! What the program guesses where nobody said it: the camera of a bare OBJ, and the flags and keys that say it.
+
+use crate::support::program::{done, folder, json, printed, refused, words};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::Path;
+
+/// Boxes from corner to corner as an OBJ; `inwards` ones face inwards, without the sides that `open` names by the index of the axis.
+#[derive(Default)]
+struct Boxes {
+    text: String,
+    corners: usize,
+}
+
+impl Boxes {
+    fn add(mut self, min: [f32; 3], max: [f32; 3]) -> Self {
+        self.push(min, max, false, &[]);
+        self
+    }
+
+    fn room(mut self, min: [f32; 3], max: [f32; 3], open: &[&str]) -> Self {
+        self.push(min, max, true, open);
+        self
+    }
+
+    fn push(&mut self, min: [f32; 3], max: [f32; 3], inwards: bool, open: &[&str]) {
+        for i in 0..8 {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { min[axis] } else { max[axis] };
+            writeln!(self.text, "v {} {} {}", pick(0), pick(1), pick(2)).unwrap();
+        }
+        let sides = [
+            ("-x", [0, 4, 6, 2]),
+            ("+x", [1, 3, 7, 5]),
+            ("-y", [0, 1, 5, 4]),
+            ("+y", [2, 6, 7, 3]),
+            ("-z", [0, 2, 3, 1]),
+            ("+z", [4, 5, 7, 6]),
+        ];
+        for (_, mut side) in sides.into_iter().filter(|(name, _)| !open.contains(name)) {
+            if inwards {
+                side.reverse();
+            }
+            let [a, b, c, d] = side.map(|i| i + self.corners + 1);
+            writeln!(self.text, "f {a} {b} {c} {d}").unwrap();
+        }
+        self.corners += 8;
+    }
+
+    /// The same with +z up.
+    fn upended(self) -> String {
+        let turn = |line: &str| {
+            let parts: Vec<&str> = line.split(' ').collect();
+            match parts[..] {
+                ["v", x, y, z] => format!("v {x} {} {y}\n", -z.parse::<f32>().unwrap()),
+                _ => format!("{line}\n"),
+            }
+        };
+        self.text.lines().map(turn).collect()
+    }
+}
+
+/// A column on a plinth, with a face of small boxes on its +z side.
+fn statue() -> Boxes {
+    let mut boxes = Boxes::default()
+        .add([-0.6, 0.0, -0.6], [0.6, 0.2, 0.6])
+        .add([-0.3, 0.2, -0.3], [0.3, 2.2, 0.3]);
+    for i in 0..4 {
+        for j in 0..4 {
+            let (x, y) = (-0.24 + 0.13 * i as f32, 1.5 + 0.15 * j as f32);
+            boxes = boxes.add([x, y, 0.28], [x + 0.07, y + 0.08, 0.4]);
+        }
+    }
+    boxes
+}
+
+/// A room with a table and a cupboard.
+fn room(open: &[&str]) -> String {
+    Boxes::default()
+        .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], open)
+        .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6])
+        .add([1.2, 0.0, -2.9], [1.9, 2.0, -1.5])
+        .add([-1.9, 0.0, 1.0], [-1.3, 0.6, 2.0])
+        .text
+}
+
+fn camera(folder: &Path, scene: &str) -> Value {
+    json(&done(folder, &["info", scene, "--json"]))["camera"].clone()
+}
+
+fn vector(value: &Value) -> [f64; 3] {
+    [0, 1, 2].map(|i| value[i].as_f64().unwrap())
+}
+
+/// Horizontal direction from what is looked at to the camera, in degrees from +z towards +x, and elevation; +y is up.
+fn angles(camera: &Value) -> (f64, f64) {
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let way = [0, 1, 2].map(|i| eye[i] - target[i]);
+    let level = way[0].hypot(way[2]);
+    (way[0].atan2(way[2]).to_degrees(), way[1].atan2(level).to_degrees())
+}
+
+#[test]
+fn objects_are_seen_from_their_front_and_above() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let camera = camera(folder.path(), "statue.obj");
+    let (azimuth, elevation) = angles(&camera);
+    assert!((10.0..50.0).contains(&azimuth.abs()), "{azimuth}");
+    assert!((10.0..30.0).contains(&elevation), "{elevation}");
+    assert_eq!(vector(&camera["up"]), [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn what_stands_on_z_is_upright() {
+    let folder = folder(&[("statue.obj", &statue().upended())]);
+    let camera = camera(folder.path(), "statue.obj");
+    assert_eq!(vector(&camera["up"]), [0.0, 0.0, 1.0]);
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    assert!(eye[1] < target[1] && eye[2] > target[2], "{eye:.2?} {target:.2?}");
+    assert!(camera["guess"].as_str().unwrap().contains("+z is taken to be up"));
+}
+
+#[test]
+fn rooms_are_seen_from_inside_and_level() {
+    let folder = folder(&[("room.obj", &room(&[]))]);
+    let camera = camera(folder.path(), "room.obj");
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let inside = eye[0].abs() < 1.8 && (0.3..2.3).contains(&eye[1]) && eye[2].abs() < 2.8;
+    assert!(inside, "{eye:.2?}");
+    assert!((eye[1] - target[1]).abs() < 1e-3);
+}
+
+#[test]
+fn rooms_without_a_wall_are_looked_into() {
+    for (side, azimuth) in [("+z", 0.0), ("-z", 180.0), ("+x", 90.0), ("-x", -90.0)] {
+        let folder = folder(&[("room.obj", &room(&[side]))]);
+        let camera = camera(folder.path(), "room.obj");
+        let (seen, elevation) = angles(&camera);
+        let turn = (seen - azimuth + 540.0).rem_euclid(360.0) - 180.0;
+        assert!(turn.abs() < 0.5 && elevation.abs() < 0.1, "{side}: {seen} {elevation}");
+        let words = camera["guess"].as_str().unwrap();
+        assert!(words.contains("open side"), "{words}");
+    }
+}
+
+/// Thread counts and backends choose the same camera, whose flags give the same picture.
+#[test]
+fn guesses_are_always_the_same() {
+    let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
+    for scene in ["statue.obj", "room.obj"] {
+        let render = |more: &[&str]| {
+            let args = [&["render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr"], more].concat();
+            let said = words(&done(folder.path(), &args));
+            let line = said.lines().skip_while(|line| !line.starts_with("camera: ")).nth(1);
+            let bytes = std::fs::read(folder.path().join("x.exr")).unwrap();
+            (line.map(|line| line.trim().to_string()), bytes)
+        };
+        let (flags, _) = render(&[]);
+        let flags = flags.unwrap();
+        assert_eq!(render(&["--threads", "1"]).0.unwrap(), flags);
+        assert_eq!(render(&["--backend", "brute"]).0.unwrap(), flags);
+        // Numbers are as exact as they are printed.
+        let said: Vec<&str> = flags.split(' ').collect();
+        let hash = |args: &[&str]| {
+            let args = [
+                &[
+                    "render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr", "--stats", "s.json", "-q",
+                ],
+                args,
+            ]
+            .concat();
+            done(folder.path(), &args);
+            crate::support::program::read_json(&folder.path().join("s.json"))["scene_hash"].clone()
+        };
+        assert_eq!(hash(&said), hash(&[]));
+    }
+}
+
+#[test]
+fn views_orbits_and_single_flags_turn_the_guess() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let folder = folder.path();
+    let of = |args: &[&str]| {
+        let render = ["render", "statue.obj", "--size", "8x8", "--spp", "1", "-o", "x.exr"];
+        let said = words(&done(folder, &[&render, args].concat()));
+        let flags = said
+            .lines()
+            .skip_while(|line| !line.starts_with("camera: "))
+            .nth(1)
+            .unwrap()
+            .trim()
+            .to_string();
+        let of = |name: &str| {
+            let list = flags.split(' ').skip_while(|word| *word != name).nth(1);
+            list.map(|list| list.split(',').map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>())
+        };
+        (of("--position").unwrap(), of("--look-at").unwrap(), of("--up"))
+    };
+    let along = |args: &[&str]| {
+        let (eye, target, _) = of(args);
+        let way: Vec<f64> = (0..3).map(|i| eye[i] - target[i]).collect();
+        let length = way.iter().map(|x| x * x).sum::<f64>().sqrt();
+        [way[0] / length, way[1] / length, way[2] / length]
+    };
+    let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 5e-3);
+    for (args, expected) in [
+        (["--view", "front"], [0.0, 0.0, 1.0]),
+        (["--view", "back"], [0.0, 0.0, -1.0]),
+        (["--view", "left"], [-1.0, 0.0, 0.0]),
+        (["--view", "right"], [1.0, 0.0, 0.0]),
+        (["--view", "top"], [0.0, 1.0, 0.0]),
+        (["--view", "iso"], [0.577, 0.577, 0.577]),
+        (["--orbit", "90,0"], [1.0, 0.0, 0.0]),
+        (["--orbit", "-90,0"], [-1.0, 0.0, 0.0]),
+        (["--orbit", "0,90"], [0.0, 1.0, 0.0]),
+        (["--orbit", "180,30"], [0.0, 0.5, -0.866]),
+    ] {
+        let found = along(&args);
+        assert!(near(found, expected), "{args:?}: {found:.3?}");
+    }
+    let (eye, target, _) = of(&["--orbit", "0,0,10"]);
+    assert!((eye[2] - target[2] - 10.0).abs() < 1e-2);
+    // Up alone turns the guessed camera.
+    let (eye, target, up) = of(&["--up", "0,0,1"]);
+    assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
+    assert!(eye[2] > target[2]);
+    // A position alone looks at the middle, a target alone is looked at from the guessed side.
+    let (eye, target, _) = of(&["--position", "0,1,9"]);
+    assert_eq!(eye, [0.0, 1.0, 9.0]);
+    assert!(
+        target
+            .iter()
+            .zip([0.0, 1.1, 0.0])
+            .all(|(a, b): (&f64, f64)| (a - b).abs() < 0.3),
+        "{target:.2?}"
+    );
+    assert_eq!(of(&["--look-at", "0,2,0"]).1, [0.0, 2.0, 0.0]);
+}
+
+#[test]
+fn single_keys_of_the_camera_are_enough() {
+    let scene = |camera: &str| format!("version = 1\n[camera]\n{camera}\n[[object]]\nobj = \"statue.obj\"\n");
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let info = |keys: &str| {
+        std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();
+        camera(folder.path(), "s.toml")
+    };
+    assert_eq!(info("vertical_fov = 20")["vertical_fov"], 20.0);
+    assert_eq!(vector(&info("up = [0, 0, 1]")["up"]), [0.0, 0.0, 1.0]);
+    assert!((angles(&info("view = \"right\"")).0 - 90.0).abs() < 0.1);
+    assert!((angles(&info("orbit = [45, 10]")).0 - 45.0).abs() < 0.1);
+    assert_eq!(vector(&info("position = [0, 1, 9]")["position"]), [0.0, 1.0, 9.0]);
+
+    // Wrong ones
+    for (keys, expected) in [
+        (
+            "view = \"side\"",
+            "no view `side`; there are auto, front, back, left, right, top, iso, inside",
+        ),
+        ("orbit = [1]", "azimuth and elevation in degrees are expected"),
+        ("orbit = [0, 100]", "the elevation between -90 and 90"),
+        ("orbit = [0, 10, 0]", "the distance must be above 0"),
+        ("view = \"top\"\norbit = [0, 10]", "both `view` and `orbit`"),
+        (
+            "view = \"top\"\nposition = [0, 1, 2]",
+            "a camera with a `position` has no `view`",
+        ),
+    ] {
+        std::fs::write(folder.path().join("s.toml"), scene(keys)).unwrap();
+        let said = refused(folder.path(), &["info", "s.toml"], 1);
+        assert!(said.contains(expected) && said.contains("s.toml:"), "{keys}: {said}");
+    }
+}
+
+#[test]
+fn wrong_flags_name_the_right_ones() {
+    let folder = folder(&[("statue.obj", &statue().text)]);
+    let wrong = |args: &[&str]| refused(folder.path(), &[&["render", "statue.obj"], args].concat(), 2);
+    assert!(wrong(&["--view", "side"]).contains("front, back, left, right, top, iso, inside"));
+    assert!(wrong(&["--orbit", "1"]).contains("azimuth and elevation in degrees are expected"));
+    assert!(wrong(&["--orbit", "0,91"]).contains("between -90 and 90"));
+    assert!(wrong(&["--view", "top", "--position", "0,0,1"]).contains("cannot be used with"));
+    assert!(wrong(&["--orbit", "0,0", "--view", "top"]).contains("cannot be used with"));
+    assert!(wrong(&["--focus-at", "1,1", "--focus-distance", "2"]).contains("cannot be used with"));
+}
+
+/// The focus at a pixel is the depth of what is seen there.
+#[test]
+fn focus_at_a_pixel() {
+    let wall = Boxes::default().add([-9.0, -9.0, -5.0], [9.0, 9.0, -4.0]).text;
+    let folder = folder(&[("wall.obj", &wall)]);
+    let hash = |args: &[&str]| {
+        let base = [
+            "render", "wall.obj", "--size", "8x8", "--spp", "1", "-o", "x.exr", "--stats", "s.json", "-q",
+        ];
+        let lens = ["--position", "0,0,0", "--look-at", "0,0,-1", "--lens-radius", "0.1"];
+        done(folder.path(), &[&base[..], &lens, args].concat());
+        crate::support::program::read_json(&folder.path().join("s.json"))["scene_hash"].clone()
+    };
+    assert_eq!(hash(&["--focus-at", "1,6"]), hash(&["--focus-distance", "4"]));
+    assert_ne!(hash(&["--focus-distance", "4"]), hash(&[]));
+}
+
+#[test]
+fn views_are_listed_and_drawn() {
+    let folder = folder(&[("statue.obj", &statue().text), ("room.obj", &room(&[]))]);
+    for scene in ["statue.obj", "room.obj"] {
+        let args = ["views", scene, "-o", "sheet.png", "--size", "16x16", "--spp", "1"];
+        let listed = printed(&done(folder.path(), &args));
+        assert!((8..=12).contains(&listed.lines().count()), "{listed}");
+        let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
+        assert!(sheet.starts_with(b"\x89PNG"));
+        std::fs::remove_file(folder.path().join("sheet.png")).unwrap();
+        // Each line can be pasted.
+        for line in listed.lines() {
+            let flags: Vec<&str> = line.split_whitespace().skip(1).collect();
+            done(
+                folder.path(),
+                &[
+                    &["render", scene, "--size", "8x8", "--spp", "1", "-o", "x.exr"],
+                    &flags[..],
+                ]
+                .concat(),
+            );
+        }
+        let list = json(&done(folder.path(), &["views", scene, "--json"]));
+        assert_eq!(list.as_array().unwrap().len(), listed.lines().count());
+    }
+    assert!(refused(folder.path(), &["views", "none.obj"], 1).contains("none.obj"));
+    assert!(refused(folder.path(), &["views", "room.obj", "-o", "room.obj"], 2).contains("would overwrite"));
+}

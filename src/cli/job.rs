@@ -132,11 +132,7 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
         SceneKind::Toml => SceneFile::load_with(path, &args.set),
         SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
-    let mut scene = scene.map_err(|error| match error.message.starts_with("--set ") {
-        // The command line is wrong, not the file.
-        true => CliError::Usage(format!("{}\n  help: {}", error.message, error.help.unwrap_or_default())),
-        false => error.into(),
-    })?;
+    let mut scene = scene?;
     scene.load = load_options(&scene, args);
     Ok(scene)
 }

@@ -217,7 +217,7 @@ impl SceneFile {
                 return (FileError::new(path, message).help(help), None);
             };
             let error = match overrides.at(start) {
-                Some(written) => FileError::new(path, format!("--set {written}: {message}")),
+                Some(written) => FileError::new(path, format!("--set {written}: {message}")).of_flag(),
                 None => FileError::new(path, message).at(Position::of_byte(&text, start)),
             };
             (error.help(help), Some(start))
@@ -308,7 +308,7 @@ impl SceneFile {
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         if let Some(written) = self.overrides.at(span.start) {
-            return self.whole(format!("--set {written}: {}", message.into()));
+            return self.whole(format!("--set {written}: {}", message.into())).of_flag();
         }
         FileError::new(&self.path, message).at(self.position(span.start))
     }
@@ -362,7 +362,7 @@ const MAX_ERRORS: usize = 20;
 fn read_overrides(path: &Path, set: &[String], text: &str) -> Result<Overrides, FileError> {
     Overrides::new(set, text.len()).map_err(|written| {
         let error = FileError::new(path, format!("--set {written}: no key with a value"));
-        error.help(
+        error.of_flag().help(
             "write a key of the scene file and its value, such as render.max_depth=8 or 'camera.position=[0, 1, 4]'",
         )
     })

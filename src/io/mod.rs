@@ -30,7 +30,7 @@ pub(crate) mod texture;
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Panel, write_contact_sheet};
 pub use cryptomatte::cryptomattes;
-pub use error::{FileError, Position};
+pub use error::{FileError, FileErrorKind, Position};
 pub use exr::{Compression, ExrFormat, FeatureNames, Metadata};
 use finding::MAX_WRONG;
 pub use finding::{Finding, Findings, MAX_PLACES, Severity};

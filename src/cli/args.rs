@@ -393,6 +393,10 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
+    /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
+    #[arg(long, value_name = "GLOB.KEY=VALUE")]
+    pub material: Vec<String>,
+
     /// Make missing and unreadable textures and material libraries errors
     #[arg(long)]
     pub strict: bool,

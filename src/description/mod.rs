@@ -1,8 +1,10 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
+//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists what changes materials, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
+mod glob;
+mod in_order;
 mod light_group_section;
 mod light_section;
 mod load;
@@ -10,17 +12,19 @@ mod map_section;
 mod material_section;
 mod option_section;
 mod overrides;
+mod patches;
 mod placement;
 mod scene_file;
 mod unknown_key;
 
+pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };
 pub use map_section::MapSection;
-pub use material_section::MaterialSection;
+pub use material_section::{ColorValue, MaterialSection};
 pub use scene_file::{CameraSection, Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
 
 // What the modules here need of the formats

@@ -1,3 +1,4 @@
+use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
@@ -31,9 +32,12 @@ pub struct SceneFile {
     /// Geometry.
     #[serde(default)]
     pub object: Vec<ObjectSection>,
-    /// Materials that replace those of the MTL files, by name.
+    /// Materials that replace those of the MTL files, by name, or patch them.
     #[serde(default)]
     pub material: BTreeMap<Spanned<String>, MaterialSection>,
+    /// Patches of materials, by globs of their names.
+    #[serde(default)]
+    pub patch: InOrder<MaterialSection>,
     /// Lights besides emitting triangles.
     #[serde(default)]
     pub light: Vec<LightSection>,
@@ -212,12 +216,16 @@ impl SceneFile {
     /// What the text says, or an error and the byte that it is about.
     fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = overrides.read(&text).map_err(|error| {
-            let (message, help) = parser_error(error.message());
+            let (mut message, mut help) = parser_error(error.message());
             let Some(start) = error.span().map(|span| span.start) else {
                 return (FileError::new(path, message).help(help), None);
             };
+            if let Some((section, name)) = overrides.dotted_material(&text, start) {
+                message = format!("[{section}.{name}]: TOML takes a dot for the beginning of a key");
+                help = format!("quote a name with dots: [{section}.\"{name}\"]");
+            }
             let error = match overrides.at(start) {
-                Some(written) => FileError::new(path, format!("--set {written}: {message}")).of_flag(),
+                Some(written) => FileError::new(path, format!("{written}: {message}")).of_flag(),
                 None => FileError::new(path, message).at(Position::of_byte(&text, start)),
             };
             (error.help(help), Some(start))
@@ -284,6 +292,35 @@ impl SceneFile {
         Ok(file)
     }
 
+    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
+    /// plain string.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
+        for written in written {
+            let added = self.overrides.add_patch(written, self.text.len());
+            added.map_err(|()| {
+                let error = self.whole(format!("--material {written}: no material and key with a value"));
+                let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
+                error.of_flag().help(help)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Patches of flags: the glob, and a line of TOML whose places are known.
+    pub(super) fn flag_patches(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.overrides.patches()
+    }
+
+    /// The section that replaces materials of this name, and its key.
+    pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
+        let section = self.material.get_key_value(name);
+        section.filter(|(_, section)| !section.is_patch())
+    }
+
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
@@ -308,7 +345,7 @@ impl SceneFile {
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         if let Some(written) = self.overrides.at(span.start) {
-            return self.whole(format!("--set {written}: {}", message.into())).of_flag();
+            return self.whole(format!("{written}: {}", message.into())).of_flag();
         }
         FileError::new(&self.path, message).at(self.position(span.start))
     }

@@ -10,6 +10,7 @@ mod textures;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
 use super::obj::{ObjFile, load_obj};
+use super::patches::Patch;
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::TextureRequest;
 use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity};
@@ -61,6 +62,8 @@ pub struct MaterialSource {
     pub obj: Option<PathBuf>,
     /// Where it is defined; `None` for the default one.
     pub place: Option<(PathBuf, Position)>,
+    /// What it says, patches included, before its textures are read.
+    pub(crate) found: FileMaterial,
 }
 
 /// An OBJ file of the scene, and what its libraries define.
@@ -126,6 +129,8 @@ struct Loader<'a> {
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
     materials: Vec<MaterialSource>,
+    /// Patches of materials, and whether any material has met them.
+    patches: Vec<(Patch<'a>, bool)>,
     /// Whether any material of this name emits, of those that are used.
     emits: HashMap<String, bool>,
     /// The group of lights that materials of this name are in.
@@ -175,6 +180,7 @@ impl<'a> Loader<'a> {
             findings: Findings::default(),
             used: HashMap::new(),
             materials: Vec::new(),
+            patches: Vec::new(),
             emits: HashMap::new(),
             light_groups: HashMap::new(),
             textures: Vec::new(),
@@ -229,6 +235,10 @@ impl<'a> Loader<'a> {
             if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
                 self.wrong("wrong-light-group", error);
             }
+        }
+        match self.file.patches() {
+            Ok(patches) => self.patches = patches.into_iter().map(|patch| (patch, false)).collect(),
+            Err(error) => self.wrong("wrong-material", error),
         }
         // A file that several objects name is read once.
         let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();

@@ -3,6 +3,7 @@ use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
     parse_size,
 };
+use super::warnings::ShownWarnings;
 use crate::io::{Compression, LoadParameters};
 use crate::options::names::named;
 use crate::options::{
@@ -528,6 +529,10 @@ pub(super) struct RenderArgs {
     /// Write statistics to FILE as JSON; - is the standard output
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+
+    /// Warnings to print: all, several of one kind as one line (summary), or none
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<ShownWarnings>::new(), default_value = "summary")]
+    pub warnings: ShownWarnings,
 
     /// No progress and no summary; warnings and errors only
     #[arg(short, long)]

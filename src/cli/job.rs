@@ -1,9 +1,10 @@
 use super::aov_list::aovs;
 use super::args::{ExrArgs, LoadArgs, RenderArgs};
 use super::error::CliError;
+use super::warnings::ShownWarnings;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
-use crate::io::{ExrFormat, FileError, LoadOptions};
+use crate::io::{ExrFormat, FileError, LoadOptions, Warning};
 use crate::math::{UVec2, Vec3};
 use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
 use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
@@ -21,8 +22,10 @@ pub(super) struct Job {
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
-    /// What is odd about the flags, a sentence each.
-    pub warnings: Vec<String>,
+    /// What is odd about the flags.
+    pub warnings: Vec<Warning>,
+    /// Which warnings are printed.
+    pub shown_warnings: ShownWarnings,
 }
 
 impl Job {
@@ -37,6 +40,7 @@ impl Job {
         settings.check()?;
         Ok(Self {
             warnings: idle_flags(&settings.method(), &args.integrator.0),
+            shown_warnings: args.warnings,
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             settings,
             time_limit: args.time_limit,
@@ -95,14 +99,15 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
 }
 
 /// Warns of each flag that the method does not read. Keys of a scene file may serve whichever method is chosen.
-fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<String> {
+fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
     let read = method.kind().parameters();
     let is_idle = |parameter: &&Parameter| {
         let key = parameter.key;
         key != "integrator" && flags.given().contains(&key) && !read.contains(&key)
     };
     let idle = IntegratorOptions::PARAMETERS.iter().filter(is_idle);
-    idle.map(|parameter| format!("--{}: {} does not use it", parameter.flag(), method.name()))
+    let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), method.name());
+    idle.map(|parameter| Warning::new("idle-flag", text(parameter)))
         .collect()
 }
 

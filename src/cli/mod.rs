@@ -34,6 +34,7 @@ mod run;
 mod stats;
 mod tev;
 mod values;
+mod warnings;
 
 use crate::io::is_guarded;
 use args::{Args, Command};

@@ -29,6 +29,6 @@ pub use scene_file::{CameraSection, Instances, ObjectSection, Scale, SceneFile, 
 
 // What the modules here need of the formats
 use crate::io::{
-    FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position, Severity,
-    environment, find_file, input, memory, mtl, obj, statements, texture,
+    DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position,
+    Severity, Warning, environment, find_file, input, memory, mtl, obj, statements, texture,
 };

@@ -33,7 +33,7 @@ pub use cryptomatte::cryptomattes;
 pub use error::{FileError, FileErrorKind, Position};
 pub use exr::{Compression, ExrFormat, FeatureNames, Metadata};
 use finding::MAX_WRONG;
-pub use finding::{Finding, Findings, MAX_PLACES, Severity};
+pub use finding::{DEFAULT_LIGHT, Finding, Findings, MAX_PLACES, Severity, Warning};
 pub(crate) use guard::guarded;
 pub use guard::is_guarded;
 pub use identity::FileId;

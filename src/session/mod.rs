@@ -34,8 +34,9 @@ use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
 use crate::integrator::World;
-use crate::io::{LoadObserver, MemoryLimit, in_words};
+use crate::io::{LoadObserver, MemoryLimit, Warning, in_words};
 use crate::lint::Forecast;
+use crate::options::Method;
 use crate::scene::Scene;
 use std::path::PathBuf;
 
@@ -46,7 +47,7 @@ pub struct Session {
     camera: Camera,
     filter: Filter,
     scene_hash: String,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
     /// Bytes that the render takes at most, about.
@@ -76,8 +77,7 @@ impl Session {
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         let (description, camera) = settings.camera_of(file, &scene)?;
-        warnings.extend(method.check_lights(&scene)?);
-        warnings.extend(method.check_motion(&scene, &camera));
+        warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
@@ -108,8 +108,7 @@ impl Session {
         };
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
-        let mut warnings: Vec<String> = method.check_lights(&scene)?.into_iter().collect();
-        warnings.extend(method.check_motion(&scene, &camera));
+        let warnings = method_warnings(&method, &scene, &camera)?;
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
@@ -147,8 +146,8 @@ impl Session {
         &self.scene_hash
     }
 
-    /// What was odd about the scene, a sentence each.
-    pub fn warnings(&self) -> &[String] {
+    /// What is odd about the scene.
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -199,6 +198,15 @@ impl Session {
             strategies: self.settings.aovs.contains(&Aov::Strategies),
         }
     }
+}
+
+/// What of the scene the method does not find, or takes otherwise.
+fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
+    let lights = method.check_lights(scene)?;
+    let motion = method.check_motion(scene, camera);
+    let [lights, motion] =
+        [("unmet-light", lights), ("motion", motion)].map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
+    Ok(lights.into_iter().chain(motion).collect())
 }
 
 /// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.

@@ -13,7 +13,7 @@ use super::obj::{ObjFile, load_obj};
 use super::patches::Patch;
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::TextureRequest;
-use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity};
+use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
 use crate::light::LightGroupId;
 use crate::material::MaterialId;
 use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
@@ -30,8 +30,8 @@ pub const DEFAULT_MATERIAL: &str = "default";
 pub struct Loaded {
     /// The frozen scene.
     pub scene: Scene,
-    /// What was missing, repaired or assumed, in sentences.
-    pub warnings: Vec<String>,
+    /// What was missing, repaired or assumed.
+    pub warnings: Vec<Warning>,
     /// All files that were read; nothing may be written over them.
     pub files: Vec<PathBuf>,
 }
@@ -351,6 +351,6 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
     }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";
-        findings.add(Severity::Note, "default-light", file.whole(message));
+        findings.add(Severity::Note, DEFAULT_LIGHT, file.whole(message));
     }
 }

@@ -5,7 +5,7 @@ use super::overrides::Overrides;
 use super::unknown_key::parser_error;
 use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
 use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,19 @@ use std::sync::OnceLock;
 use toml::Spanned;
 
 /// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Version of the format; 1.
-    version: Option<Spanned<u32>>,
+    pub(super) version: Option<Spanned<u32>>,
     /// Where the picture is taken from.
     pub camera: Option<CameraSection>,
     /// `[image]` as it was written.
-    #[serde(default)]
-    image: OptionSection,
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) image: OptionSection,
     /// `[render]` as it was written.
-    #[serde(default)]
-    render: OptionSection,
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) render: OptionSection,
     /// What both of them say.
     #[serde(skip)]
     pub options: SceneOptions,
@@ -33,16 +33,16 @@ pub struct SceneFile {
     #[serde(default)]
     pub object: Vec<ObjectSection>,
     /// Materials that replace those of the MTL files, by name, or patch them.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<Spanned<String>, MaterialSection>,
     /// Patches of materials, by globs of their names.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub patch: InOrder<MaterialSection>,
     /// Lights besides emitting triangles.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
     /// Groups of emitting materials.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
     /// How OBJ and MTL files are read.
     #[serde(skip)]
@@ -79,7 +79,7 @@ pub struct SceneOptions {
 }
 
 /// `[camera]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSection {
     /// Centre of the lens.
@@ -105,7 +105,7 @@ pub struct CameraSection {
 }
 
 /// `[[object]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectSection {
     /// OBJ file, relative to the scene file.
@@ -127,7 +127,7 @@ pub struct ObjectSection {
 }
 
 /// `instances = …`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "instances must be a file name or a list of matrices, each four rows of four"
@@ -140,7 +140,7 @@ pub enum Instances {
 }
 
 /// `transform = { … }`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TransformSection {
     /// Applied last.
@@ -152,7 +152,7 @@ pub struct TransformSection {
 }
 
 /// One factor, or one for each axis.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {
     /// The same along all axes.

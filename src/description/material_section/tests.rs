@@ -6,6 +6,7 @@ use crate::description::mtl::load_mtl;
 use crate::io::{Findings, MtlDialect};
 use crate::math::Vec2;
 use crate::texture::{Channel, Mapping, Wrap};
+use std::collections::BTreeMap;
 
 /// The material of a scene file whose section has these `keys`.
 fn material(keys: &str) -> Result<Material, FileError> {
@@ -193,7 +194,8 @@ fn library(text: &str) -> Vec<FileMaterial> {
 fn patch(keys: &str) -> (SceneFile, MaterialSection) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
-    let text = format!("version = 1\n[[object]]\nobj = \"a.obj\"\n[patch.\"*\"]\n{keys}\n");
+    let header = if keys.starts_with('[') { "" } else { "[patch.\"*\"]\n" };
+    let text = format!("version = 1\n[[object]]\nobj = \"a.obj\"\n{header}{keys}\n");
     std::fs::write(&path, text).unwrap();
     let file = SceneFile::load(&path).unwrap();
     let section = file.patch.0[0].1.clone();
@@ -228,7 +230,7 @@ fn sections_of_materials_say_what_they_are() {
     for found in &materials {
         let name = &found.material.name;
         let section = MaterialSection::of(found, &|request| Some(request.statement.file.clone().into()));
-        let keys = toml::to_string(&section).unwrap();
+        let keys = toml::to_string(&BTreeMap::from([("patch", BTreeMap::from([("*", section)]))])).unwrap();
         let again = patched(found, &keys).unwrap_or_else(|error| panic!("{name}: {error}\n{keys}"));
         assert_eq!(again.material, found.material, "{keys}");
         let maps = |found: &FileMaterial| {
@@ -332,7 +334,7 @@ fn mistakes_of_patches_are_named() {
         ("k = 1.5", "`k` without `eta`"),
         ("model = \"shiny\"", "unknown model `shiny`"),
         ("metallic = 1\nmodel = \"mirror\"", "`metallic` cannot be combined"),
-        ("diffuse = -0.5", "diffuse is -0.5"),
+        ("diffuse = -0.5", "diffuse is [-0.5, -0.5, -0.5]"),
     ] {
         let error = patched(glossy, keys).unwrap_err();
         assert!(error.message.contains(word), "{keys}: {error}");

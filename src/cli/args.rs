@@ -1,7 +1,7 @@
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
-    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
-    parse_size,
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_scene_output,
+    parse_share, parse_size,
 };
 use super::warnings::ShownWarnings;
 use crate::io::{Compression, LoadParameters};
@@ -525,6 +525,10 @@ pub(super) struct RenderArgs {
     /// Which sample of --pixel [default: 0]
     #[arg(long, value_name = "K", requires = "pixel")]
     pub sample: Option<u32>,
+
+    /// Write the scene as it is rendered, flags included, to a .toml scene file
+    #[arg(long, value_name = "FILE", value_parser = parse_scene_output)]
+    pub dump_scene: Option<PathBuf>,
 
     /// Write statistics to FILE as JSON; - is the standard output
     #[arg(long, value_name = "FILE")]

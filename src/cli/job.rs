@@ -16,6 +16,8 @@ pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
     pub settings: Settings,
+    /// What the scene file and flags say of the picture.
+    pub options: SceneOptions,
     /// Seconds of rendering after which to stop.
     pub time_limit: Option<f64>,
     /// The pixel and sample to explain instead of rendering.
@@ -36,13 +38,15 @@ impl Job {
 
     /// Resolves everything for a scene file that was read.
     pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
-        let settings = settings(args, &scene)?;
+        let options = options(args, &scene);
+        let settings = settings(args, &scene, &options)?;
         settings.check()?;
         Ok(Self {
             warnings: idle_flags(&settings.method(), &args.integrator.0),
             shown_warnings: args.warnings,
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             settings,
+            options,
             time_limit: args.time_limit,
             quiet: args.quiet,
             verbose: args.verbose,
@@ -52,9 +56,9 @@ impl Job {
     }
 }
 
-/// What the scene file says, and flags over it.
-fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> {
-    let options = SceneOptions {
+/// What the scene file says of the picture, and flags over it.
+fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
+    SceneOptions {
         size: args.size.map_or(scene.options.size, |[width, height]| SizeOptions {
             width: Some(width),
             height: Some(height),
@@ -64,8 +68,12 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
         sampling: args.sampling.0.or(scene.options.sampling),
         integrator: args.integrator.0.or(scene.options.integrator),
         load: args.load.parameters.0.or(scene.options.load),
-    };
-    let mut settings = Settings::new(&options, CameraSettings::of(scene));
+    }
+}
+
+/// What the scene file says, and flags over it.
+fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Result<Settings, CliError> {
+    let mut settings = Settings::new(options, CameraSettings::of(scene));
     settings.crop = args.crop.map(|[x0, y0, x1, y1]| Rect {
         min: UVec2::new(x0, y0),
         max: UVec2::new(x1, y1),

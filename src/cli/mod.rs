@@ -18,6 +18,7 @@ mod compare;
 mod completions;
 #[cfg(test)]
 mod documentation;
+mod dump;
 mod error;
 mod explain;
 mod flags;

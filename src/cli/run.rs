@@ -3,6 +3,7 @@
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;
+use super::dump::{dump_output, write_scene};
 use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, exr_format};
 use super::keeper::Keeper;
@@ -38,6 +39,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             .transpose()?,
         write_every: args.write_every,
     };
+    let dump = args.dump_scene.as_deref().map(|path| dump_output(path, &mut outputs));
+    let dump = dump.transpose()?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
     checkpoint
         .iter()
@@ -59,6 +62,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     }
     let mut warnings = [&job.warnings, session.warnings()].concat();
     job.shown_warnings.show(&warnings, &job.scene_path);
+    dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {

@@ -1,6 +1,6 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists what changes materials, `placement` resolves where objects stand, and `load` reads the named files and
+//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists what changes materials, `write` makes its text, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod glob;
@@ -16,6 +16,7 @@ mod patches;
 mod placement;
 mod scene_file;
 mod unknown_key;
+mod write;
 
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;

@@ -141,6 +141,15 @@ impl Session {
         &self.scene
     }
 
+    /// What the camera is made from; `file` is that of [`Session::load`].
+    ///
+    /// # Errors
+    ///
+    /// A camera that cannot be.
+    pub fn camera_description(&self, file: &SceneFile) -> Result<CameraDescription, Error> {
+        Ok(self.settings.camera_of(file, &self.scene)?.0)
+    }
+
     /// SHA-256 over scene and camera, in hexadecimal.
     pub fn scene_hash(&self) -> &str {
         &self.scene_hash

@@ -97,6 +97,8 @@ Examples:
   embrasure info scenes/cornell-box.toml
   embrasure info room.obj --json")]
     Info(SceneArgs),
+    /// Write a commented scene file for an OBJ: camera, light, exposure, every material
+    Init(InitArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
     #[command(after_help = "\
 The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
@@ -313,6 +315,28 @@ pub(super) struct SceneArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+The file renders what the OBJ does. Materials are patches that are commented out, each with its numbers and textures.
+Examples:
+  embrasure init room.obj
+  embrasure init models/room.obj -o scenes/room.toml")]
+pub(super) struct InitArgs {
+    /// A bare .obj
+    pub scene: PathBuf,
+
+    /// Scene file to write [default: SCENE's stem + .toml here]
+    #[arg(short, long, value_name = "FILE", value_parser = parse_scene_output)]
+    pub output: Option<PathBuf>,
+
+    /// Replace a file that is there
+    #[arg(long)]
+    pub force: bool,
 
     #[command(flatten)]
     pub load: LoadArgs,

@@ -23,6 +23,7 @@ mod error;
 mod explain;
 mod flags;
 mod info;
+mod init;
 mod job;
 mod keeper;
 mod lab;
@@ -110,6 +111,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Info(args)) => info::info(&args),
+        Some(Command::Init(args)) => init::init(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),

@@ -15,6 +15,7 @@ mod overrides;
 mod patches;
 mod placement;
 mod scene_file;
+mod template;
 mod unknown_key;
 mod write;
 

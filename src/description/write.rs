@@ -152,7 +152,7 @@ impl SceneFile {
 }
 
 /// The folder by its full name, as far as it is there.
-fn absolute(folder: &Path) -> PathBuf {
+pub(super) fn absolute(folder: &Path) -> PathBuf {
     let folder = if folder == Path::new("") {
         Path::new(".")
     } else {

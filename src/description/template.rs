@@ -66,7 +66,7 @@ impl SceneFile {
         text +=
             &comment("A line that begins with # and no blank is a setting as it is: take the # away, and change it.");
         text += &comment("docs/conventions.md of embrasure lists all keys.");
-        let usual = usual_settings(options)?;
+        let usual = usual_settings(options);
         for line in file.to_toml(path)?.lines() {
             if let Some((_, words)) = COMMENTS
                 .iter()
@@ -164,7 +164,7 @@ fn explicit(options: &SceneOptions) -> SceneOptions {
 }
 
 /// Settings of `[render]` that `options` leave at their defaults, commented out.
-fn usual_settings(options: &SceneOptions) -> Result<String, FileError> {
+fn usual_settings(options: &SceneOptions) -> String {
     let (sampling, integrator) = (&options.sampling, &options.integrator);
     let sampling = SamplingOptions {
         seed: sampling.seed.is_none().then(|| sampling.seed()),
@@ -179,7 +179,7 @@ fn usual_settings(options: &SceneOptions) -> Result<String, FileError> {
     let section = OptionSection::of(&[&sampling, &integrator]);
     // Names and numbers can always be written.
     let text = toml::to_string(&section).unwrap_or_default();
-    Ok(text.lines().map(|line| format!("#{line}\n")).collect())
+    text.lines().map(|line| format!("#{line}\n")).collect()
 }
 
 /// Triangles of the material `id`, each counted once however many copies there are.

@@ -56,6 +56,11 @@ impl Glob {
         self.0[part..].iter().all(|part| *part == Part::Any)
     }
 
+    /// Whether the pattern matches one name alone, which is [`Glob::literal`].
+    pub fn is_exact(&self) -> bool {
+        self.0.iter().all(|part| matches!(part, Part::Char(_)))
+    }
+
     /// The pattern without its wildcards: what is looked for among names that it does not match.
     pub fn literal(&self) -> String {
         let chars = self.0.iter().filter_map(|part| match part {

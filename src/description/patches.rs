@@ -4,6 +4,7 @@ use super::glob::Glob;
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// Keys that materials whose names match get in place of their own.
@@ -14,6 +15,51 @@ pub(super) struct Patch<'a> {
     /// Its place.
     pub span: Range<usize>,
     pub section: Cow<'a, MaterialSection>,
+}
+
+/// Patches, and which of them have met a material.
+#[derive(Default)]
+pub(super) struct PatchList<'a> {
+    patches: Vec<(Patch<'a>, bool)>,
+    /// Those of a single name: a scene may have very many.
+    by_name: HashMap<String, Vec<usize>>,
+    /// The others.
+    by_glob: Vec<usize>,
+}
+
+impl<'a> PatchList<'a> {
+    /// A list in which each patch applies after those before it.
+    pub fn new(patches: Vec<Patch<'a>>) -> Self {
+        let mut list = Self::default();
+        for (index, patch) in patches.into_iter().enumerate() {
+            match patch.glob.is_exact() {
+                true => list.by_name.entry(patch.glob.literal()).or_default().push(index),
+                false => list.by_glob.push(index),
+            }
+            list.patches.push((patch, false));
+        }
+        list
+    }
+
+    /// The patches of the material `name`, which have met one now.
+    pub fn of_material(&mut self, name: &str) -> Vec<&Patch<'a>> {
+        let matches = |&index: &usize| self.patches[index].0.glob.matches(name);
+        let mut indices: Vec<usize> = self.by_glob.iter().copied().filter(matches).collect();
+        indices.extend(self.by_name.get(name).into_iter().flatten());
+        indices.sort_unstable();
+        for &index in &indices {
+            self.patches[index].1 = true;
+        }
+        indices.into_iter().map(|index| &self.patches[index].0).collect()
+    }
+
+    /// Those that have met no material.
+    pub fn unused(&self) -> impl Iterator<Item = &Patch<'a>> {
+        self.patches
+            .iter()
+            .filter(|(_, is_used)| !is_used)
+            .map(|(patch, _)| patch)
+    }
 }
 
 impl SceneFile {

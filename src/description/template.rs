@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 const MAX_NAMED: usize = 20;
 
 /// What stands above the first section of each kind.
-const COMMENTS: [(&str, &str); 6] = [
+const COMMENTS: [(&str, &str); 5] = [
     (
         "[camera]",
         "Camera: where its lens is, the point in the middle of the image, and what is up; vertical_fov in degrees.\n\
@@ -37,7 +37,6 @@ const COMMENTS: [(&str, &str); 6] = [
         "[[light]]",
         "Light besides that of emitting materials: constant, environment, point, spot or directional.",
     ),
-    ("[[patch", "Changes of materials."),
 ];
 
 impl SceneFile {

@@ -7,12 +7,16 @@ use super::option_section::OptionSection;
 use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
 use crate::math::Vec3;
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 use toml::Spanned;
 
 /// Version of the format that is written.
 const VERSION: u32 = 1;
+
+/// Patches of one glob: of the file's materials, of its patches, and of flags; a few more cost nothing.
+const MAX_SPELLINGS: usize = 8;
 
 /// A value that no file has yet.
 fn said<T>(value: T) -> Spanned<T> {
@@ -89,14 +93,15 @@ impl SceneFile {
     /// All patches in their order, those of flags too, by globs that differ from each other.
     fn own_patches(&self) -> Result<Vec<(Spanned<String>, MaterialSection)>, FileError> {
         let mut written: Vec<(Spanned<String>, MaterialSection)> = Vec::new();
+        let mut taken = HashSet::new();
         for patch in self.patches()? {
             let section = MaterialSection {
                 patch: None,
                 ..patch.section.into_owned()
             };
             // Of globs that are the same, each is spelled in a way of its own.
-            let mut spellings = (0..=written.len()).map(|copy| patch.glob.text(copy));
-            let free = spellings.find(|text| written.iter().all(|(other, _)| other.get_ref() != text));
+            let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
+            let free = spellings.find(|text| taken.insert(text.clone()));
             match (free, written.last_mut()) {
                 (None, Some((_, last))) => last.set_over(section),
                 (free, _) => written.push((said(free.unwrap_or_default()), section)),

@@ -83,11 +83,8 @@ impl Loader<'_> {
     /// The material with what all patches of its name say, one after the other.
     fn patched(&mut self, mut found: FileMaterial) -> FileMaterial {
         let mut remarks = Vec::new();
-        for (patch, is_used) in &mut self.patches {
-            if !patch.glob.matches(&found.material.name) {
-                continue;
-            }
-            *is_used = true;
+        let name = found.material.name.clone();
+        for patch in self.patches.of_material(&name) {
             match patch.section.patched(&found, self.file) {
                 Ok((patched, warning)) => {
                     found = patched;
@@ -112,8 +109,8 @@ impl Loader<'_> {
             .filter(is_unused)
             .map(|key| (key.span(), key.get_ref().clone(), key.get_ref().clone()))
             .collect();
-        let patches = self.patches.iter().filter(|(_, is_used)| !is_used);
-        unused.extend(patches.map(|(patch, _)| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
+        let patches = self.patches.unused();
+        unused.extend(patches.map(|patch| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
         let idle = idle_members(file, &self.emits);
         for (span, written, literal) in unused.iter().take(MAX_NAMED) {
             let warning = file.error(span.clone(), format!("no face uses the material `{written}`"));

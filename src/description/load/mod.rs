@@ -10,7 +10,7 @@ mod textures;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
 use super::obj::{ObjFile, load_obj};
-use super::patches::Patch;
+use super::patches::PatchList;
 use super::scene_file::{ObjectSection, SceneFile};
 use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
@@ -129,8 +129,8 @@ struct Loader<'a> {
     /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
     used: HashMap<(Option<PathBuf>, String), MaterialId>,
     materials: Vec<MaterialSource>,
-    /// Patches of materials, and whether any material has met them.
-    patches: Vec<(Patch<'a>, bool)>,
+    /// Patches of materials.
+    patches: PatchList<'a>,
     /// Whether any material of this name emits, of those that are used.
     emits: HashMap<String, bool>,
     /// The group of lights that materials of this name are in.
@@ -180,7 +180,7 @@ impl<'a> Loader<'a> {
             findings: Findings::default(),
             used: HashMap::new(),
             materials: Vec::new(),
-            patches: Vec::new(),
+            patches: PatchList::default(),
             emits: HashMap::new(),
             light_groups: HashMap::new(),
             textures: Vec::new(),
@@ -237,7 +237,7 @@ impl<'a> Loader<'a> {
             }
         }
         match self.file.patches() {
-            Ok(patches) => self.patches = patches.into_iter().map(|patch| (patch, false)).collect(),
+            Ok(patches) => self.patches = PatchList::new(patches),
             Err(error) => self.wrong("wrong-material", error),
         }
         // A file that several objects name is read once.

@@ -6,6 +6,7 @@ use super::{FileError, MaterialSection, SceneFile};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
+use toml::Spanned;
 
 /// Keys that materials whose names match get in place of their own.
 pub(super) struct Patch<'a> {
@@ -63,6 +64,30 @@ impl<'a> PatchList<'a> {
 }
 
 impl SceneFile {
+    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
+    /// plain string.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
+        for written in written {
+            let added = self.overrides.add_patch(written, self.text.len());
+            added.map_err(|()| {
+                let error = self.whole(format!("--material {written}: no material and key with a value"));
+                let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
+                error.of_flag().help(help)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The section that replaces materials of this name, and its key.
+    pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
+        let section = self.material.get_key_value(name);
+        section.filter(|(_, section)| !section.is_patch())
+    }
+
     /// All patches. What no patch can be is an error at its place.
     pub(super) fn patches(&self) -> Result<Vec<Patch<'_>>, FileError> {
         let mut patches = Vec::new();
@@ -87,7 +112,7 @@ impl SceneFile {
 
         // Flags with one glob are one patch: `--material Gold.metallic=1 --material Gold.specular=0.5` in either order.
         let first = patches.len();
-        for (written, line) in self.flag_patches() {
+        for (written, line) in self.overrides.patches() {
             let section: MaterialSection = toml::from_str(line).map_err(|error| {
                 let (message, help) = parser_error(error.message());
                 let place = error

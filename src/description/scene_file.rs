@@ -52,10 +52,10 @@ pub struct SceneFile {
     path: PathBuf,
     /// Its text, for places in messages.
     #[serde(skip)]
-    text: String,
+    pub(super) text: String,
     /// Keys that are set over those of the file.
     #[serde(skip)]
-    overrides: Overrides,
+    pub(super) overrides: Overrides,
     /// Bytes at which its lines start, once a place was asked for.
     #[serde(skip)]
     line_starts: OnceLock<Vec<usize>>,
@@ -290,35 +290,6 @@ impl SceneFile {
             (file.path, file.text) = Default::default();
         }
         Ok(file)
-    }
-
-    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
-    /// plain string.
-    ///
-    /// # Errors
-    ///
-    /// A text that is no patch. Keys and values are checked when the scene is loaded.
-    pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
-        for written in written {
-            let added = self.overrides.add_patch(written, self.text.len());
-            added.map_err(|()| {
-                let error = self.whole(format!("--material {written}: no material and key with a value"));
-                let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
-                error.of_flag().help(help)
-            })?;
-        }
-        Ok(())
-    }
-
-    /// Patches of flags: the glob, and a line of TOML whose places are known.
-    pub(super) fn flag_patches(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.overrides.patches()
-    }
-
-    /// The section that replaces materials of this name, and its key.
-    pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
-        let section = self.material.get_key_value(name);
-        section.filter(|(_, section)| !section.is_patch())
     }
 
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.

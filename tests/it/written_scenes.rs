@@ -238,7 +238,7 @@ fn init_writes_what_renders_alike() {
     for expected in [
         "obj = \"../models/a.obj\"",
         "samples = 64\n",
-        "exposure = 0.0\ntone = \"srgb\"",
+        "exposure = 0\ntone = \"srgb\"",
         "\nwidth = 512\nheight = 512\n",
         "#max_depth = 16\n",
         "radiance = [1.0, 1.0, 1.0]",

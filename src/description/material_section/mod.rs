@@ -22,7 +22,7 @@ use toml::Spanned;
 
 /// `[material.NAME]` or `[patch."GLOB"]`. In a material that is no patch, a key that is left out is 0, or the default of the model.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with keys of a material")]
 pub struct MaterialSection {
     /// Whether `[material.NAME]` changes the material of a library instead of replacing it.
     pub patch: Option<Spanned<bool>>,

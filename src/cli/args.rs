@@ -1,9 +1,10 @@
 use super::camera_flags::CameraArgs;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
-    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
-    parse_size,
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_scene_output,
+    parse_share, parse_size,
 };
+use super::warnings::ShownWarnings;
 use crate::io::{Compression, LoadParameters};
 use crate::options::names::named;
 use crate::options::{
@@ -99,6 +100,8 @@ Examples:
     Info(SceneArgs),
     /// Show cameras to choose from, each with the flags that give it
     Views(ViewsArgs),
+    /// Write a commented scene file for an OBJ: camera, light, exposure, every material
+    Init(InitArgs),
     /// Say what is wrong with a scene's files, and what is assumed: file:line:column
     #[command(after_help = "\
 The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
@@ -322,6 +325,28 @@ pub(super) struct SceneArgs {
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
+The file renders what the OBJ does. Materials are patches that are commented out, each with its numbers and textures.
+Examples:
+  embrasure init room.obj
+  embrasure init models/room.obj -o scenes/room.toml")]
+pub(super) struct InitArgs {
+    /// A bare .obj
+    pub scene: PathBuf,
+
+    /// Scene file to write [default: SCENE's stem + .toml here]
+    #[arg(short, long, value_name = "FILE", value_parser = parse_scene_output)]
+    pub output: Option<PathBuf>,
+
+    /// Replace a file that is there
+    #[arg(long)]
+    pub force: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
 Examples:
   embrasure views room.obj -o views.png
   embrasure render room.obj --orbit 30,20")]
@@ -437,6 +462,10 @@ pub(super) struct LoadArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
+    /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
+    #[arg(long, value_name = "GLOB.KEY=VALUE")]
+    pub material: Vec<String>,
+
     /// Make missing and unreadable textures and material libraries errors
     #[arg(long)]
     pub strict: bool,
@@ -548,9 +577,17 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "K", requires = "pixel")]
     pub sample: Option<u32>,
 
+    /// Write the scene as it is rendered, flags included, to a .toml scene file
+    #[arg(long, value_name = "FILE", value_parser = parse_scene_output)]
+    pub dump_scene: Option<PathBuf>,
+
     /// Write statistics to FILE as JSON; - is the standard output
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+
+    /// Warnings to print: all, several of one kind as one line (summary), or none
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<ShownWarnings>::new(), default_value = "summary")]
+    pub warnings: ShownWarnings,
 
     /// No progress and no summary; warnings and errors only
     #[arg(short, long)]

@@ -6,7 +6,7 @@ use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
-use super::words;
+use super::warnings::ShownWarnings;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::film::Film;
@@ -115,7 +115,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
     outputs.spare(session.files().iter().map(PathBuf::as_path))?;
-    session.warnings().iter().for_each(words::warning);
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
         if replay.scene_hash != session.scene_hash() {
             errln!(

@@ -6,7 +6,7 @@ use super::error::CliError;
 use super::flags::Flags;
 use super::job::Job;
 use super::progress::Progress;
-use super::words;
+use super::warnings::ShownWarnings;
 use crate::accel::{Accel, Dispatch, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
@@ -130,7 +130,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
 
 fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
     let session = Session::load(&job.scene, job.settings, &())?;
-    session.warnings().iter().for_each(words::warning);
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     let (scene, settings) = (session.scene(), session.settings());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 

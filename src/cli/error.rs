@@ -1,4 +1,4 @@
-use crate::io::FileError;
+use crate::io::{FileError, FileErrorKind};
 use crate::session::{Error as SessionError, InvalidSetting};
 use thiserror::Error;
 
@@ -13,7 +13,7 @@ pub(super) enum CliError {
     Usage(String),
     /// A file cannot be read, is wrong, or cannot be written.
     #[error("{0}")]
-    File(#[from] FileError),
+    File(FileError),
     /// An interrupt ended the command before there was anything to write.
     #[error("{0}")]
     Interrupted(String),
@@ -33,6 +33,19 @@ impl CliError {
     }
 }
 
+impl From<FileError> for CliError {
+    fn from(error: FileError) -> Self {
+        match error.kind {
+            // The command line is wrong, not the file.
+            FileErrorKind::Flag => Self::Usage(match error.help {
+                Some(help) => format!("{}\n  help: {help}", error.message),
+                None => error.message,
+            }),
+            FileErrorKind::Contents | FileErrorKind::Unreadable => Self::File(error),
+        }
+    }
+}
+
 impl From<SessionError> for CliError {
     fn from(error: SessionError) -> Self {
         match error {
@@ -41,7 +54,7 @@ impl From<SessionError> for CliError {
                 Self::Usage(format!("--{setting} {value}\n  help: {help}"))
             }
             SessionError::Refused(words) => Self::Usage(words),
-            SessionError::File(error) => Self::File(error),
+            SessionError::File(error) => error.into(),
             SessionError::Failed(words) => Self::Failed(words),
         }
     }

@@ -72,7 +72,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "film": memory.film,
             "peak": memory.peak(backend),
         },
-        "warnings": warnings,
+        "warnings": warnings.iter().map(|w| &w.text).collect::<Vec<_>>(),
     });
     if args.json {
         outln!("{info:#}");

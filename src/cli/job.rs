@@ -1,9 +1,10 @@
 use super::aov_list::aovs;
 use super::args::{ExrArgs, LoadArgs, RenderArgs};
 use super::error::CliError;
+use super::warnings::ShownWarnings;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
-use crate::io::{ExrFormat, FileError, LoadOptions};
+use crate::io::{ExrFormat, FileError, LoadOptions, Warning};
 use crate::math::UVec2;
 use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
 use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
@@ -15,14 +16,18 @@ pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
     pub settings: Settings,
+    /// What the scene file and flags say of the picture.
+    pub options: SceneOptions,
     /// Seconds of rendering after which to stop.
     pub time_limit: Option<f64>,
     /// The pixel and sample to explain instead of rendering.
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
-    /// What is odd about the flags, a sentence each.
-    pub warnings: Vec<String>,
+    /// What is odd about the flags.
+    pub warnings: Vec<Warning>,
+    /// Which warnings are printed.
+    pub shown_warnings: ShownWarnings,
 }
 
 impl Job {
@@ -33,12 +38,15 @@ impl Job {
 
     /// Resolves everything for a scene file that was read.
     pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
-        let settings = settings(args, &scene)?;
+        let options = options(args, &scene);
+        let settings = settings(args, &scene, &options)?;
         settings.check()?;
         Ok(Self {
             warnings: idle_flags(&settings.method(), &args.integrator.0),
+            shown_warnings: args.warnings,
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             settings,
+            options,
             time_limit: args.time_limit,
             quiet: args.quiet,
             verbose: args.verbose,
@@ -48,9 +56,9 @@ impl Job {
     }
 }
 
-/// What the scene file says, and flags over it.
-fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> {
-    let options = SceneOptions {
+/// What the scene file says of the picture, and flags over it.
+fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
+    SceneOptions {
         size: args.size.map_or(scene.options.size, |[width, height]| SizeOptions {
             width: Some(width),
             height: Some(height),
@@ -60,8 +68,12 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
         sampling: args.sampling.0.or(scene.options.sampling),
         integrator: args.integrator.0.or(scene.options.integrator),
         load: args.load.parameters.0.or(scene.options.load),
-    };
-    let mut settings = Settings::new(&options, CameraSettings::of(scene));
+    }
+}
+
+/// What the scene file says, and flags over it.
+fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Result<Settings, CliError> {
+    let mut settings = Settings::new(options, CameraSettings::of(scene));
     settings.crop = args.crop.map(|[x0, y0, x1, y1]| Rect {
         min: UVec2::new(x0, y0),
         max: UVec2::new(x1, y1),
@@ -90,14 +102,15 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
 }
 
 /// Warns of each flag that the method does not read. Keys of a scene file may serve whichever method is chosen.
-fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<String> {
+fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
     let read = method.kind().parameters();
     let is_idle = |parameter: &&Parameter| {
         let key = parameter.key;
         key != "integrator" && flags.given().contains(&key) && !read.contains(&key)
     };
     let idle = IntegratorOptions::PARAMETERS.iter().filter(is_idle);
-    idle.map(|parameter| format!("--{}: {} does not use it", parameter.flag(), method.name()))
+    let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), method.name());
+    idle.map(|parameter| Warning::new("idle-flag", text(parameter)))
         .collect()
 }
 
@@ -127,11 +140,8 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
         SceneKind::Toml => SceneFile::load_with(path, &args.set),
         SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
-    let mut scene = scene.map_err(|error| match error.message.starts_with("--set ") {
-        // The command line is wrong, not the file.
-        true => CliError::Usage(format!("{}\n  help: {}", error.message, error.help.unwrap_or_default())),
-        false => error.into(),
-    })?;
+    let mut scene = scene?;
+    scene.patch_materials(&args.material)?;
     scene.load = load_options(&scene, args);
     Ok(scene)
 }

@@ -6,7 +6,7 @@ use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
-use super::words;
+use super::warnings::ShownWarnings;
 use crate::accel::Dispatch;
 use crate::compare::Errors;
 use crate::film::{Film, RgbImage};
@@ -70,7 +70,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
     let session = Session::load(&job.scene, job.settings, &())?;
     named.spare(session.files().iter().map(PathBuf::as_path))?;
-    session.warnings().iter().for_each(words::warning);
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     // Light from points or single directions is not met by chance.
     let lights = |estimator: &Method| match estimator.check_lights(session.scene()) {
         Ok(missing) => missing,

@@ -19,10 +19,12 @@ mod compare;
 mod completions;
 #[cfg(test)]
 mod documentation;
+mod dump;
 mod error;
 mod explain;
 mod flags;
 mod info;
+mod init;
 mod job;
 mod keeper;
 mod lab;
@@ -36,6 +38,7 @@ mod stats;
 mod tev;
 mod values;
 mod views;
+mod warnings;
 
 use crate::io::is_guarded;
 use args::{Args, Command};
@@ -111,6 +114,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Views(args)) => views::views(&args),
+        Some(Command::Init(args)) => init::init(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),

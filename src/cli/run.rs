@@ -3,6 +3,7 @@
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;
+use super::dump::{dump_output, write_scene};
 use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, exr_format};
 use super::keeper::Keeper;
@@ -11,11 +12,12 @@ use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
+use super::warnings::ShownWarnings;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
 use crate::film::{Film, Image};
-use crate::io::{ExrFormat, FileError, Format, Output, guarded, in_words};
+use crate::io::{ExrFormat, FileError, Format, Output, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
 use std::path::{Path, PathBuf};
@@ -37,6 +39,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             .transpose()?,
         write_every: args.write_every,
     };
+    let dump = args.dump_scene.as_deref().map(|path| dump_output(path, &mut outputs));
+    let dump = dump.transpose()?;
     let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
     checkpoint
         .iter()
@@ -57,10 +61,11 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
     let mut warnings = [&job.warnings, session.warnings()].concat();
-    warnings.iter().for_each(words::warning);
+    job.shown_warnings.show(&warnings, &job.scene_path);
     if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
         errln!("camera: {}\n  {}", guess.words, guess.flags());
     }
+    dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;
     let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
@@ -125,7 +130,7 @@ impl Run<'_> {
         &self,
         mut keeper: Option<Keeper>,
         mut preview: Preview,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Warning>,
         audit: &dyn Fn() -> Option<Report>,
     ) -> Result<ExitCode, CliError> {
         let job = self.job;
@@ -141,8 +146,10 @@ impl Run<'_> {
 
         // What is to be said of it
         let mut warn = |warning: String| {
-            words::warning(&warning);
-            warnings.push(warning);
+            if job.shown_warnings != ShownWarnings::None {
+                words::warning(&warning);
+            }
+            warnings.push(Warning::new("render", warning));
         };
         if state.statistics.dropped > 0 {
             warn(dropped_warning(&state.statistics));
@@ -177,7 +184,7 @@ impl Run<'_> {
             noise,
             denoise: denoised,
             audit,
-            warnings,
+            warnings: warnings.iter().map(|warning| warning.text.as_str()).collect(),
             ..self.stats(&state, stop, &info)
         };
         if let Some(output) = &self.files.stats {
@@ -377,7 +384,7 @@ impl Run<'_> {
             noise: None,
             denoise: None,
             audit: None,
-            warnings: &[],
+            warnings: Vec::new(),
         }
     }
 

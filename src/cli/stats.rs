@@ -54,7 +54,7 @@ pub(super) struct Stats<'a> {
     /// Of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<Report>,
-    pub warnings: &'a [String],
+    pub warnings: Vec<&'a str>,
 }
 
 #[derive(Debug, Serialize)]

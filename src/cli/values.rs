@@ -1,5 +1,7 @@
 //! Values of flags: text in, values out, or a message that says what is expected.
 
+use std::path::PathBuf;
+
 /// Seconds from `90`, `90s`, `10m` or `2h`.
 pub(super) fn parse_duration(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -59,6 +61,18 @@ pub(super) fn parse_bytes(text: &str) -> Result<u64, String> {
     let good = bytes.filter(|bytes| *bytes >= 1.0 && *bytes < u64::MAX as f64);
     good.map(|bytes| bytes as u64)
         .ok_or_else(|| "a size above 0 is expected, such as 500M or 8G".into())
+}
+
+/// The name of a scene file to write: one that does not end in `.toml` could not be rendered.
+pub(super) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_toml = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    match is_toml {
+        true => Ok(path),
+        false => Err("the name of a .toml scene file is expected".into()),
+    }
 }
 
 pub(super) fn parse_share(text: &str) -> Result<f64, String> {

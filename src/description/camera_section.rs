@@ -1,12 +1,12 @@
 use crate::guess::{Orbit, View};
-use crate::options::names::join_names;
-use serde::Deserialize;
+use crate::options::names::{join_names, name_of};
 use serde::de::{Deserializer, Error};
+use serde::{Deserialize, Serialize, Serializer};
 use std::ops::Range;
 use toml::Spanned;
 
 /// `[camera]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSection {
     /// From which side the scene is seen.
@@ -52,6 +52,12 @@ impl<'de> Deserialize<'de> for NamedView {
     }
 }
 
+impl Serialize for NamedView {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(name_of(View::NAMES, self.0))
+    }
+}
+
 /// `orbit = [AZIMUTH, ELEVATION]` or `[AZIMUTH, ELEVATION, DISTANCE]`
 #[derive(Clone, Copy, Debug)]
 pub struct OrbitAngles(pub Orbit);
@@ -62,6 +68,18 @@ impl<'de> Deserialize<'de> for OrbitAngles {
         Orbit::of(&numbers)
             .map(Self)
             .map_err(|help| Error::custom(format!("orbit: {help}")))
+    }
+}
+
+impl Serialize for OrbitAngles {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Orbit {
+            azimuth,
+            elevation,
+            distance,
+        } = self.0;
+        let angles = [Some(azimuth), Some(elevation), distance];
+        serializer.collect_seq(angles.into_iter().flatten())
     }
 }
 

@@ -1,12 +1,12 @@
 use super::{FileError, SceneFile};
 use crate::light::{LightGroupId, LightGroups};
 use crate::scene::{BuildError, SceneBuilder};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use toml::Spanned;
 
 /// `[[light_group]]`: materials whose emission is told apart from other light.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightGroupSection {
     /// Name of the group, which lights may name too.

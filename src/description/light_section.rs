@@ -4,13 +4,13 @@ use super::memory::Allowance;
 use super::{FileError, SceneFile};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
 use crate::scene::{BuildError, SceneBuilder};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
 /// `[[light]]`; which keys belong to it depends on its type.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightSection {
     /// `point`, `directional`, `spot`, `constant` or `environment`.
@@ -43,7 +43,7 @@ pub struct LightSection {
 }
 
 /// Degrees about +y, or about the fixed x, y and z axes in this order.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "rotate must be a number or three numbers")]
 pub enum Rotation {
     /// About +y.

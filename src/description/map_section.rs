@@ -3,16 +3,18 @@ use super::mtl::{MapSlot, MapStatement};
 use super::{FileError, SceneFile};
 use crate::math::list;
 use crate::texture::{Channel, Mapping, Wrap};
-use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
-use serde::de::{self, Deserializer, MapAccess, Visitor};
+use serde::de::{self, Deserializer, MapAccess, Unexpected, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
 use std::fmt;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// A texture of a material: `"FILE"`, or `{ file = "FILE", … }`.
+/// A texture of a material: `"FILE"`, or `{ file = "FILE", … }`, or `false` for none.
 #[derive(Clone, Debug, Default)]
 pub struct MapSection {
+    /// Whether this says that there is no texture.
+    pub is_none: bool,
     /// The file, relative to the scene file.
     pub file: PathBuf,
     /// How often it repeats in a unit of u and v.
@@ -32,7 +34,7 @@ pub struct MapSection {
 }
 
 /// The table, key by key.
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct MapTable {
     file: PathBuf,
@@ -52,7 +54,7 @@ impl<'de> Deserialize<'de> for MapSection {
             type Value = MapSection;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "the name of a picture, or a table with `file`")
+                write!(f, "the name of a picture, a table with `file`, or false for no texture")
             }
 
             fn visit_str<E: de::Error>(self, name: &str) -> Result<MapSection, E> {
@@ -62,10 +64,21 @@ impl<'de> Deserialize<'de> for MapSection {
                 })
             }
 
+            fn visit_bool<E: de::Error>(self, is_there: bool) -> Result<MapSection, E> {
+                match is_there {
+                    true => Err(de::Error::invalid_value(Unexpected::Bool(true), &self)),
+                    false => Ok(MapSection {
+                        is_none: true,
+                        ..MapSection::default()
+                    }),
+                }
+            }
+
             // A derived choice between both would not say which key is unknown.
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
                 let table = MapTable::deserialize(MapAccessDeserializer::new(map))?;
                 Ok(MapSection {
+                    is_none: false,
                     file: table.file,
                     scale: table.scale,
                     offset: table.offset,
@@ -81,6 +94,40 @@ impl<'de> Deserialize<'de> for MapSection {
     }
 }
 
+impl Serialize for MapSection {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self {
+            is_none,
+            file,
+            scale,
+            offset,
+            wrap,
+            channel,
+            base,
+            gain,
+            height,
+        } = self.clone();
+        if is_none {
+            return serializer.serialize_bool(false);
+        }
+        let is_plain = scale.is_none() && offset.is_none() && wrap.is_none() && channel.is_none();
+        if is_plain && base.is_none() && gain.is_none() && height.is_none() {
+            return file.serialize(serializer);
+        }
+        let table = MapTable {
+            file,
+            scale,
+            offset,
+            wrap,
+            channel,
+            base,
+            gain,
+            height,
+        };
+        table.serialize(serializer)
+    }
+}
+
 /// Each way of wrapping by its name.
 const WRAPS: &[(&str, Wrap)] = &[
     ("repeat", Wrap::Repeat),
@@ -89,6 +136,29 @@ const WRAPS: &[(&str, Wrap)] = &[
 ];
 
 impl MapSection {
+    /// The picture `file`, which lies on the surface as `mapping` says.
+    pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {
+        fn said<T>(value: T) -> Option<Spanned<T>> {
+            Some(Spanned::new(0..0, value))
+        }
+        let default = Mapping::default();
+        let number = |value: f32, default: f32| said(value).filter(|_| value != default);
+        let name_of = |name: Option<&str>| name.and_then(|name| said(name.to_string()));
+        let wrap = WRAPS.iter().find(|(_, wrap)| *wrap == mapping.wrap);
+        let channel = Channel::NAMES.iter().find(|(_, c)| Some(*c) == mapping.channel);
+        Self {
+            is_none: false,
+            file,
+            scale: said(mapping.scale.to_array()).filter(|_| mapping.scale != default.scale),
+            offset: said(mapping.offset.to_array()).filter(|_| mapping.offset != default.offset),
+            wrap: name_of(wrap.filter(|_| mapping.wrap != default.wrap).map(|(name, _)| *name)),
+            channel: name_of(channel.map(|(name, _)| *name)),
+            base: number(mapping.base, default.base),
+            gain: number(mapping.gain, default.gain),
+            height: number(mapping.bump, default.bump),
+        }
+    }
+
     /// Asks for the texture, for `slot` of the material `name`; `section`, which is this, knows its place in `file`.
     pub(super) fn request(
         section: &Spanned<Self>,

@@ -1,9 +1,11 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
+//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists what changes materials, `write` makes its text, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod camera_section;
+mod glob;
+mod in_order;
 mod light_group_section;
 mod light_section;
 mod load;
@@ -11,22 +13,26 @@ mod map_section;
 mod material_section;
 mod option_section;
 mod overrides;
+mod patches;
 mod placement;
 mod scene_file;
+mod template;
 mod unknown_key;
+mod write;
 
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
+pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };
 pub use map_section::MapSection;
-pub use material_section::MaterialSection;
+pub use material_section::{ColorValue, MaterialSection};
 pub use scene_file::{Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
 
 // What the modules here need of the formats
 use crate::io::{
-    FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position, Severity,
-    environment, find_file, input, memory, mtl, obj, statements, texture,
+    DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position,
+    Severity, Warning, environment, find_file, input, memory, mtl, obj, statements, texture,
 };

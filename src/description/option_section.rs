@@ -1,19 +1,19 @@
 use super::unknown_key::unknown_key;
-use super::{FileError, SceneFile};
-use crate::options::{Input, InvalidOption, OptionGroup, Parameter};
-use serde::Deserialize;
+use super::{FileError, InOrder, SceneFile};
+use crate::options::{Entry, Input, InvalidOption, OptionGroup, Parameter};
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
-use std::collections::{BTreeMap, BTreeSet};
+use serde::{Deserialize, Serialize, Serializer};
+use std::collections::BTreeSet;
 use std::fmt;
 use toml::Spanned;
 
 /// A section of a scene file that sets parameters: keys and values as they were written.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(transparent)]
-pub(super) struct OptionSection(BTreeMap<Spanned<String>, Spanned<Scalar>>);
+pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 
 /// A value as it was written.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Scalar {
     String(String),
     Number(String),
@@ -34,6 +34,7 @@ impl Scalar {
 pub(super) trait AnyGroup {
     fn parameters(&self) -> &'static [Parameter];
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
+    fn entries(&self) -> Vec<Entry>;
 }
 
 impl<G: OptionGroup> AnyGroup for G {
@@ -44,9 +45,31 @@ impl<G: OptionGroup> AnyGroup for G {
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>> {
         OptionGroup::set(self, key, input)
     }
+
+    fn entries(&self) -> Vec<Entry> {
+        OptionGroup::entries(self)
+    }
 }
 
 impl OptionSection {
+    /// The section that sets what `groups` say.
+    pub fn of(groups: &[&dyn AnyGroup]) -> Self {
+        let entry = |entry: Entry| {
+            let value = match entry.is_number {
+                true => Scalar::Number(entry.text),
+                false => Scalar::String(entry.text),
+            };
+            (Spanned::new(0..0, entry.key.to_string()), Spanned::new(0..0, value))
+        };
+        let entries = groups.iter().flat_map(|group| group.entries());
+        Self(InOrder(entries.map(entry).collect()))
+    }
+
+    /// Whether nothing is set.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Sets in `groups` what the section `name` of `file` says. An error comes with the byte of the file that it is about.
     pub fn read(
         &self,
@@ -55,7 +78,7 @@ impl OptionSection {
         groups: &mut [&mut dyn AnyGroup],
     ) -> Result<(), (FileError, usize)> {
         let mut seen = BTreeSet::new();
-        for (key, value) in &self.0 {
+        for (key, value) in &self.0.0 {
             // A parameter with two names
             let parameter = groups
                 .iter()
@@ -86,6 +109,22 @@ impl OptionSection {
             }
         }
         Ok(())
+    }
+}
+
+impl Serialize for Scalar {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::String(text) => serializer.serialize_str(text),
+            Self::Other(text) => serializer.serialize_str(text),
+            // Whole numbers of 64 bits would lose bits as floats, and floats are read as 32 bits.
+            Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
+                (Ok(number), ..) => serializer.serialize_i64(number),
+                (_, Ok(number), _) => serializer.serialize_u64(number),
+                (.., Ok(number)) => serializer.serialize_f32(number),
+                _ => serializer.serialize_str(text),
+            },
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Keys that are set over those of a scene file (`--set KEY=VALUE`).
+//! Keys that are set over those of a scene file (`--set KEY=VALUE`), and patches of materials (`--material GLOB.KEY=VALUE`).
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`, where the next free index adds an entry). Any other value replaces
 //! that of the file. A value that is no TOML is a string: `render.sampler=halton`. Each text is parsed behind more blanks than the file has bytes, so that
@@ -11,18 +11,23 @@ use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 /// Keys of a scene file whose values are arrays of tables.
 const ARRAYS: [&str; 3] = ["object", "light", "light_group"];
 
+/// Sections whose entries have the names of materials.
+const SECTIONS_BY_NAME: [&str; 2] = ["material", "patch"];
+
 /// Keys and values, in the order in which they are set.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Overrides(Vec<Override>);
 
 #[derive(Clone, Debug)]
 struct Override {
-    /// `KEY=VALUE`, as the user wrote it.
+    /// Flag and value, as the user wrote them.
     written: String,
-    /// The same as TOML, behind blanks.
+    /// Key and value as TOML, behind blanks.
     toml: String,
     /// Number of these blanks.
     start: usize,
+    /// Names of the materials that it is about; `None` where it is a key of the file.
+    materials: Option<String>,
 }
 
 impl Overrides {
@@ -38,15 +43,47 @@ impl Overrides {
             let toml = " ".repeat(start) + &toml;
             let before = std::mem::replace(&mut start, toml.len() + 1);
             Ok(Override {
-                written: written.clone(),
+                written: format!("--set {written}"),
                 toml,
                 start: before,
+                materials: None,
             })
         });
         overrides.collect::<Result<_, _>>().map(Self)
     }
 
-    /// The override that set the value at `byte`, as the user wrote it; `None` if the file did.
+    /// Adds a patch `GLOB.KEY=VALUE` of materials; the file has `bytes`. The last dot before the `=` ends the glob, which may stand between quotes.
+    ///
+    /// # Errors
+    ///
+    /// The text is no such patch.
+    pub fn add_patch(&mut self, written: &str, bytes: usize) -> Result<(), ()> {
+        let key_end = written.find('=').ok_or(())?;
+        let dot = written[..key_end].rfind('.').ok_or(())?;
+        let glob = written[..dot].trim();
+        let quoted = |quote| glob.strip_prefix(quote).and_then(|glob| glob.strip_suffix(quote));
+        let glob = quoted('"').or(quoted('\'')).unwrap_or(glob);
+        let toml = key_and_value(&written[dot + 1..])
+            .filter(|_| !glob.is_empty())
+            .ok_or(())?;
+        let start = self.0.last().map_or(bytes, |last| last.toml.len()) + 1;
+        self.0.push(Override {
+            written: format!("--material {written}"),
+            toml: " ".repeat(start) + &toml,
+            start,
+            materials: Some(glob.into()),
+        });
+        Ok(())
+    }
+
+    /// Patches of materials: the glob, and a line of TOML whose places [`Overrides::at`] knows.
+    pub fn patches(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.0
+            .iter()
+            .filter_map(|o| Some((o.materials.as_deref()?, o.toml.as_str())))
+    }
+
+    /// The override that set the value at `byte`, with its flag as the user wrote it; `None` if the file did.
     pub fn at(&self, byte: usize) -> Option<&str> {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).map(|i| self.0[i].written.as_str())
@@ -57,11 +94,51 @@ impl Overrides {
         if self.0.is_empty() {
             return toml::from_str(text);
         }
+        T::deserialize(Deserializer::from(self.root(text)?))
+    }
+
+    /// The file's `text` with the overrides over it.
+    fn root<'i>(&'i self, text: &'i str) -> Result<Spanned<DeTable<'i>>, Error> {
         let mut root = DeTable::parse(text)?;
-        for Override { toml, .. } in &self.0 {
+        for Override { toml, .. } in self.0.iter().filter(|o| o.materials.is_none()) {
             merge(root.as_mut(), DeTable::parse(toml)?.into_inner());
         }
-        T::deserialize(Deserializer::from(root))
+        Ok(root)
+    }
+
+    /// The section and the name of a material that is written with dots and without quotes, if the parser's error at `byte` comes of that: TOML takes
+    /// `[material.White.001]` for the table `001` of the material `White`.
+    pub fn dotted_material(&self, text: &str, byte: usize) -> Option<(&'static str, String)> {
+        let root = self.root(text).ok()?.into_inner();
+        let materials = SECTIONS_BY_NAME
+            .iter()
+            .filter_map(|section| match root.get(*section)?.get_ref() {
+                DeValue::Table(materials) => Some((*section, materials)),
+                _ => None,
+            });
+        for (section, materials) in materials {
+            for (name, keys) in materials {
+                let DeValue::Table(keys) = keys.get_ref() else { continue };
+                let at =
+                    |key: &Spanned<_>, value: &Spanned<_>| key.span().contains(&byte) || value.span().start == byte;
+                let table = keys.iter().find_map(|(key, value)| match value.get_ref() {
+                    DeValue::Table(table) if at(key, value) && !key.get_ref().ends_with("_map") => Some((key, table)),
+                    _ => None,
+                });
+                let Some((key, mut table)) = table else { continue };
+                let mut name = format!("{}.{}", name.get_ref(), key.get_ref());
+                // More dots, as long as nothing but tables follows
+                while let Some((key, DeValue::Table(inner))) = table.iter().next().map(|(k, v)| (k, v.get_ref())) {
+                    if table.len() > 1 || key.get_ref().ends_with("_map") {
+                        break;
+                    }
+                    name += &format!(".{}", key.get_ref());
+                    table = inner;
+                }
+                return Some((section, name));
+            }
+        }
+        None
     }
 }
 
@@ -183,8 +260,8 @@ mod tests {
             c: Spanned<f32>,
         }
         let read: Spans = overrides.read("a=3\n\nc=4  ").unwrap();
-        assert_eq!(overrides.at(read.a.span().start), Some("a=1"));
-        assert_eq!(overrides.at(read.b.span().start), Some("b=x"));
+        assert_eq!(overrides.at(read.a.span().start), Some("--set a=1"));
+        assert_eq!(overrides.at(read.b.span().start), Some("--set b=x"));
         assert_eq!((overrides.at(read.c.span().start), read.c.span()), (None, 7..8));
     }
 }

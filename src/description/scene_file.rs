@@ -1,3 +1,4 @@
+use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
@@ -6,7 +7,7 @@ use super::{
     CameraSection, FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position,
 };
 use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,33 +15,36 @@ use std::sync::OnceLock;
 use toml::Spanned;
 
 /// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     /// Version of the format; 1.
-    version: Option<Spanned<u32>>,
+    pub(super) version: Option<Spanned<u32>>,
     /// Where the picture is taken from.
     pub camera: Option<CameraSection>,
     /// `[image]` as it was written.
-    #[serde(default)]
-    image: OptionSection,
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) image: OptionSection,
     /// `[render]` as it was written.
-    #[serde(default)]
-    render: OptionSection,
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) render: OptionSection,
     /// What both of them say.
     #[serde(skip)]
     pub options: SceneOptions,
     /// Geometry.
     #[serde(default)]
     pub object: Vec<ObjectSection>,
-    /// Materials that replace those of the MTL files, by name.
-    #[serde(default)]
+    /// Materials that replace those of the MTL files, by name, or patch them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<Spanned<String>, MaterialSection>,
+    /// Patches of materials, by globs of their names.
+    #[serde(default, skip_serializing_if = "InOrder::is_empty")]
+    pub patch: InOrder<MaterialSection>,
     /// Lights besides emitting triangles.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
     /// Groups of emitting materials.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
     /// How OBJ and MTL files are read.
     #[serde(skip)]
@@ -50,10 +54,10 @@ pub struct SceneFile {
     path: PathBuf,
     /// Its text, for places in messages.
     #[serde(skip)]
-    text: String,
+    pub(super) text: String,
     /// Keys that are set over those of the file.
     #[serde(skip)]
-    overrides: Overrides,
+    pub(super) overrides: Overrides,
     /// Bytes at which its lines start, once a place was asked for.
     #[serde(skip)]
     line_starts: OnceLock<Vec<usize>>,
@@ -77,7 +81,7 @@ pub struct SceneOptions {
 }
 
 /// `[[object]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectSection {
     /// OBJ file, relative to the scene file.
@@ -99,7 +103,7 @@ pub struct ObjectSection {
 }
 
 /// `instances = …`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "instances must be a file name or a list of matrices, each four rows of four"
@@ -112,7 +116,7 @@ pub enum Instances {
 }
 
 /// `transform = { … }`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TransformSection {
     /// Applied last.
@@ -124,7 +128,7 @@ pub struct TransformSection {
 }
 
 /// One factor, or one for each axis.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {
     /// The same along all axes.
@@ -188,12 +192,16 @@ impl SceneFile {
     /// What the text says, or an error and the byte that it is about.
     fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = overrides.read(&text).map_err(|error| {
-            let (message, help) = parser_error(error.message());
+            let (mut message, mut help) = parser_error(error.message());
             let Some(start) = error.span().map(|span| span.start) else {
                 return (FileError::new(path, message).help(help), None);
             };
+            if let Some((section, name)) = overrides.dotted_material(&text, start) {
+                message = format!("[{section}.{name}]: TOML takes a dot for the beginning of a key");
+                help = format!("quote a name with dots: [{section}.\"{name}\"]");
+            }
             let error = match overrides.at(start) {
-                Some(written) => FileError::new(path, format!("--set {written}: {message}")),
+                Some(written) => FileError::new(path, format!("{written}: {message}")).of_flag(),
                 None => FileError::new(path, message).at(Position::of_byte(&text, start)),
             };
             (error.help(help), Some(start))
@@ -287,7 +295,7 @@ impl SceneFile {
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         if let Some(written) = self.overrides.at(span.start) {
-            return self.whole(format!("--set {written}: {}", message.into()));
+            return self.whole(format!("{written}: {}", message.into())).of_flag();
         }
         FileError::new(&self.path, message).at(self.position(span.start))
     }
@@ -341,7 +349,7 @@ const MAX_ERRORS: usize = 20;
 fn read_overrides(path: &Path, set: &[String], text: &str) -> Result<Overrides, FileError> {
     Overrides::new(set, text.len()).map_err(|written| {
         let error = FileError::new(path, format!("--set {written}: no key with a value"));
-        error.help(
+        error.of_flag().help(
             "write a key of the scene file and its value, such as render.max_depth=8 or 'camera.position=[0, 1, 4]'",
         )
     })

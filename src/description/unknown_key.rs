@@ -1,4 +1,4 @@
-//! The error for a key that a section of a scene file does not have: its words, and the nearest key that the section has.
+//! Errors for names that are not there: keys that a section of a scene file does not have, and names of materials, with the nearest that there are.
 
 use crate::options::nearest;
 
@@ -22,6 +22,28 @@ pub(super) fn parser_error(message: &str) -> (String, String) {
     (format!("unknown key `{key}`"), help(key, names))
 }
 
+/// Names that are told for one that nothing has.
+const MAX_NEAREST: usize = 3;
+/// Names among which the nearest are looked for: files may have more than anybody waits for.
+const MAX_NAMES: usize = 4096;
+/// How much two names have in common, at least, if one may be meant by the other (Jaro and Winkler, 0 to 1).
+const SIMILAR: f64 = 0.7;
+
+/// The names of `known` that `name` is most like, the nearest first. Case does not count, and a name that holds all of `name` is near.
+pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    let name = name.to_lowercase();
+    let score = |known: &str| {
+        let known = known.to_lowercase();
+        let is_part = !name.is_empty() && known.contains(&name);
+        strsim::jaro_winkler(&name, &known).max(if is_part { 0.9 } else { 0.0 })
+    };
+    let mut scored: Vec<(f64, &str)> = known.into_iter().take(MAX_NAMES).map(|k| (score(k), k)).collect();
+    scored.retain(|(score, _)| *score >= SIMILAR);
+    scored.sort_by(|(a, first), (b, second)| b.total_cmp(a).then(first.cmp(second)));
+    scored.dedup_by_key(|(_, name)| *name);
+    scored.into_iter().take(MAX_NEAREST).map(|(_, name)| name).collect()
+}
+
 fn help<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     match nearest(key, known) {
         Some(known) => format!("did you mean `{known}`? {REFERENCE}"),
@@ -32,6 +54,14 @@ fn help<'a>(key: &str, known: impl IntoIterator<Item = &'a str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_have_their_nearest() {
+        let known = ["Metal", "Metal.001", "Wood", "brushed metal", "Glass"];
+        assert_eq!(nearest_names("Metla", known), ["Metal", "Metal.001"]);
+        assert_eq!(nearest_names("METAL", known), ["Metal", "Metal.001", "brushed metal"]);
+        assert!(nearest_names("xyz", known).is_empty() && nearest_names("", known).is_empty());
+    }
 
     #[test]
     fn keys_of_the_parser_have_their_nearest() {

@@ -27,6 +27,18 @@ impl Position {
     }
 }
 
+/// What an error of a file is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FileErrorKind {
+    /// The contents of the file are wrong, or the file is not there.
+    #[default]
+    Contents,
+    /// The file is there and the system did not give its bytes: nothing is known of its contents.
+    Unreadable,
+    /// A flag that stands for keys of the file is wrong; the message names the flag.
+    Flag,
+}
+
 /// What is wrong with a file, where, and what to do about it.
 ///
 /// Shown as `file:line:column: message`, with the remedy on a line of its own.
@@ -40,8 +52,8 @@ pub struct FileError {
     pub message: String,
     /// What to do.
     pub help: Option<String>,
-    /// Whether the file is there and the system did not give its bytes: nothing is known of its contents.
-    pub unreadable: bool,
+    /// What the error is about.
+    pub kind: FileErrorKind,
 }
 
 impl FileError {
@@ -52,7 +64,7 @@ impl FileError {
             position: None,
             message: message.into(),
             help: None,
-            unreadable: false,
+            kind: FileErrorKind::Contents,
         }
     }
 
@@ -63,8 +75,19 @@ impl FileError {
 
     /// Says that nothing is known of the file's contents.
     pub fn unreadable(mut self) -> Self {
-        self.unreadable = true;
+        self.kind = FileErrorKind::Unreadable;
         self
+    }
+
+    /// Says that the error is that of a flag, which the message names.
+    pub fn of_flag(mut self) -> Self {
+        self.kind = FileErrorKind::Flag;
+        self
+    }
+
+    /// Whether the system did not give the file's bytes.
+    pub fn is_unreadable(&self) -> bool {
+        self.kind == FileErrorKind::Unreadable
     }
 
     /// The same, at a place.

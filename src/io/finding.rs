@@ -50,6 +50,9 @@ pub struct Finding {
     pub more: Vec<Position>,
 }
 
+/// Name of the note that nothing in a scene emits light, which is why it has a light that its files do not name.
+pub const DEFAULT_LIGHT: &str = "default-light";
+
 /// Places that a finding names besides the first.
 pub const MAX_PLACES: usize = 5;
 
@@ -94,6 +97,29 @@ impl fmt::Display for Finding {
     }
 }
 
+/// What a render should not keep to itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// Name of its kind, which stays the same, whatever the words.
+    pub kind: &'static str,
+    /// Sentences: what, where, and the remedy.
+    pub text: String,
+}
+
+impl Warning {
+    /// A warning in sentences.
+    pub fn new(kind: &'static str, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self { kind, text }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
 /// What readers find, in the order in which they do.
 #[derive(Clone, Debug, Default)]
 pub struct Findings(Vec<Finding>);
@@ -129,10 +155,11 @@ impl Findings {
         wrong.next().map(|f| &f.error)
     }
 
-    /// In sentences, what a render should not keep to itself. Of what is assumed that is the light alone: it changes every pixel.
-    pub fn warnings(&self) -> Vec<String> {
-        let told = |f: &&Finding| f.severity == Severity::Warning || f.code == "default-light";
-        self.0.iter().filter(told).map(|f| f.error.to_string()).collect()
+    /// What a render should not keep to itself. Of what is assumed that is the light alone: it changes every pixel.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let told = |f: &&Finding| f.severity == Severity::Warning || f.code == DEFAULT_LIGHT;
+        let warning = |f: &Finding| Warning::new(f.code, f.error.to_string());
+        self.0.iter().filter(told).map(warning).collect()
     }
 }
 

@@ -217,12 +217,12 @@ mod tests {
         let failure = input.failure();
         let error = input.buffered(path).err().unwrap();
         assert!(
-            error.unreadable && error.message.starts_with("cannot read it"),
+            error.is_unreadable() && error.message.starts_with("cannot read it"),
             "{error}"
         );
         let damage = FileError::new(path, "the picture makes no sense");
         assert_eq!(failure.or(path, damage.clone()).message, error.message);
         assert_eq!(ReadFailure::default().or(path, damage.clone()), damage);
-        assert!(read_bytes(path, "the picture").unwrap_err().unreadable);
+        assert!(read_bytes(path, "the picture").unwrap_err().is_unreadable());
     }
 }

@@ -17,7 +17,7 @@ mod value;
 pub use integrator_parameters::{IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
 pub use names::Named;
-pub use parameters_macro::{Input, InvalidOption, OptionGroup, Parameter};
+pub use parameters_macro::{Entry, Input, InvalidOption, OptionGroup, Parameter};
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
 pub use range::Range;
 pub use value::Value;

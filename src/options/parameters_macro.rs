@@ -101,6 +101,26 @@ impl fmt::Display for InvalidOption {
     }
 }
 
+/// A key with its value, as scene files have them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Key of the parameter.
+    pub key: &'static str,
+    /// The value.
+    pub text: String,
+    /// Whether the value is a number rather than a string.
+    pub is_number: bool,
+}
+
+impl Entry {
+    /// The entry of a parameter that is set.
+    pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
+        let text = value.text();
+        let is_number = T::IS_NUMBER && text.parse::<f64>().is_ok();
+        Self { key, text, is_number }
+    }
+}
+
 /// What a user has set of the parameters that belong together; what was not set is `None`.
 pub trait OptionGroup: Default {
     /// All of them, in the order of the documentation.
@@ -116,6 +136,9 @@ pub trait OptionGroup: Default {
 
     /// Keys of what is set.
     fn given(&self) -> Vec<&'static str>;
+
+    /// Keys and values of what is set, as scene files have them.
+    fn entries(&self) -> Vec<Entry>;
 
     /// The first value out of its range.
     fn invalid(&self) -> Option<InvalidOption>;
@@ -232,6 +255,11 @@ macro_rules! parameters {
             fn given(&self) -> Vec<&'static str> {
                 let given = [$((stringify!($key), self.$key.is_some())),+];
                 given.iter().filter(|(_, is_given)| *is_given).map(|(key, _)| *key).collect()
+            }
+
+            fn entries(&self) -> Vec<$crate::options::Entry> {
+                let all = [$(self.$key.map(|value| $crate::options::Entry::of::<$ty>(stringify!($key), value))),+];
+                all.into_iter().flatten().collect()
             }
 
             fn invalid(&self) -> Option<$crate::options::InvalidOption> {

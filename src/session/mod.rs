@@ -36,8 +36,9 @@ use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
 use crate::guess::CameraGuess;
 use crate::integrator::World;
-use crate::io::{LoadObserver, MemoryLimit, in_words};
+use crate::io::{LoadObserver, MemoryLimit, Warning, in_words};
 use crate::lint::Forecast;
+use crate::options::Method;
 use crate::scene::Scene;
 use std::path::PathBuf;
 
@@ -46,9 +47,11 @@ pub struct Session {
     settings: Settings,
     scene: Scene,
     camera: Camera,
+    /// What the camera is made of.
+    description: CameraDescription,
     filter: Filter,
     scene_hash: String,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// What was guessed of the camera, if anything was.
     camera_guess: Option<CameraGuess>,
     /// Files that the scene was read from.
@@ -84,14 +87,14 @@ impl Session {
             description,
             guess,
         } = settings.camera_of(file, &scene, &pool)?;
-        warnings.extend(method.check_lights(&scene)?);
-        warnings.extend(method.check_motion(&scene, &camera));
+        warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             settings,
             scene,
             camera,
+            description,
             warnings,
             camera_guess: guess,
             files,
@@ -117,12 +120,12 @@ impl Session {
         };
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
-        let mut warnings: Vec<String> = method.check_lights(&scene)?.into_iter().collect();
-        warnings.extend(method.check_motion(&scene, &camera));
+        let warnings = method_warnings(&method, &scene, &camera)?;
         Ok(Self {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             camera,
+            description,
             warnings,
             camera_guess: None,
             files: Vec::new(),
@@ -152,13 +155,18 @@ impl Session {
         &self.scene
     }
 
+    /// What the camera is made of.
+    pub fn camera_description(&self) -> &CameraDescription {
+        &self.description
+    }
+
     /// SHA-256 over scene and camera, in hexadecimal.
     pub fn scene_hash(&self) -> &str {
         &self.scene_hash
     }
 
-    /// What was odd about the scene, a sentence each.
-    pub fn warnings(&self) -> &[String] {
+    /// What is odd about the scene.
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
@@ -191,6 +199,7 @@ impl Session {
         };
         self.camera = description.camera(self.settings.resolution)?;
         self.scene_hash = hash::scene_hash(&self.scene, &description);
+        self.description = description;
         Ok(())
     }
 
@@ -241,6 +250,15 @@ impl Session {
             strategies: self.settings.aovs.contains(&Aov::Strategies),
         }
     }
+}
+
+/// What of the scene the method does not find, or takes otherwise.
+fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
+    let lights = method.check_lights(scene)?;
+    let motion = method.check_motion(scene, camera);
+    let [lights, motion] =
+        [("unmet-light", lights), ("motion", motion)].map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
+    Ok(lights.into_iter().chain(motion).collect())
 }
 
 /// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.

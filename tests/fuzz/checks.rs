@@ -217,7 +217,10 @@ fn check_load(file: &SceneFile, folder: &Path) -> Option<Loaded> {
     match load_scene(file, SceneBuilder::new()) {
         Ok(loaded) => {
             loaded.scene.meshes().iter().for_each(check_mesh);
-            loaded.warnings.iter().for_each(|warning| check_place(warning, folder));
+            loaded
+                .warnings
+                .iter()
+                .for_each(|warning| check_place(&warning.text, folder));
             assert!(!loaded.scene.lights().is_empty());
             Some(loaded)
         }
@@ -384,7 +387,7 @@ fn triangles(loaded: &Loaded) -> u64 {
     let empty = loaded
         .warnings
         .iter()
-        .find_map(|w| w.split("triangles that have no area and are left out: ").nth(1));
+        .find_map(|w| w.text.split("triangles that have no area and are left out: ").nth(1));
     let count = empty.and_then(|words| words.rsplit(' ').next());
     loaded.scene.triangle_count() + count.map_or(0, |n| n.parse().expect("a number"))
 }

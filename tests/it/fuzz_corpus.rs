@@ -99,6 +99,10 @@ fn long_files_take_no_longer_than_their_length_says() {
     let unused = many(&|i| format!("[material.m{i}]\n"), 100_000);
     let text = format!("version = 1\n[[object]]\nobj = \"c.obj\"\n{unused}");
     let loaded = load(&[("c.toml", text), ("c.obj", triangle.to_string())]);
-    let named = loaded.warnings.iter().filter(|w| w.contains("no face uses")).count();
+    let named = loaded
+        .warnings
+        .iter()
+        .filter(|w| w.text.contains("no face uses"))
+        .count();
     assert_eq!(named, 101, "{:?}", loaded.warnings.last());
 }

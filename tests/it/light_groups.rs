@@ -579,11 +579,13 @@ fn names_of_no_use_are_warnings() {
     let line = |n: usize| format!("odd.toml:{}:1: ", start + n);
     assert_eq!(warnings.len(), 2, "{warnings:?}");
     assert!(
-        warnings[0].contains(&(line(4) + "material `nothing` is in a light group, but is used by no face")),
+        warnings[0]
+            .text
+            .contains(&(line(4) + "material `nothing` is in a light group, but is used by no face")),
         "{warnings:?}"
     );
     let dark = line(5) + "material `stone` is in a light group, but emits nothing";
-    assert!(warnings[1].contains(&dark), "{warnings:?}");
+    assert!(warnings[1].text.contains(&dark), "{warnings:?}");
     // Its channels are there all the same.
     let scene = found.scene.unwrap();
     assert_eq!(

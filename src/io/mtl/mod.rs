@@ -42,6 +42,23 @@ pub(crate) struct FileMaterial {
     pub line: usize,
 }
 
+impl FileMaterial {
+    /// The default material, which no library defines.
+    pub fn default_of(name: &str) -> Self {
+        Self {
+            material: default_material(name),
+            maps: Vec::new(),
+            library: PathBuf::new(),
+            line: 0,
+        }
+    }
+
+    /// Whether it asks for a texture in `slot`.
+    pub fn has_map(&self, slot: MapSlot) -> bool {
+        self.maps.iter().any(|request| request.statement.slot == slot)
+    }
+}
+
 /// A texture statement.
 #[derive(Clone, Debug)]
 pub(crate) struct MapRequest {

@@ -17,7 +17,7 @@ fn load_file(path: &Path, dialect: MtlDialect) -> Result<(Vec<FileMaterial>, Vec
     let materials = load_mtl(path, dialect, &mut findings);
     match findings.first_error() {
         Some(error) => Err(error.clone()),
-        None => Ok((materials, findings.warnings())),
+        None => Ok((materials, findings.warnings().into_iter().map(|w| w.text).collect())),
     }
 }
 

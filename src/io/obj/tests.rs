@@ -19,7 +19,7 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
         None => Ok(Read {
             groups,
             materials,
-            warnings: findings.warnings(),
+            warnings: findings.warnings().into_iter().map(|w| w.text).collect(),
         }),
     }
 }

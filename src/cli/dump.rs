@@ -1,0 +1,43 @@
+//! `--dump-scene`: the scene file that renders what this command renders. It is written when the scene is loaded, before the first sample.
+//!
+//! It has what scene files have keys for: camera, image, options of the render, objects, lights, materials and patches. What a flag says of one run stays
+//! with the command: `--crop`, `--samples`, `--noise`, `--time-limit`, `--aov`, `--threads` and the outputs.
+
+use super::error::CliError;
+use super::job::Job;
+use super::outputs::Outputs;
+use crate::description::{LightSection, SceneOptions};
+use crate::io::{DEFAULT_LIGHT, Output};
+use crate::options::SizeOptions;
+use crate::session::Session;
+use std::path::Path;
+
+/// The file to write, which joins `outputs`.
+pub(super) fn dump_output(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
+    let output = Output::prepare(path)?;
+    outputs.add("--dump-scene", &output)?;
+    Ok(output)
+}
+
+/// Writes the scene of `job` as `session` renders it.
+pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Result<(), CliError> {
+    let size = session.settings().resolution;
+    let options = SceneOptions {
+        size: SizeOptions {
+            width: Some(size.x),
+            height: Some(size.y),
+        },
+        ..job.options
+    };
+    let mut file = job.scene.with(&options, session.camera_description())?;
+    if session.warnings().iter().any(|warning| warning.kind == DEFAULT_LIGHT) {
+        file.light.push(LightSection::default_light());
+    }
+    let text = format!(
+        "# Written by embrasure {} --dump-scene.\n{}",
+        env!("CARGO_PKG_VERSION"),
+        file.to_toml(output.path())?
+    );
+    output.write(|writer| std::io::Write::write_all(writer, text.as_bytes()))?;
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! `embrasure init`: a commented scene file for a bare OBJ.
+
+use super::args::{InitArgs, RenderArgs};
+use super::error::CliError;
+use super::job::{Job, SceneKind, kind_of, read_scene};
+use super::outputs::Outputs;
+use super::warnings::ShownWarnings;
+use super::words;
+use crate::description::inspect_scene;
+use crate::io::{FileError, Output};
+use crate::scene::SceneBuilder;
+use crate::session::thread_pool;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Writes a scene file that renders what the OBJ does, with all that one may want to change in it.
+pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
+    if let SceneKind::Toml = kind_of(&args.scene)? {
+        let error = FileError::new(&args.scene, "this is a scene file already");
+        let help = "give an .obj file; `embrasure render SCENE --dump-scene FILE.toml` writes a scene file anew";
+        return Err(error.help(help).into());
+    }
+    let file = read_scene(&args.scene, &args.load)?;
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("toml"),
+    };
+    if path.exists() && !args.force {
+        return Err(CliError::Usage(format!(
+            "{} exists already\n  help: give another name with -o, or replace it with --force",
+            path.display()
+        )));
+    }
+    let output = Output::prepare(&path)?;
+    let mut outputs = Outputs::default();
+    outputs.add("-o", &output)?;
+
+    let inspection = inspect_scene(&file, SceneBuilder::new());
+    outputs.spare(inspection.files.iter().map(PathBuf::as_path))?;
+    if let Some(error) = inspection.findings.first_error() {
+        return Err(error.clone().into());
+    }
+    let Some(scene) = &inspection.scene else {
+        return Err(file.whole("there is no scene").into());
+    };
+    ShownWarnings::Summary.show(&inspection.findings.warnings(), &args.scene);
+    let render = RenderArgs {
+        scene: args.scene.clone(),
+        ..RenderArgs::default()
+    };
+    let job = Job::of_scene(&render, file)?;
+    let pool = thread_pool(job.settings.threads)?;
+    let camera = job.settings.camera_of(&job.scene, scene, &pool)?.description;
+    // What flags say of loading is a part of the scene, too.
+    let mut options = job.options;
+    options.load = job.scene.load.parameters;
+    let text = job.scene.template(&options, &camera, &inspection, &path)?;
+    output.write(|writer| writer.write_all(text.as_bytes()))?;
+    outln!(
+        "{}: {}; edit it, then `embrasure render {0}`",
+        path.display(),
+        words::count(inspection.materials.len() as u64, "material")
+    );
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,92 @@
+//! `--warnings`: which of the warnings about a scene are printed. `--stats` has all of them.
+
+use super::words;
+use crate::io::Warning;
+use crate::options::names::named;
+use std::path::Path;
+
+/// Which warnings are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum ShownWarnings {
+    /// Several of one kind as one, with their number.
+    #[default]
+    Summary,
+    /// Each.
+    All,
+    /// None.
+    None,
+}
+
+named! {
+    ShownWarnings: "summary" => Self::Summary, "all" => Self::All, "none" => Self::None;
+}
+
+impl ShownWarnings {
+    /// Prints `warnings` about the scene at `path`.
+    pub fn show(self, warnings: &[Warning], path: &Path) {
+        self.texts(warnings, path).iter().for_each(words::warning);
+    }
+
+    /// What is printed, in the order of the first warning of each kind.
+    fn texts(self, warnings: &[Warning], path: &Path) -> Vec<String> {
+        let texts = || warnings.iter().map(|warning| warning.text.clone());
+        match self {
+            Self::All => texts().collect(),
+            Self::None => Vec::new(),
+            Self::Summary => {
+                // Kinds with their first warning and the number of others
+                let mut kinds: Vec<(&Warning, usize)> = Vec::new();
+                for warning in warnings {
+                    match kinds.iter_mut().find(|(first, _)| first.kind == warning.kind) {
+                        Some((_, others)) => *others += 1,
+                        None => kinds.push((warning, 0)),
+                    }
+                }
+                let text = |(first, others): (&Warning, usize)| match others {
+                    0 => first.text.clone(),
+                    _ => summary(first, others, path),
+                };
+                kinds.into_iter().map(text).collect()
+            }
+        }
+    }
+}
+
+/// One line for a warning and `others` of its kind: the first place, the number, and where to see the others.
+fn summary(first: &Warning, others: usize, path: &Path) -> String {
+    // The remedy is on a line of its own.
+    let line = first.text.lines().next().unwrap_or_default();
+    let path = path.display();
+    format!(
+        "{line} (and {others} more [{}]; see `embrasure check {path}`)",
+        first.kind
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_of_a_kind_are_one_line() {
+        let warnings = [
+            Warning::new(
+                "missing-texture",
+                "a.mtl:3: texture `a.png` is missing\n  help: put the file there",
+            ),
+            Warning::new("default-light", "nothing emits\n  help: add a light"),
+            Warning::new("missing-texture", "a.mtl:9: texture `b.png` is missing"),
+            Warning::new("missing-texture", "a.mtl:12: texture `c.png` is missing"),
+        ];
+        let texts = |shown: ShownWarnings| shown.texts(&warnings, Path::new("a.obj"));
+        assert_eq!(
+            texts(ShownWarnings::Summary),
+            [
+                "a.mtl:3: texture `a.png` is missing (and 2 more [missing-texture]; see `embrasure check a.obj`)",
+                "nothing emits\n  help: add a light"
+            ]
+        );
+        assert_eq!(texts(ShownWarnings::All).len(), 4);
+        assert!(texts(ShownWarnings::None).is_empty());
+    }
+}

@@ -1,0 +1,142 @@
+/// A pattern of names: `*` stands for any characters, `?` for one, and `\` takes the character after it as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Glob(Vec<Part>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Any,
+    One,
+    Char(char),
+}
+
+impl Glob {
+    /// Reads a pattern. A `\` at the end stands for itself.
+    pub fn new(pattern: &str) -> Self {
+        let mut parts = Vec::new();
+        let mut chars = pattern.chars();
+        while let Some(c) = chars.next() {
+            parts.push(match c {
+                '*' => Part::Any,
+                '?' => Part::One,
+                '\\' => Part::Char(chars.next().unwrap_or(c)),
+                c => Part::Char(c),
+            });
+        }
+        Self(parts)
+    }
+
+    /// The pattern that matches `name` alone.
+    pub fn exact(name: &str) -> Self {
+        Self(name.chars().map(Part::Char).collect())
+    }
+
+    /// Whether the whole of `name` matches.
+    pub fn matches(&self, name: &str) -> bool {
+        let name: Vec<char> = name.chars().collect();
+        let (mut part, mut at) = (0, 0);
+        // The last `*`, and how far in the name it reaches: where the rest does not match, it takes one character more.
+        let mut star: Option<(usize, usize)> = None;
+        while at < name.len() {
+            match self.0.get(part) {
+                Some(Part::Any) => {
+                    star = Some((part, at));
+                    part += 1;
+                }
+                Some(Part::One) => (part, at) = (part + 1, at + 1),
+                Some(Part::Char(c)) if *c == name[at] => (part, at) = (part + 1, at + 1),
+                _ => match &mut star {
+                    Some((first, reach)) => {
+                        *reach += 1;
+                        (part, at) = (*first + 1, *reach);
+                    }
+                    None => return false,
+                },
+            }
+        }
+        self.0[part..].iter().all(|part| *part == Part::Any)
+    }
+
+    /// Whether the pattern matches one name alone, which is [`Glob::literal`].
+    pub fn is_exact(&self) -> bool {
+        self.0.iter().all(|part| matches!(part, Part::Char(_)))
+    }
+
+    /// The pattern without its wildcards: what is looked for among names that it does not match.
+    pub fn literal(&self) -> String {
+        let chars = self.0.iter().filter_map(|part| match part {
+            Part::Char(c) => Some(*c),
+            Part::Any | Part::One => None,
+        });
+        chars.collect()
+    }
+
+    /// The pattern as text; the `copy`-th spelling of it, where several entries of a table are to match the same names: characters that mean themselves may
+    /// have a `\` before them.
+    pub fn text(&self, copy: usize) -> String {
+        let mut left = copy;
+        let mut text = String::new();
+        for part in &self.0 {
+            match part {
+                Part::Any => text.push('*'),
+                Part::One => text.push('?'),
+                Part::Char(c) => {
+                    let needs_escape = matches!(c, '*' | '?' | '\\');
+                    if needs_escape || left % 2 == 1 {
+                        text.push('\\');
+                    }
+                    if !needs_escape {
+                        left /= 2;
+                    }
+                    text.push(*c);
+                }
+            }
+        }
+        // Of a pattern of wildcards alone: a run of `*` matches as one does.
+        if left > 0 {
+            text.push_str(&"*".repeat(if self.0.contains(&Part::Any) { left } else { 0 }));
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_match_whole_names() {
+        for (pattern, yes, no) in [
+            ("Floor", &["Floor"][..], &["Floor1", "floor", ""][..]),
+            ("Floor*", &["Floor", "Floor.001"], &["AFloor"]),
+            ("*", &["", "a", "Küche"], &[]),
+            ("?", &["a", "ü"], &["", "ab"]),
+            ("*a*b", &["ab", "xaxxb", "aabab"], &["aba", "b"]),
+            ("a\\*", &["a*"], &["ab", "a"]),
+            ("\\A?c", &["Abc"], &["bc"]),
+            ("a\\", &["a\\"], &["a"]),
+            ("", &[""], &["a"]),
+        ] {
+            let glob = Glob::new(pattern);
+            assert!(yes.iter().all(|name| glob.matches(name)), "{pattern}");
+            assert!(!no.iter().any(|name| glob.matches(name)), "{pattern}");
+        }
+        assert!(Glob::exact("a*").matches("a*") && !Glob::exact("a*").matches("ab"));
+        // Long names take no more than their length times that of the pattern.
+        assert!(!Glob::new(&"*a".repeat(100)).matches(&"b".repeat(10_000)));
+    }
+
+    #[test]
+    fn spellings_differ_and_match_alike() {
+        for pattern in ["Floor*", "a", "x\\*y?"] {
+            let glob = Glob::new(pattern);
+            let copies = if pattern == "a" { 2 } else { 4 };
+            let texts: Vec<String> = (0..copies).map(|copy| glob.text(copy)).collect();
+            for (i, text) in texts.iter().enumerate() {
+                assert_eq!(Glob::new(text), glob, "{text}");
+                assert!(!texts[..i].contains(text), "{text}");
+            }
+        }
+        assert_eq!(Glob::exact("a*b").text(0), "a\\*b");
+        assert_ne!(Glob::new("*").text(1), Glob::new("*").text(0));
+    }
+}

@@ -1,0 +1,145 @@
+//! Materials of a scene: those of the scene file, of material libraries, and the default one.
+
+use super::{DEFAULT_MATERIAL, Loader, MaterialSource};
+use crate::description::light_group_section::idle_members;
+use crate::description::mtl::{FileMaterial, default_material};
+use crate::description::obj::{Group, ObjFile};
+use crate::description::unknown_key::nearest_names;
+use crate::description::{FileError, Position, Severity};
+use crate::material::MaterialId;
+use std::path::Path;
+use toml::Spanned;
+
+/// Unused materials that are named in warnings, each with its line; more of them are only counted.
+const MAX_NAMED: usize = 100;
+
+impl Loader<'_> {
+    /// The scene file's material of the group's name, else that of the OBJ's libraries, else the default one; with what patches say of it.
+    pub(super) fn material_of(&mut self, group: &Group, path: &Path, obj: &ObjFile) -> MaterialId {
+        let file = self.file;
+        let name = group.material.as_deref().unwrap_or(DEFAULT_MATERIAL);
+        let section = file.replacement(name);
+        let source = section.is_none().then(|| path.to_path_buf());
+        if let Some(&id) = self.used.get(&(source.clone(), name.to_string())) {
+            return id;
+        }
+        let (found, place) = match section {
+            Some((key, section)) => {
+                let here = file.error(key.span(), "");
+                let place = here.position.map(|position| (here.file, position));
+                let found = section.material(name, file).unwrap_or_else(|error| {
+                    self.wrong("wrong-material", error);
+                    FileMaterial::default_of(name)
+                });
+                (found, place)
+            }
+            // The last definition of a name wins, as it would in a program that reads the file top to bottom.
+            None => match obj.material(name) {
+                Some(found) => {
+                    let place = (found.library.clone(), Position::line(found.line));
+                    (found.clone(), Some(place))
+                }
+                None => {
+                    let found = FileMaterial::default_of(name);
+                    if let Some(name) = &group.material {
+                        let message = format!(
+                            "material `{name}` is not defined; it is rendered as `{DEFAULT_MATERIAL}` (diffuse {:.1})",
+                            found.material.diffuse.max_component(),
+                        );
+                        let help = format!("define it in the MTL file, or as [material.\"{name}\"] in a scene file");
+                        let error = FileError::new(path, message).at(Position::line(group.line));
+                        self.warn("missing-material", error.help(help));
+                    }
+                    (found, None)
+                }
+            },
+        };
+        let found = self.patched(found);
+        let material = self.textured(&found);
+        *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
+        let added = self.builder.add_material(material).or_else(|error| {
+            let error = match section {
+                Some((key, _)) => file.error(key.span(), error.to_string()).help("correct the value"),
+                None => FileError::new(path, error.to_string()).help("correct the material in its library"),
+            };
+            self.wrong("wrong-material", error);
+            self.builder.add_material(default_material(name))
+        });
+        // A default material is never refused.
+        let id = added.unwrap_or(MaterialId(0));
+        if let Some(&group) = self.light_groups.get(name) {
+            self.builder.group_material(id, group);
+        }
+        self.used.insert((source.clone(), name.to_string()), id);
+        self.materials.push(MaterialSource {
+            name: name.to_string(),
+            obj: source,
+            place,
+            found,
+        });
+        id
+    }
+
+    /// The material with what all patches of its name say, one after the other.
+    fn patched(&mut self, mut found: FileMaterial) -> FileMaterial {
+        let mut remarks = Vec::new();
+        let name = found.material.name.clone();
+        for patch in self.patches.of_material(&name) {
+            match patch.section.patched(&found, self.file) {
+                Ok((patched, warning)) => {
+                    found = patched;
+                    remarks.extend(warning.map(|warning| (Severity::Warning, "no-effect", warning)));
+                }
+                Err(error) => remarks.push((Severity::Error, "wrong-material", error)),
+            }
+        }
+        for (severity, code, error) in remarks {
+            self.findings.add(severity, code, error);
+        }
+        found
+    }
+
+    /// Says which names and globs of materials in the scene file are of no use.
+    pub(super) fn warn_of_idle_materials(&mut self) {
+        let file = self.file;
+        let is_unused = |key: &&Spanned<String>| !self.used.contains_key(&(None, key.get_ref().clone()));
+        let replacements = file.material.iter().filter(|(_, section)| !section.is_patch());
+        let mut unused: Vec<_> = replacements
+            .map(|(key, _)| key)
+            .filter(is_unused)
+            .map(|key| (key.span(), key.get_ref().clone(), key.get_ref().clone()))
+            .collect();
+        let patches = self.patches.unused();
+        unused.extend(patches.map(|patch| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
+        let idle = idle_members(file, &self.emits);
+        for (span, written, literal) in unused.iter().take(MAX_NAMED) {
+            let warning = file.error(span.clone(), format!("no face uses the material `{written}`"));
+            let names = self.materials.iter().map(|material| material.name.as_str());
+            let nearest: Vec<String> = nearest_names(literal, names)
+                .into_iter()
+                .map(|name| format!("`{name}`"))
+                .collect();
+            let help = match nearest.as_slice() {
+                [] => "its name must be that of a `usemtl` line".to_string(),
+                [one] => format!("did you mean {one}?"),
+                [others @ .., last] => format!("did you mean {} or {last}?", others.join(", ")),
+            };
+            self.warn("unused-material", warning.help(help));
+        }
+        self.warn_of_more("unused-material", "no face uses", unused.len());
+        for (name, why) in idle.iter().take(MAX_NAMED) {
+            let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
+            let warning = file.error(name.span(), message);
+            self.warn("idle-light-group", warning.help("correct the name, or take it out"));
+        }
+        self.warn_of_more("idle-light-group", "no light comes from", idle.len());
+    }
+
+    /// Says how many materials beyond those that were named `words` hold of.
+    fn warn_of_more(&mut self, code: &'static str, words: &str, count: usize) {
+        if count > MAX_NAMED {
+            let more = count - MAX_NAMED;
+            self.warn(code, self.file.whole(format!("{words} {more} other materials")));
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! Loading a scene: reads the files that a scene file names, and builds the scene. `inspect_scene` collects all findings, and `load_scene` ends with
+//! the first error.
+//!
+//! `objects` places meshes, `materials` finds the material of each of them, and `textures` reads the pictures that materials ask for.
+
+mod materials;
+mod objects;
+mod textures;
+
+use super::memory::Allowance;
+use super::mtl::{FileMaterial, MapRequest};
+use super::obj::{ObjFile, load_obj};
+use super::patches::PatchList;
+use super::scene_file::{ObjectSection, SceneFile};
+use super::texture::TextureRequest;
+use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
+use crate::light::LightGroupId;
+use crate::material::MaterialId;
+use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+/// Name of the material of faces that name none.
+pub const DEFAULT_MATERIAL: &str = "default";
+
+/// A scene read from files.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The frozen scene.
+    pub scene: Scene,
+    /// What was missing, repaired or assumed.
+    pub warnings: Vec<Warning>,
+    /// All files that were read; nothing may be written over them.
+    pub files: Vec<PathBuf>,
+}
+
+/// What the files of a scene say, wrong or not.
+#[derive(Debug)]
+pub struct Inspection {
+    /// The scene as far as it can be had: what is wrong is left out of it, or replaced by a default.
+    pub scene: Option<Scene>,
+    /// What is wrong, missing, repaired or assumed, in the order in which it was found.
+    pub findings: Findings,
+    /// The scene's materials, by their id.
+    pub materials: Vec<MaterialSource>,
+    /// The OBJ files that could be read.
+    pub objs: Vec<ObjSource>,
+    /// Files of the scene's textures, by their id.
+    pub textures: Vec<PathBuf>,
+    /// All files that were read; nothing may be written over them.
+    pub files: Vec<PathBuf>,
+}
+
+/// Where a material of the scene is from.
+#[derive(Clone, Debug)]
+pub struct MaterialSource {
+    /// Its name.
+    pub name: String,
+    /// The OBJ file whose faces use it; `None` where it is the scene file's and thus that of all of them.
+    pub obj: Option<PathBuf>,
+    /// Where it is defined; `None` for the default one.
+    pub place: Option<(PathBuf, Position)>,
+    /// What it says, patches included, before its textures are read.
+    pub(crate) found: FileMaterial,
+}
+
+/// An OBJ file of the scene, and what its libraries define.
+#[derive(Clone, Debug)]
+pub struct ObjSource {
+    /// The file.
+    pub path: PathBuf,
+    /// Names of materials, in the order of their libraries, with library and line.
+    pub materials: Vec<(String, PathBuf, usize)>,
+}
+
+impl ObjSource {
+    fn new(path: PathBuf, obj: &ObjFile) -> Self {
+        let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
+        let materials = obj.materials.iter().map(named).collect();
+        Self { path, materials }
+    }
+}
+
+/// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already. What is wrong first is the
+/// error.
+pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
+    load_scene_watched(file, builder, &())
+}
+
+/// The same; `observer` is told how far it is.
+pub fn load_scene_watched(
+    file: &SceneFile,
+    builder: SceneBuilder,
+    observer: &dyn LoadObserver,
+) -> Result<Loaded, FileError> {
+    let Inspection {
+        scene, findings, files, ..
+    } = Loader::new(file, builder, observer, false).load();
+    let warnings = findings.warnings();
+    match (findings.first_error(), scene) {
+        (None, Some(scene)) => Ok(Loaded { scene, warnings, files }),
+        (Some(error), _) => Err(error.clone()),
+        (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
+    }
+}
+
+/// Reads the same in the same way, but goes on after what is wrong.
+pub fn inspect_scene(file: &SceneFile, builder: SceneBuilder) -> Inspection {
+    Loader::new(file, builder, &(), true).load()
+}
+
+struct Loader<'a> {
+    file: &'a SceneFile,
+    builder: SceneBuilder,
+    observer: &'a dyn LoadObserver,
+    /// Memory that reading may take.
+    allowance: Allowance,
+    /// The files of each object.
+    shapes: Vec<Shapes>,
+    /// How many objects have these files.
+    copies: HashMap<Shapes, usize>,
+    /// The last object for which a file is needed.
+    last_use: HashMap<PathBuf, usize>,
+    findings: Findings,
+    /// Whether to go on after what is wrong.
+    goes_on: bool,
+    /// Materials handed to the builder, by the OBJ they come from (`None`: from the scene file) and name.
+    used: HashMap<(Option<PathBuf>, String), MaterialId>,
+    materials: Vec<MaterialSource>,
+    /// Patches of materials.
+    patches: PatchList<'a>,
+    /// Whether any material of this name emits, of those that are used.
+    emits: HashMap<String, bool>,
+    /// The group of lights that materials of this name are in.
+    light_groups: HashMap<String, LightGroupId>,
+    /// Textures that they ask for, and where they do so.
+    textures: Vec<TextureRequest>,
+    asked: Vec<MapRequest>,
+    /// Files of those that were read, by their id in the scene.
+    texture_files: Vec<PathBuf>,
+    /// Prototypes by their files.
+    prototypes: HashMap<Shapes, PrototypeId>,
+    /// Files that were read, or tried.
+    files: Vec<PathBuf>,
+}
+
+/// The files that an object's shape comes from: at time 0, and at time 1 where that is another one.
+type Shapes = (PathBuf, Option<PathBuf>);
+
+impl<'a> Loader<'a> {
+    fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
+        let path = |name: &Spanned<PathBuf>| file.resolve(name.get_ref());
+        let of = |object: &ObjectSection| (path(&object.obj), object.obj_close.as_ref().map(path));
+        let shapes: Vec<Shapes> = file.object.iter().map(of).collect();
+        let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
+        for (index, (obj, close)) in shapes.iter().enumerate() {
+            let copies = copies.entry((obj.clone(), close.clone())).or_insert(0);
+            *copies += 1;
+            // Copies share what the first one needs.
+            if *copies == 1 {
+                for path in [Some(obj), close.as_ref()].into_iter().flatten() {
+                    last_use.insert(path.clone(), index);
+                }
+            }
+        }
+        Self {
+            file,
+            builder,
+            observer,
+            allowance: Allowance {
+                limit: MemoryLimit::of(file.load.max_memory),
+                kept: 0,
+            },
+            shapes,
+            copies,
+            last_use,
+            goes_on,
+            findings: Findings::default(),
+            used: HashMap::new(),
+            materials: Vec::new(),
+            patches: PatchList::default(),
+            emits: HashMap::new(),
+            light_groups: HashMap::new(),
+            textures: Vec::new(),
+            asked: Vec::new(),
+            texture_files: Vec::new(),
+            prototypes: HashMap::new(),
+            files: file.path().into_iter().map(Path::to_path_buf).collect(),
+        }
+    }
+
+    fn load(mut self) -> Inspection {
+        let objs = self.load_parts();
+        let building = self.builder.building_bytes();
+        if let Err(error) = self.allowance.check(Path::new(""), building) {
+            let error = FileError {
+                file: self.file.whole("").file,
+                ..error
+            };
+            self.wrong("memory", error);
+        }
+        let mut inspection = Inspection {
+            scene: None,
+            findings: self.findings,
+            materials: self.materials,
+            objs,
+            textures: self.texture_files,
+            files: self.files,
+        };
+        let findings = &mut inspection.findings;
+        if findings.first_error().is_some() && !self.goes_on {
+            return inspection;
+        }
+        match self.builder.build() {
+            Ok((scene, mut report)) => {
+                // Where files are missing, nothing is known of lights.
+                report.default_light &= scene.triangle_count() > 0 || findings.first_error().is_none();
+                report_findings(self.file, &report, &inspection.materials, findings);
+                inspection.scene = Some(scene);
+            }
+            Err(error) => findings.add(Severity::Error, "scene", scene_error(self.file, &error)),
+        }
+        inspection
+    }
+
+    /// Whether something is wrong, and that ends it.
+    fn is_over(&self) -> bool {
+        !self.goes_on && self.findings.first_error().is_some()
+    }
+
+    fn load_parts(&mut self) -> Vec<ObjSource> {
+        for section in &self.file.light_group {
+            if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
+                self.wrong("wrong-light-group", error);
+            }
+        }
+        match self.file.patches() {
+            Ok(patches) => self.patches = PatchList::new(patches),
+            Err(error) => self.wrong("wrong-material", error),
+        }
+        // A file that several objects name is read once.
+        let mut objs: BTreeMap<PathBuf, ObjFile> = BTreeMap::new();
+        let mut tried = HashSet::new();
+        let mut sources = Vec::new();
+        for (index, object) in self.file.object.iter().enumerate() {
+            let names: Vec<_> = [Some(&object.obj), object.obj_close.as_ref()]
+                .into_iter()
+                .flatten()
+                .collect();
+            for name in &names {
+                let path = self.file.resolve(name.get_ref());
+                if !tried.insert(path.clone()) {
+                    continue;
+                }
+                match load_obj(
+                    &path,
+                    &self.file.load,
+                    self.allowance,
+                    self.observer,
+                    &mut self.findings,
+                ) {
+                    Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
+                    Ok(obj) => {
+                        self.files.push(path.clone());
+                        self.files.extend(obj.libraries.iter().cloned());
+                        sources.push(ObjSource::new(path.clone(), &obj));
+                        self.allowance.kept += obj.groups.iter().map(|group| group.mesh.bytes() as u64).sum::<u64>();
+                        objs.insert(path, obj);
+                    }
+                }
+            }
+            if self.is_over() {
+                return sources;
+            }
+            if names
+                .iter()
+                .all(|name| objs.contains_key(&self.file.resolve(name.get_ref())))
+            {
+                if let Err(error) = self.add_object(index, object, &mut objs) {
+                    self.wrong("wrong-object", error);
+                }
+            }
+        }
+        for light in &self.file.light {
+            let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
+            self.files.extend(image);
+            if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
+                self.wrong("wrong-light", error);
+            }
+        }
+        if !self.is_over() {
+            self.warn_of_idle_materials();
+            self.load_textures();
+        }
+        sources
+    }
+
+    fn wrong(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(Severity::Error, code, error);
+    }
+
+    /// Tells of a file that a render could do without.
+    fn lacks(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(self.file.load.severity_of_lack(), code, error);
+    }
+
+    fn warn(&mut self, code: &'static str, error: FileError) {
+        self.findings.add(Severity::Warning, code, error);
+    }
+
+    /// Says where the scene file names the file that could not be read.
+    fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
+        if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
+            return error.help_if_none("check the path");
+        }
+        let message = error.message.clone();
+        self.file
+            .error(span, format!("{}: {message}", path.display()))
+            .help("check the path; it is relative to the scene file")
+    }
+}
+
+fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
+    file.whole(error.to_string()).help(match error {
+        BuildError::TooSmall { .. } => {
+            "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
+        }
+        BuildError::BadPlacement { .. } => "correct the placement, or scale the object's own coordinates",
+        _ => "leave some of it out",
+    })
+}
+
+fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
+    if report.degenerate_triangles > 0 {
+        let count = report.degenerate_triangles;
+        let error = file.whole(format!("triangles that have no area and are left out: {count}"));
+        findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
+    }
+    let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
+    for (name, largest) in &report.scaled_materials {
+        let message = format!(
+            "material `{name}` scatters {largest} of the light in some channel; all its lobes are divided by that"
+        );
+        let error = match places.get(name.as_str()) {
+            Some(Some((path, position))) => FileError::new(path, message).at(*position),
+            _ => file.whole(message),
+        };
+        findings.add(Severity::Warning, "scaled-material", error);
+    }
+    if report.default_light {
+        let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";
+        findings.add(Severity::Note, DEFAULT_LIGHT, file.whole(message));
+    }
+}

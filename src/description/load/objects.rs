@@ -1,0 +1,135 @@
+//! Objects of a scene: meshes with their materials in their places.
+
+use super::Loader;
+use crate::description::FileError;
+use crate::description::obj::ObjFile;
+use crate::description::placement::{ObjectPlacement, place};
+use crate::description::scene_file::{Instances, ObjectSection};
+use crate::geometry::Mesh;
+use crate::material::MaterialId;
+use crate::math::Affine3A;
+use crate::scene::BuildError;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use toml::Spanned;
+
+impl Loader<'_> {
+    pub(super) fn add_object(
+        &mut self,
+        index: usize,
+        object: &ObjectSection,
+        objs: &mut BTreeMap<PathBuf, ObjFile>,
+    ) -> Result<(), FileError> {
+        if let Some(Instances::File(list)) = object.instances.as_ref().map(Spanned::get_ref) {
+            self.files.push(self.file.resolve(list));
+        }
+        let place = place(self.file, object)?;
+        let stem = object.obj.get_ref().file_stem().unwrap_or_default().to_string_lossy();
+        self.builder.begin_object(object.name.as_deref().unwrap_or(&stem));
+        let shapes = self.shapes[index].clone();
+        let is_shared = self.copies.get(&shapes).is_some_and(|&copies| copies > 1);
+        let path = &shapes.0;
+        let refused = |error: BuildError| {
+            FileError::new(path, error.to_string()).help(match error {
+                BuildError::TooSmall { .. } => "scale its vertices up, and the matrices of its instances down",
+                _ => "scale the object down, or export it again",
+            })
+        };
+
+        // What has one place stands in the world there; all else is kept once.
+        let transform = match &place {
+            _ if is_shared => None,
+            ObjectPlacement::AsItIs => Some(None),
+            ObjectPlacement::Once(transform) => Some(Some(*transform)),
+            ObjectPlacement::Instances(_) => None,
+        };
+        if let Some(transform) = transform {
+            for (mesh, material) in self.meshes_of(index, object, objs)? {
+                let mesh = match transform {
+                    None => mesh,
+                    Some(transform) => transformed(&mesh, transform),
+                };
+                self.builder.add_mesh(mesh, material).map_err(refused)?;
+            }
+            return Ok(());
+        }
+        let prototype = match self.prototypes.get(&shapes) {
+            Some(&prototype) => prototype,
+            None => {
+                let meshes = self.meshes_of(index, object, objs)?;
+                let prototype = self.builder.add_prototype(meshes).map_err(refused)?;
+                self.prototypes.insert(shapes.clone(), prototype);
+                prototype
+            }
+        };
+        for placement in place.into_placements() {
+            let added = self.builder.add_instance(prototype, placement);
+            added.map_err(|error| {
+                let refused = self.file.error(object.obj.span(), error.to_string());
+                refused.help("correct the object's placement")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The meshes of an object with their materials, as its files have them: taken out of `objs` where no later object needs them.
+    fn meshes_of(
+        &mut self,
+        index: usize,
+        object: &ObjectSection,
+        objs: &mut BTreeMap<PathBuf, ObjFile>,
+    ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
+        let (path, close) = self.shapes[index].clone();
+        let is_last = self.last_use.get(&path) == Some(&index) && close.as_ref() != Some(&path);
+        let mut taken = Vec::new();
+        if let Some(obj) = objs.get_mut(&path).filter(|_| is_last) {
+            taken.extend(obj.groups.iter_mut().map(|group| std::mem::take(&mut group.mesh)));
+        }
+        let obj = &objs[&path];
+        let mut taken = taken.into_iter();
+        let mut meshes = Vec::with_capacity(obj.groups.len());
+        for (i, group) in obj.groups.iter().enumerate() {
+            let mut mesh = taken.next().unwrap_or_else(|| group.mesh.clone());
+            if let (Some(close), Some(name)) = (&close, &object.obj_close) {
+                let last = objs[close].groups.get(i).filter(|last| {
+                    last.mesh.triangles == mesh.triangles && last.mesh.positions.len() == mesh.positions.len()
+                });
+                let Some(last) = last else {
+                    let message = format!("{} has other faces than {}", close.display(), path.display());
+                    let error = self.file.error(name.span(), message);
+                    return Err(error.help("both must have the same faces in the same order; only vertices may move"));
+                };
+                mesh.positions_close = last.mesh.positions.clone();
+                mesh.normals_close = last.mesh.normals.clone();
+            }
+            meshes.push((mesh, self.material_of(group, &path, obj)));
+        }
+        Ok(meshes)
+    }
+}
+
+/// The mesh in its place. Mirroring transforms swap the winding, so that the front stays the front.
+fn transformed(mesh: &Mesh, transform: Affine3A) -> Mesh {
+    let mirrored = transform.matrix3.determinant() < 0.0;
+    // Normals are planes: they go by the inverse transpose.
+    let of_normals = transform.matrix3.inverse().transpose();
+    Mesh {
+        positions: mesh.positions.iter().map(|&p| transform.transform_point3a(p)).collect(),
+        triangles: match mirrored {
+            false => mesh.triangles.clone(),
+            true => mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect(),
+        },
+        normals: mesh.normals.iter().map(|&n| (of_normals * n).normalize_or(n)).collect(),
+        uvs: mesh.uvs.clone(),
+        positions_close: mesh
+            .positions_close
+            .iter()
+            .map(|&p| transform.transform_point3a(p))
+            .collect(),
+        normals_close: mesh
+            .normals_close
+            .iter()
+            .map(|&n| (of_normals * n).normalize_or(n))
+            .collect(),
+    }
+}

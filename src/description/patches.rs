@@ -1,0 +1,148 @@
+//! Patches of materials, in the order in which they apply: those of the scene file as it has them, then those of flags.
+
+use super::glob::Glob;
+use super::unknown_key::parser_error;
+use super::{FileError, MaterialSection, SceneFile};
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::ops::Range;
+use toml::Spanned;
+
+/// Keys that materials whose names match get in place of their own.
+pub(super) struct Patch<'a> {
+    pub glob: Glob,
+    /// The glob or name, as it is written.
+    pub written: &'a str,
+    /// Its place.
+    pub span: Range<usize>,
+    pub section: Cow<'a, MaterialSection>,
+}
+
+/// Patches, and which of them have met a material.
+#[derive(Default)]
+pub(super) struct PatchList<'a> {
+    patches: Vec<(Patch<'a>, bool)>,
+    /// Those of a single name: a scene may have very many.
+    by_name: HashMap<String, Vec<usize>>,
+    /// The others.
+    by_glob: Vec<usize>,
+}
+
+impl<'a> PatchList<'a> {
+    /// A list in which each patch applies after those before it.
+    pub fn new(patches: Vec<Patch<'a>>) -> Self {
+        let mut list = Self::default();
+        for (index, patch) in patches.into_iter().enumerate() {
+            match patch.glob.is_exact() {
+                true => list.by_name.entry(patch.glob.literal()).or_default().push(index),
+                false => list.by_glob.push(index),
+            }
+            list.patches.push((patch, false));
+        }
+        list
+    }
+
+    /// The patches of the material `name`, which have met one now.
+    pub fn of_material(&mut self, name: &str) -> Vec<&Patch<'a>> {
+        let matches = |&index: &usize| self.patches[index].0.glob.matches(name);
+        let mut indices: Vec<usize> = self.by_glob.iter().copied().filter(matches).collect();
+        indices.extend(self.by_name.get(name).into_iter().flatten());
+        indices.sort_unstable();
+        for &index in &indices {
+            self.patches[index].1 = true;
+        }
+        indices.into_iter().map(|index| &self.patches[index].0).collect()
+    }
+
+    /// Those that have met no material.
+    pub fn unused(&self) -> impl Iterator<Item = &Patch<'a>> {
+        self.patches
+            .iter()
+            .filter(|(_, is_used)| !is_used)
+            .map(|(patch, _)| patch)
+    }
+}
+
+impl SceneFile {
+    /// Adds patches of materials after those of the file, each as `GLOB.KEY=VALUE`: a glob of names, a key of `[material.NAME]` and a value of TOML or a
+    /// plain string.
+    ///
+    /// # Errors
+    ///
+    /// A text that is no patch. Keys and values are checked when the scene is loaded.
+    pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
+        for written in written {
+            let added = self.overrides.add_patch(written, self.text.len());
+            added.map_err(|()| {
+                let error = self.whole(format!("--material {written}: no material and key with a value"));
+                let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
+                error.of_flag().help(help)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// The section that replaces materials of this name, and its key.
+    pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
+        let section = self.material.get_key_value(name);
+        section.filter(|(_, section)| !section.is_patch())
+    }
+
+    /// All patches. What no patch can be is an error at its place.
+    pub(super) fn patches(&self) -> Result<Vec<Patch<'_>>, FileError> {
+        let mut patches = Vec::new();
+        for (key, section) in self.material.iter().filter(|(_, section)| section.is_patch()) {
+            patches.push(Patch {
+                glob: Glob::exact(key.get_ref()),
+                written: key.get_ref(),
+                span: key.span(),
+                section: Cow::Borrowed(section),
+            });
+        }
+        for (key, section) in &self.patch.0 {
+            self.check_patch(section)?;
+            patches.push(Patch {
+                glob: Glob::new(key.get_ref()),
+                written: key.get_ref(),
+                span: key.span(),
+                section: Cow::Borrowed(section),
+            });
+        }
+        patches.sort_by_key(|patch| patch.span.start);
+
+        // Flags with one glob are one patch: `--material Gold.metallic=1 --material Gold.specular=0.5` in either order.
+        let first = patches.len();
+        for (written, line) in self.overrides.patches() {
+            let section: MaterialSection = toml::from_str(line).map_err(|error| {
+                let (message, help) = parser_error(error.message());
+                let place = error
+                    .span()
+                    .map_or(line.len() - 1, |span| span.start.min(line.len() - 1));
+                self.error(place..place, message).help(help)
+            })?;
+            self.check_patch(&section)?;
+            let glob = Glob::new(written);
+            match patches[first..].iter_mut().find(|patch| patch.glob == glob) {
+                Some(patch) => patch.section.to_mut().set_over(section),
+                None => patches.push(Patch {
+                    glob,
+                    written,
+                    span: line.len() - 1..line.len(),
+                    section: Cow::Owned(section),
+                }),
+            }
+        }
+        Ok(patches)
+    }
+
+    /// An error where a patch of its own section has the key `patch`.
+    fn check_patch(&self, section: &MaterialSection) -> Result<(), FileError> {
+        match &section.patch {
+            Some(key) => {
+                let error = self.error(key.span(), "`patch` is a key of [material.NAME] alone");
+                Err(error.help("leave it out: this is a patch already"))
+            }
+            None => Ok(()),
+        }
+    }
+}

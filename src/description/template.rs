@@ -1,0 +1,222 @@
+//! The commented scene file of a bare OBJ (`embrasure init`): what a render of it takes, and each material as a patch that is commented out.
+
+use super::find_file::find_file;
+use super::glob::Glob;
+use super::mtl::MapRequest;
+use super::option_section::OptionSection;
+use super::write::{absolute, relocated};
+use super::{FileError, Inspection, LightSection, MaterialSection, MaterialSource, SceneFile, SceneOptions};
+use crate::camera::CameraDescription;
+use crate::io::DEFAULT_LIGHT;
+use crate::options::{IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Names of materials in one comment.
+const MAX_NAMED: usize = 20;
+
+/// What stands above the first section of each kind.
+const COMMENTS: [(&str, &str); 5] = [
+    (
+        "[camera]",
+        "Camera: where its lens is, the point in the middle of the image, and what is up; vertical_fov in degrees.\n\
+         A lens_radius above 0 blurs what is not at the focus_distance.",
+    ),
+    (
+        "[image]",
+        "Picture: pixels. Exposure, in stops of which each doubles the light, and the tone curve (srgb, reinhard,\n\
+         aces-narkowicz, aces-hill, agx) are those of PNG files; EXR files hold the light itself.",
+    ),
+    ("[render]", "Samples per pixel: four times as many halve the noise."),
+    (
+        "[[object]]",
+        "Geometry. To place it: transform = { translate = [0, 0, 0], rotate = [0, 0, 0], scale = 1 }",
+    ),
+    (
+        "[[light]]",
+        "Light besides that of emitting materials: constant, environment, point, spot or directional.",
+    ),
+];
+
+impl SceneFile {
+    /// The text of a commented scene file at `path` that renders what this file renders with `options`, seen by `camera`. `inspection` is that of this file.
+    ///
+    /// # Errors
+    ///
+    /// A patch that cannot be, and names of files that are not UTF-8.
+    pub fn template(
+        &self,
+        options: &SceneOptions,
+        camera: &CameraDescription,
+        inspection: &Inspection,
+        path: &Path,
+    ) -> Result<String, FileError> {
+        let mut file = self.with(&explicit(options), camera)?;
+        if inspection.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT) {
+            file.light.push(LightSection::default_light());
+        }
+        let source = self.whole("").file;
+        let source = source.file_name().unwrap_or_default().to_string_lossy();
+        let mut text = comment(&format!(
+            "Scene file of {source}, written by embrasure {} init. It renders what the bare OBJ does.",
+            env!("CARGO_PKG_VERSION")
+        ));
+        text +=
+            &comment("A line that begins with # and no blank is a setting as it is: take the # away, and change it.");
+        text += &comment("docs/conventions.md of embrasure lists all keys.");
+        let usual = usual_settings(options);
+        for line in file.to_toml(path)?.lines() {
+            if let Some((_, words)) = COMMENTS
+                .iter()
+                .find(|(header, _)| line == *header && !text.contains(&format!("\n{header}\n")))
+            {
+                words.lines().for_each(|words| text += &comment(words));
+            }
+            text += line;
+            text.push('\n');
+            if line == "[render]" {
+                text += &usual;
+            }
+        }
+        text.push('\n');
+        text += &comment(
+            "Materials as they are. A patch changes what it says of a material and keeps the rest; its name may be a glob,",
+        );
+        text += &comment(
+            "such as [patch.\"Metal*\"]. Colours are linear, one number or three; a texture multiplies the number of its name.",
+        );
+        let folder = absolute(path.parent().unwrap_or(Path::new("")));
+        for (id, material) in inspection.materials.iter().enumerate() {
+            text.push('\n');
+            text += &file.material_text(material, triangles(inspection, id), &folder)?;
+        }
+        text += &unused(inspection);
+        Ok(text)
+    }
+
+    /// A material as a patch that is commented out.
+    fn material_text(&self, source: &MaterialSource, triangles: usize, folder: &Path) -> Result<String, FileError> {
+        let name = source.name.as_str();
+        let plural = if triangles == 1 { "" } else { "s" };
+        let place = source.place.as_ref().map_or(String::new(), |(file, position)| {
+            format!(
+                ", {}:{}",
+                file.file_name().unwrap_or_default().to_string_lossy(),
+                position.line
+            )
+        });
+        let mut text = comment(&format!("{name}: {triangles} triangle{plural}{place}"));
+
+        let missing = RefCell::new(Vec::new());
+        let path = |request: &MapRequest| -> Option<PathBuf> {
+            let statement = &request.statement;
+            match find_file(request.place.file.parent().unwrap_or(Path::new("")), &statement.file) {
+                Some(found) => Some(relocated(&found, Path::new(""), folder)),
+                None => {
+                    missing.borrow_mut().push(statement.file.clone());
+                    None
+                }
+            }
+        };
+        let section = MaterialSection::of(&source.found, &path);
+        for file in missing.into_inner() {
+            text += &comment(&format!("Its texture {file} is missing."));
+        }
+        // Patches that are there already have other spellings of the name.
+        let glob = Glob::exact(name);
+        let spellings = (0..=self.patch.0.len()).map(|copy| glob.text(copy));
+        let is_free = |spelling: &String| self.patch.0.iter().all(|(known, _)| known.get_ref() != spelling);
+        let name = { spellings }.find(is_free).unwrap_or_else(|| name.into());
+        let settings = toml::to_string(&BTreeMap::from([("patch", BTreeMap::from([(name, section)]))]));
+        let settings = settings.map_err(|error| self.unwritable(&error))?;
+        for line in settings.lines().filter(|line| !line.is_empty() && *line != "[patch]") {
+            text += &format!("#{line}\n");
+        }
+        Ok(text)
+    }
+
+    fn unwritable(&self, error: &toml::ser::Error) -> FileError {
+        let error = self.whole(format!("cannot write its scene file: {error}"));
+        error.help("give the files that it names names in UTF-8")
+    }
+}
+
+/// `options` with the defaults of what people change first.
+fn explicit(options: &SceneOptions) -> SceneOptions {
+    let (size, tone) = (options.size, options.tone);
+    SceneOptions {
+        size: SizeOptions {
+            width: Some(size.width()),
+            height: Some(size.height()),
+        },
+        tone: ToneOptions {
+            exposure: Some(tone.exposure()),
+            tone: Some(tone.tone()),
+        },
+        sampling: SamplingOptions {
+            samples: Some(options.sampling.samples()),
+            ..options.sampling
+        },
+        ..*options
+    }
+}
+
+/// Settings of `[render]` that `options` leave at their defaults, commented out.
+fn usual_settings(options: &SceneOptions) -> String {
+    let (sampling, integrator) = (&options.sampling, &options.integrator);
+    let sampling = SamplingOptions {
+        seed: sampling.seed.is_none().then(|| sampling.seed()),
+        denoise: sampling.denoise.is_none().then(|| sampling.denoise()),
+        ..SamplingOptions::default()
+    };
+    let integrator = IntegratorOptions {
+        integrator: integrator.integrator.is_none().then(|| integrator.integrator()),
+        max_depth: integrator.max_depth.is_none().then(|| integrator.max_depth()),
+        ..IntegratorOptions::default()
+    };
+    let section = OptionSection::of(&[&sampling, &integrator]);
+    // Names and numbers can always be written.
+    let text = toml::to_string(&section).unwrap_or_default();
+    text.lines().map(|line| format!("#{line}\n")).collect()
+}
+
+/// Triangles of the material `id`, each counted once however many copies there are.
+fn triangles(inspection: &Inspection, id: usize) -> usize {
+    let Some(scene) = &inspection.scene else { return 0 };
+    let of_material = scene
+        .geom_ids()
+        .filter(|&geom| scene.shape(geom).material.0 as usize == id);
+    of_material
+        .map(|geom| scene.meshes()[geom.0 as usize].triangles.len())
+        .sum()
+}
+
+/// Names that libraries define and no face uses.
+fn unused(inspection: &Inspection) -> String {
+    let is_unused = |name: &&String| inspection.materials.iter().all(|material| material.name != **name);
+    let defined = inspection
+        .objs
+        .iter()
+        .flat_map(|obj| &obj.materials)
+        .map(|(name, ..)| name);
+    let names: Vec<&str> = defined.filter(is_unused).map(String::as_str).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let rest = if names.len() > MAX_NAMED { ", …" } else { "" };
+    let named: Vec<&str> = names.into_iter().take(MAX_NAMED).collect();
+    format!(
+        "\n{}",
+        comment(&format!("Defined, and used by no face: {}{rest}", named.join(", ")))
+    )
+}
+
+/// A line of comment. Names may hold characters that no comment of TOML may have.
+fn comment(words: &str) -> String {
+    let shown: String = words
+        .chars()
+        .map(|c| if c.is_control() { '\u{fffd}' } else { c })
+        .collect();
+    format!("# {shown}\n")
+}

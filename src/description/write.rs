@@ -1,0 +1,385 @@
+//! Scene files as text: what a render was made from, so that it can be edited and rendered again.
+//!
+//! Sections are serialised as they are read (serde), so that a new key needs nothing here. A key that names a file joins `SceneFile::paths_mut`, because
+//! paths are relative to the file that has them. Numbers are written with as many digits as bring back the same 32 bits.
+
+use super::option_section::OptionSection;
+use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
+use crate::camera::CameraDescription;
+use crate::math::Vec3;
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+use toml::Spanned;
+
+/// Version of the format that is written.
+const VERSION: u32 = 1;
+
+/// Patches of one glob: of the file's materials, of its patches, and of flags; a few more cost nothing.
+const MAX_SPELLINGS: usize = 8;
+
+/// A value that no file has yet.
+fn said<T>(value: T) -> Spanned<T> {
+    Spanned::new(0..0, value)
+}
+
+impl CameraSection {
+    /// The section of a camera, with all that decides what it sees.
+    pub fn of(camera: &CameraDescription) -> Self {
+        let vector = |v: Vec3| said(v.to_array());
+        let (parameters, close) = (&camera.parameters, camera.motion.and_then(|motion| motion.close));
+        Self {
+            view: None,
+            orbit: None,
+            position: Some(vector(parameters.position)),
+            look_at: Some(vector(parameters.look_at)),
+            up: Some(vector(parameters.up)),
+            vertical_fov: Some(said(parameters.vertical_fov)),
+            lens_radius: Some(said(parameters.lens_radius)),
+            focus_distance: Some(said(parameters.focus_distance)),
+            focus_at: None,
+            position_close: close.map(|pose| vector(pose.position)),
+            look_at_close: close.map(|pose| vector(pose.look_at)),
+            up_close: close.map(|pose| vector(pose.up)),
+            shutter: camera.motion.map(|motion| said(motion.shutter)),
+        }
+    }
+}
+
+impl LightSection {
+    /// The light of a scene in which nothing else emits: white, from everywhere.
+    pub fn default_light() -> Self {
+        Self {
+            kind: said("constant".into()),
+            group: None,
+            position: None,
+            intensity: None,
+            direction: None,
+            look_at: None,
+            angle: None,
+            falloff: None,
+            irradiance: None,
+            radiance: Some(said([1.0; 3])),
+            image: None,
+            scale: None,
+            rotate: None,
+        }
+    }
+}
+
+impl SceneFile {
+    /// The same scene with these options and this camera, and with all patches in sections of their own.
+    ///
+    /// # Errors
+    ///
+    /// A patch that cannot be.
+    pub fn with(&self, options: &SceneOptions, camera: &CameraDescription) -> Result<Self, FileError> {
+        let mut file = self.clone();
+        let SceneOptions {
+            size,
+            filter,
+            tone,
+            sampling,
+            integrator,
+            load,
+        } = options;
+        file.version = Some(said(VERSION));
+        file.options = *options;
+        file.image = OptionSection::of(&[size, filter, tone]);
+        file.render = OptionSection::of(&[sampling, integrator, load]);
+        file.camera = Some(CameraSection::of(camera));
+        file.patch.0 = self.own_patches()?;
+        file.material.retain(|_, section| !section.is_patch());
+        Ok(file)
+    }
+
+    /// All patches in their order, those of flags too, by globs that differ from each other.
+    fn own_patches(&self) -> Result<Vec<(Spanned<String>, MaterialSection)>, FileError> {
+        let mut written: Vec<(Spanned<String>, MaterialSection)> = Vec::new();
+        let mut taken = HashSet::new();
+        for patch in self.patches()? {
+            let section = MaterialSection {
+                patch: None,
+                ..patch.section.into_owned()
+            };
+            // Of globs that are the same, each is spelled in a way of its own.
+            let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
+            let free = spellings.find(|text| taken.insert(text.clone()));
+            match (free, written.last_mut()) {
+                (None, Some((_, last))) => last.set_over(section),
+                (free, _) => written.push((said(free.unwrap_or_default()), section)),
+            }
+        }
+        Ok(written)
+    }
+
+    /// The text of a scene file at `path` that describes this scene: paths are relative to its folder, and what is not UTF-8 is an error.
+    pub fn to_toml(&self, path: &Path) -> Result<String, FileError> {
+        let mut file = self.clone();
+        let folder = absolute(path.parent().unwrap_or(Path::new("")));
+        let [files, maps] = self.folders();
+        let (files_of, maps_of) = file.paths_mut();
+        for name in files_of {
+            *name = relocated(name, &files, &folder);
+        }
+        for name in maps_of {
+            *name = relocated(name, &maps, &folder);
+        }
+        toml::to_string(&file).map_err(|error| {
+            let error = FileError::new(path, format!("cannot write the scene: {error}"));
+            error.help("give the files that it names names in UTF-8")
+        })
+    }
+
+    /// Folders to which the scene's own files, and textures of its materials, are relative: those of a bare OBJ lie beside it.
+    fn folders(&self) -> [PathBuf; 2] {
+        let of = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let whole = self.whole("").file;
+        [self.resolve(Path::new("")), of(&whole)]
+    }
+
+    /// All paths of the file: those of objects and lights, and those of textures.
+    fn paths_mut(&mut self) -> (Vec<&mut PathBuf>, Vec<&mut PathBuf>) {
+        let mut files = Vec::new();
+        for object in &mut self.object {
+            files.push(object.obj.get_mut());
+            files.extend(object.obj_close.as_mut().map(Spanned::get_mut));
+            if let Some(Instances::File(list)) = object.instances.as_mut().map(Spanned::get_mut) {
+                files.push(list);
+            }
+        }
+        for light in &mut self.light {
+            files.extend(light.image.as_mut().map(Spanned::get_mut));
+        }
+        let patches = self.patch.0.iter_mut().map(|(_, section)| section);
+        let sections = self.material.values_mut().chain(patches);
+        let maps = sections.flat_map(MaterialSection::maps_mut).flatten();
+        let named = maps.map(Spanned::get_mut).filter(|map: &&mut MapSection| !map.is_none);
+        (files, named.map(|map| &mut map.file).collect())
+    }
+}
+
+/// The folder by its full name, as far as it is there.
+pub(super) fn absolute(folder: &Path) -> PathBuf {
+    let folder = if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    };
+    fs::canonicalize(folder)
+        .or_else(|_| std::path::absolute(folder))
+        .unwrap_or_else(|_| folder.to_path_buf())
+}
+
+/// `path`, which is relative to the folder `from`, as one that is relative to `to`, a folder by its full name. A full path stays.
+pub(super) fn relocated(path: &Path, from: &Path, to: &Path) -> PathBuf {
+    if path.is_absolute() {
+        return path.to_path_buf();
+    }
+    let path = from.join(path);
+    let (folder, Some(name)) = (path.parent().unwrap_or(Path::new("")), path.file_name()) else {
+        return path;
+    };
+    let folder = absolute(folder);
+    let common = folder
+        .components()
+        .zip(to.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    if !folder.components().take(common).any(|part| part == Component::RootDir) {
+        // On another drive
+        return folder.join(name);
+    }
+    let mut relative: PathBuf = to.components().skip(common).map(|_| Component::ParentDir).collect();
+    relative.extend(folder.components().skip(common));
+    relative.join(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_lead_to_the_same_file() {
+        let root = tempfile::tempdir().unwrap();
+        let root = fs::canonicalize(root.path()).unwrap();
+        fs::create_dir_all(root.join("a/b")).unwrap();
+        fs::create_dir_all(root.join("c")).unwrap();
+        for (path, from, to, expected) in [
+            ("x.obj", "a", "a", "x.obj"),
+            ("b/x.obj", "a", "a", "b/x.obj"),
+            ("x.obj", "a", "c", "../a/x.obj"),
+            ("../c/x.obj", "a", "c", "x.obj"),
+            ("x.obj", "c", "a/b", "../../c/x.obj"),
+            ("gone/x.png", "a", "c", "../a/gone/x.png"),
+            ("old\\x.png", "a", "c", "../a/old\\x.png"),
+        ] {
+            let found = relocated(Path::new(path), &root.join(from), &root.join(to));
+            assert_eq!(found, Path::new(expected), "{path} from {from} to {to}");
+        }
+        let full = root.join("a/x.obj");
+        assert_eq!(relocated(&full, Path::new(""), &root), full);
+    }
+
+    /// Every key of every section comes back as it was written.
+    #[test]
+    fn what_is_written_is_read_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        fs::write(&path, EVERY_KEY).unwrap();
+        let file = SceneFile::load(&path).unwrap();
+        let text = file.to_toml(&path).unwrap();
+        // Keys and values are the same in whatever order.
+        let [written, original]: [toml::Table; 2] = [&*text, EVERY_KEY].map(|text| toml::from_str(text).unwrap());
+        assert_eq!(as_read(written.into()), as_read(original.into()), "{text}");
+        fs::write(&path, &text).unwrap();
+        assert_eq!(SceneFile::load(&path).unwrap().to_toml(&path).unwrap(), text);
+    }
+
+    /// Numbers as the program reads them: 32 bits, and one number of a colour for three.
+    fn as_read(value: toml::Value) -> toml::Value {
+        match value {
+            toml::Value::Float(number) => toml::Value::Float((number as f32).into()),
+            toml::Value::Array(list) => toml::Value::Array(list.into_iter().map(as_read).collect()),
+            toml::Value::Table(table) => {
+                let entry = |(key, value): (String, toml::Value)| match (key.as_str(), value) {
+                    ("specular", toml::Value::Float(grey)) => (key, as_read(vec![grey; 3].into())),
+                    (_, value) => (key, as_read(value)),
+                };
+                toml::Value::Table(table.into_iter().map(entry).collect())
+            }
+            other => other,
+        }
+    }
+
+    const EVERY_KEY: &str = r#"version = 1
+[camera]
+position = [0.1, -2.5e-7, 16777216.0]
+look_at = [0.0, 1.0, 3e30]
+up = [0.0, 1.0, 0.0]
+vertical_fov = 39.3077
+lens_radius = 0.1
+focus_distance = 4.3
+position_close = [1.0, 2.0, 3.0]
+look_at_close = [4.0, 5.0, 6.0]
+up_close = [0.0, 0.0, 1.0]
+shutter = [0.25, 0.75]
+[image]
+width = 640
+height = 480
+filter = "gaussian"
+filter_radius = 1.7
+exposure = -0.3
+tone = "agx"
+[render]
+samples = 3
+seed = 9223372036854775807
+sampler = "halton"
+max_depth = "none"
+photon_radius = 0.1
+smooth = 30.5
+[[object]]
+obj = "a b.obj"
+name = "chair"
+obj_close = "c.obj"
+instances = "places.txt"
+[object.transform]
+translate = [0.1, 0.2, 0.3]
+rotate = [0.0, 90.0, 0.0]
+scale = 2.5
+[object.transform_close]
+scale = [1.0, 2.0, 3.0]
+[[object]]
+obj = "d.obj"
+matrix = [[1.0, 0.0, 0.0, 0.1], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+matrix_close = [[1.0, 0.0, 0.0, 0.2], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+instances = [[[1.0, 0.0, 0.0, 0.1], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]]
+[material."tall.box"]
+diffuse = [0.1, 0.2, 0.3]
+specular = 0.1
+model = "ggx"
+exponent = 90.0
+roughness = 0.3
+metallic = 0.7
+anisotropy = 0.1
+anisotropy_rotation = 30.0
+clearcoat = 0.2
+clearcoat_roughness = 0.3
+sheen = [0.1, 0.1, 0.2]
+eta = [0.1, 0.2, 0.3]
+k = [4.1, 2.4, 1.6]
+transmission = [0.1, 0.0, 0.0]
+ior = 1.45
+thin = true
+emission = [1.5, 0.0, 0.0]
+opacity = 0.9
+diffuse_map = "wood.png"
+specular_map = false
+emission_map = "e.exr"
+exponent_map = "n.png"
+roughness_map = "r.png"
+metallic_map = "m.png"
+opacity_map = "o.png"
+normal_map = "nn.png"
+[material."tall.box".bump_map]
+file = "b.png"
+scale = [2.0, 3.0]
+offset = [0.5, 0.0]
+wrap = "mirror"
+channel = "g"
+base = 0.1
+gain = 2.0
+height = 0.25
+[material.small]
+patch = true
+roughness = 0.1
+[patch."Metal*"]
+roughness = 0.2
+[patch.'A\*b']
+diffuse = [0.5, 0.5, 0.5]
+[[light]]
+type = "spot"
+group = "key"
+position = [0.0, 0.9, 0.0]
+intensity = [1.0, 2.0, 3.0]
+direction = [0.0, -1.0, 0.1]
+look_at = [0.0, 0.0, 0.0]
+angle = 30.0
+falloff = 20.0
+irradiance = [1.0, 1.0, 1.0]
+radiance = [0.1, 0.1, 0.1]
+image = "sky.hdr"
+scale = 0.3
+rotate = 45.0
+[[light]]
+type = "environment"
+image = "sky.hdr"
+rotate = [0.0, 45.0, 10.0]
+[[light_group]]
+name = "lamps"
+materials = ["bulb", "tall.box"]
+"#;
+
+    /// A key that is added to a section is to be added above, too.
+    #[test]
+    fn every_key_is_tried() {
+        let page = include_str!("../../docs/conventions.md");
+        let keys = page.lines().filter_map(|line| line.strip_prefix("| `"));
+        for line in keys {
+            let cell = line.split(" | ").next().unwrap_or_default();
+            let Some((section, _)) = cell.split_once('.') else {
+                continue;
+            };
+            if !["camera", "object", "light", "light_group", "material"].contains(&section) {
+                continue;
+            }
+            let names = cell.split('`').filter(|name| name.contains('.'));
+            for key in names.filter_map(|name| name.rsplit('.').next()) {
+                assert!(
+                    EVERY_KEY.contains(&format!("\n{key} =")) || EVERY_KEY.contains(&format!(".{key}]")),
+                    "{key}"
+                );
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
-    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
-    parse_size,
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_folder, parse_level, parse_list, parse_range,
+    parse_share, parse_size,
 };
 use crate::io::{Compression, LoadParameters};
 use crate::options::names::named;
@@ -392,6 +392,10 @@ pub(super) struct LoadArgs {
     /// Set a key of the scene file, such as render.max_depth=8; repeatable
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+
+    /// Folder in which missing textures are looked for; repeatable
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub texture_dir: Vec<PathBuf>,
 
     /// Make missing and unreadable textures and material libraries errors
     #[arg(long)]

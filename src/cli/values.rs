@@ -1,5 +1,7 @@
 //! Values of flags: text in, values out, or a message that says what is expected.
 
+use std::path::PathBuf;
+
 /// Seconds from `90`, `90s`, `10m` or `2h`.
 pub(super) fn parse_duration(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -30,6 +32,15 @@ pub(super) fn parse_address(text: &str) -> Result<String, String> {
     match parts {
         Some((host, Ok(1..))) if !host.is_empty() => Ok(text.into()),
         _ => Err("a host and a port are expected, such as 127.0.0.1:14158".into()),
+    }
+}
+
+/// A folder that is there.
+pub(super) fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(text);
+    match folder.is_dir() {
+        true => Ok(folder),
+        false => Err("a folder that is there is expected".into()),
     }
 }
 

@@ -1,7 +1,8 @@
 //! Loading a scene: reads the files that a scene file names, and builds the scene. `inspect_scene` collects all findings, and `load_scene` ends with
 //! the first error.
 
-use super::find_file::{case_differs, find_file};
+use super::find_file::case_differs;
+use super::find_texture::{FoundTexture, TextureSearch};
 use super::light_group_section::idle_members;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest, MapSlot, default_material};
@@ -136,6 +137,10 @@ struct Loader<'a> {
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
+    /// Folders in which textures are looked for.
+    texture_dirs: Vec<PathBuf>,
+    /// Textures that were found elsewhere than named, each by the file that names it.
+    found_elsewhere: HashSet<(PathBuf, String)>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -182,6 +187,8 @@ impl<'a> Loader<'a> {
             light_groups: HashMap::new(),
             textures: Vec::new(),
             asked: Vec::new(),
+            texture_dirs: Vec::new(),
+            found_elsewhere: HashSet::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file.path().into_iter().map(Path::to_path_buf).collect(),
@@ -228,6 +235,10 @@ impl<'a> Loader<'a> {
     }
 
     fn load_parts(&mut self) -> Vec<ObjSource> {
+        match self.file.all_texture_dirs() {
+            Ok(folders) => self.texture_dirs = folders,
+            Err(error) => self.wrong("missing-folder", error),
+        }
         for section in &self.file.light_group {
             if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
                 self.wrong("wrong-light-group", error);
@@ -412,7 +423,7 @@ impl Loader<'_> {
                 let here = file.error(key.span(), "");
                 let place = here.position.map(|position| (here.file, position));
                 match section.material(name, file) {
-                    Ok(found) => (self.textured(&found), place),
+                    Ok(found) => (self.textured(&found, path), place),
                     Err(error) => {
                         self.wrong("wrong-material", error);
                         (default_material(name), place)
@@ -423,7 +434,7 @@ impl Loader<'_> {
             None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
-                    (self.textured(found), Some(place))
+                    (self.textured(found, path), Some(place))
                 }
                 None => {
                     let default = default_material(name);
@@ -463,8 +474,8 @@ impl Loader<'_> {
         id
     }
 
-    /// The material of a file with maps that name requests for textures.
-    fn textured(&mut self, found: &FileMaterial) -> Material {
+    /// The material of a file with maps that name requests for textures, for faces of the file `obj`.
+    fn textured(&mut self, found: &FileMaterial, obj: &Path) -> Material {
         let mut material = found.material.clone();
         for request in &found.maps {
             let statement = &request.statement;
@@ -484,13 +495,28 @@ impl Loader<'_> {
                 (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),
                 _ => kind,
             };
-            match find_file(folder, &statement.file) {
-                Some(path) => {
+            let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
+            let found = search.find(&statement.file).map(|found| match found {
+                FoundTexture::AsNamed(path) => {
                     if case_differs(folder, &statement.file, &path) || statement.file.contains('\\') {
                         let found = request.remark(&format!("is found as {}", path.display()));
                         let help = "write its name as it is: other programs and systems may not find it";
                         self.findings.add(Severity::Note, "other-case", found.help(help));
                     }
+                    path
+                }
+                FoundTexture::Elsewhere(path) => {
+                    let name = (request.place.file.clone(), statement.file.clone());
+                    if self.found_elsewhere.insert(name) {
+                        let found = request.remark(&format!("is not there; {} is taken", path.display()));
+                        let found = found.help("write its name as it is, relative to the file that names it");
+                        self.findings.add(Severity::Warning, "found-elsewhere", found);
+                    }
+                    path
+                }
+            });
+            match found {
+                Some(path) => {
                     *slot = Some(Map {
                         texture: TextureId(self.textures.len() as u32),
                         mapping: statement.mapping,
@@ -502,8 +528,8 @@ impl Loader<'_> {
                 None => {
                     let is_folder = folder.join(&statement.file).is_dir();
                     let (what, help) = match is_folder {
-                        true => ("is a directory", "name a picture in it"),
-                        false => ("is missing", "put the file there"),
+                        true => ("is a directory", "name a picture in it".into()),
+                        false => ("is missing", search.help()),
                     };
                     let missing = request.remark(&format!("{what}; the material's constant counts alone"));
                     self.lacks("missing-texture", missing.help(help));

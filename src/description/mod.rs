@@ -3,6 +3,7 @@
 //! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
+mod find_texture;
 mod light_group_section;
 mod light_section;
 mod load;

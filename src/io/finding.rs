@@ -129,9 +129,9 @@ impl Findings {
         wrong.next().map(|f| &f.error)
     }
 
-    /// In sentences, what a render should not keep to itself. Of what is assumed that is the light alone: it changes every pixel.
+    /// In sentences, what a render should not keep to itself. Of what is assumed that is the light and the dialect of a library: they change the picture.
     pub fn warnings(&self) -> Vec<String> {
-        let told = |f: &&Finding| f.severity == Severity::Warning || f.code == "default-light";
+        let told = |f: &&Finding| f.severity == Severity::Warning || matches!(f.code, "default-light" | "mtl-dialect");
         self.0.iter().filter(told).map(|f| f.error.to_string()).collect()
     }
 }

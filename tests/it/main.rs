@@ -32,6 +32,7 @@ mod lights;
 mod metropolis;
 mod mlt;
 mod motion;
+mod mtl;
 mod photons;
 mod reuse;
 mod rooms;

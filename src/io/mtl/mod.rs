@@ -182,4 +182,6 @@ fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
 }
 
 #[cfg(test)]
+mod dialect_tests;
+#[cfg(test)]
 mod tests;

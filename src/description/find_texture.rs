@@ -47,31 +47,34 @@ impl<'a> TextureSearch<'a> {
             .rsplit(['/', '\\'])
             .next()
             .filter(|base| !base.is_empty() && *base != "..")?;
-        let given = self
-            .given
-            .iter()
-            .flat_map(|folder| [(folder.clone(), name), (folder.clone(), base)]);
-        let beside = self.beside().map(|folder| (folder, base));
-        let found = given.chain(beside).find_map(|(folder, name)| find_file(&folder, name));
+        let given = self.given.iter();
+        let given = given.flat_map(|folder| [(folder.as_path(), name.to_string()), (folder, base.to_string())]);
+        let beside = self.beside().map(|(folder, usual)| match usual {
+            Some(usual) => (folder, format!("{usual}/{base}")),
+            None => (folder, base.to_string()),
+        });
+        let found = given.chain(beside).find_map(|(folder, name)| find_file(folder, &name));
         found.map(FoundTexture::Elsewhere)
     }
 
-    /// The folders beside the library and the OBJ file.
-    fn beside(&self) -> impl Iterator<Item = PathBuf> {
+    /// The folders of the library and of the OBJ file, each alone and with the usual folders in it.
+    fn beside(&self) -> impl Iterator<Item = (&'a Path, Option<&'static str>)> {
         let obj = (self.obj != self.folder).then_some(self.obj);
         let places = [Some(self.folder), obj].into_iter().flatten();
         places.flat_map(|place| {
-            let usual = USUAL_FOLDERS.map(|name| place.join(name));
-            std::iter::once(place.to_path_buf()).chain(usual)
+            let usual = USUAL_FOLDERS.map(|name| (place, Some(name)));
+            std::iter::once((place, None)).chain(usual)
         })
     }
 
     /// What to do about a texture that is nowhere.
     pub fn help(&self) -> String {
-        let folders = self.given.iter().cloned().chain(self.beside());
-        let names = folders.map(|folder| match folder.as_os_str().is_empty() {
-            true => ".".to_string(),
-            false => folder.display().to_string(),
+        let beside = self.beside().map(|(place, usual)| place.join(usual.unwrap_or("")));
+        let folders = self.given.iter().cloned().chain(beside);
+        // Without a trailing `/`
+        let names = folders.map(|folder| match folder.components().as_path() {
+            folder if folder.as_os_str().is_empty() => ".".to_string(),
+            folder => folder.display().to_string(),
         });
         let names: Vec<String> = names.collect();
         format!(

@@ -2,7 +2,7 @@
 
 use super::dialect::TrMeaning;
 use super::section::DEFAULT_IOR;
-use super::translate::ior_of_f0;
+use super::translate::ior_of_dielectric;
 use super::writer::{BlenderExport, Reading, Signature, Writer};
 use super::*;
 use crate::material::Gloss;
@@ -74,7 +74,10 @@ fn blender_writes_a_principled_surface() {
         let [metallic, roughness, f0, opacity] = expected;
         assert_eq!(material.gloss, Gloss::Metallic(metallic), "{header}{text}");
         assert!(is_near(material.roughness, roughness), "{header}{text}: {material:?}");
-        assert!(is_near(material.ior, ior_of_f0(f0)), "{header}{text}: {material:?}");
+        assert!(
+            is_near(material.ior, ior_of_dielectric(f0, roughness)),
+            "{header}{text}: {material:?}"
+        );
         assert_eq!((material.opacity, material.diffuse), (opacity, base), "{header}{text}");
         assert_eq!(
             (material.specular, material.transmission),
@@ -136,7 +139,7 @@ fn max_writes_levels_and_percent() {
     let wire = auto(&format!("{header}Ns 32\n{end}\tKs 0.35 0.35 0.35\n"));
     assert_eq!((wire.gloss, wire.diffuse), (Gloss::Metallic(0.0), Spectrum::splat(0.6)));
     assert!(
-        is_near(wire.roughness, 0.68) && is_near(wire.ior, ior_of_f0(0.028)),
+        is_near(wire.roughness, 0.68) && is_near(wire.ior, ior_of_dielectric(0.028, 0.68)),
         "{wire:?}"
     );
     assert_eq!((wire.opacity, wire.transmission), (1.0, Spectrum::ZERO));
@@ -169,7 +172,7 @@ fn maya_writes_glass_for_everything() {
     let phong = auto(&(lambert("1.00 1.00 1.00") + "Ks 0.50 0.50 0.50\nNs 20.00\n"));
     assert_eq!(phong.gloss, Gloss::Metallic(0.0));
     assert!(
-        (0.3..0.5).contains(&phong.roughness) && is_near(phong.ior, ior_of_f0(0.04)),
+        (0.3..0.5).contains(&phong.roughness) && is_near(phong.ior, ior_of_dielectric(0.04, phong.roughness)),
         "{phong:?}"
     );
     let textured = auto("# Maya\nnewmtl m\nillum 4\nKd 0.00 0.00 0.00\nTf 1 1 1\nmap_Kd a.png\nNi 1.00\n");

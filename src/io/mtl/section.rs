@@ -1,6 +1,6 @@
 use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
-use super::translate::ior_of_f0;
+use super::translate::ior_of_dielectric;
 use super::{DEFAULT_DIFFUSE, MapRequest};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
@@ -289,7 +289,9 @@ impl Section {
             let is_matte = self.f0 == Some(0.0) && metallic == 0.0;
             material.specular = Spectrum::splat(if is_matte { 0.0 } else { 1.0 });
             let ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
-            material.ior = self.f0.map_or(ior, ior_of_f0);
+            material.ior = self
+                .f0
+                .map_or(ior, |f0| ior_of_dielectric(f0, self.roughness.unwrap_or(0.5)));
             if let Some(share) = self.transmitted.filter(|&share| share > 0.0) {
                 self.transmit(share * (1.0 - metallic), ior, &mut material);
             }

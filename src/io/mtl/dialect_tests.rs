@@ -202,6 +202,8 @@ fn sketchup_meshlab_and_cinema_4d_write_constants() {
         (Spectrum::splat(0.9), Spectrum::ZERO)
     );
     assert_eq!(material.opacity, 1.0);
+    assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0")).opacity, 1.0);
+    assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0.25")).opacity, 0.25);
     let shiny = auto(&meshlab.replace("Ns 0", "Ns 50"));
     assert_eq!((shiny.specular, shiny.gloss), (Spectrum::ONE, Gloss::Phong(50.0)));
     let cinema = auto("# Wavefront OBJ, CINEMA 4D\nnewmtl m\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 50\n");

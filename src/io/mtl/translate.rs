@@ -7,8 +7,10 @@
 //!   comes out as `Ns 10`.
 //! - Maya: `objExport` writes `illum 4`, `Ni 1.00` and `Tf 1.00 1.00 1.00` for an opaque Lambert surface, `Ns` is the cosine power of a Phong surface.
 //! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
-//! - Cinema 4D: its manual, "Wavefront OBJ", says that its materials are not of the format's kind; `Ks` and `Ns` are its specular channel.
-//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks 1 1 1`, `Ns 0` and, up to 2022, `Tr 1`.
+//! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
+//!   specular channels, and `Ks` and `Ns` are read as such.
+//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks 1 1 1`, `Ns 0` and, until
+//!   its issue 213 of 2023, `Tr 1` for opaque surfaces.
 //!
 //! The highlight of Max, Maya and Cinema 4D is what lamps alone draw on a surface, and no share of the light around it. It becomes that of a dielectric.
 

@@ -114,8 +114,10 @@ impl Reading {
             MtlDialect::Meshlab => Writer::Meshlab,
         };
         let dissolves: Vec<_> = sections.iter().map(|section| section.dissolve).collect();
+        // MeshLab wrote opacity until 2023, and transparency since.
+        let is_late = !dissolves.is_empty() && dissolves.iter().all(|d| d.d.is_none() && d.tr == Some(0.0));
         let tr = match writer {
-            Writer::Meshlab => TrMeaning::Opacity,
+            Writer::Meshlab if !is_late => TrMeaning::Opacity,
             _ if is_auto && is_tr_opacity(&dissolves) => TrMeaning::Opacity,
             Writer::Max => TrMeaning::TransparencyFirst,
             _ => TrMeaning::Transparency,

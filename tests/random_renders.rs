@@ -290,7 +290,12 @@ fn flags(random: &mut Random) -> Vec<String> {
         ("bootstrap", &["1", "64", "5000"]),
         ("filter", &["box", "tent", "gaussian", "mitchell", "blackman-harris"]),
         ("texture-filter", &["mip", "bilinear"]),
-        ("mtl-dialect", &["auto", "spec", "max", "blender", "meshlab"]),
+        (
+            "mtl-dialect",
+            &[
+                "auto", "spec", "blender", "max", "maya", "sketchup", "cinema4d", "meshlab",
+            ],
+        ),
         ("smooth", &["1", "30", "180"]),
         (
             "aov",

@@ -1,8 +1,8 @@
 use super::camera_flags::CameraArgs;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
-    parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_scene_output,
-    parse_share, parse_size,
+    parse_address, parse_bytes, parse_chance, parse_duration, parse_folder, parse_level, parse_list, parse_range,
+    parse_scene_output, parse_share, parse_size,
 };
 use super::warnings::ShownWarnings;
 use crate::io::{Compression, LoadParameters};
@@ -465,6 +465,10 @@ pub(super) struct LoadArgs {
     /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
     #[arg(long, value_name = "GLOB.KEY=VALUE")]
     pub material: Vec<String>,
+
+    /// Folder in which missing textures are looked for; repeatable
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub texture_dir: Vec<PathBuf>,
 
     /// Make missing and unreadable textures and material libraries errors
     #[arg(long)]

@@ -2,7 +2,7 @@
 
 use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
-use super::job::{Job, SceneKind, kind_of, load_options};
+use super::job::{Job, SceneKind, kind_of, set_load};
 use super::words;
 use crate::accel::Dispatch;
 use crate::camera::Camera;
@@ -75,7 +75,7 @@ impl Report {
         };
         let Some(mut file) = file else { return Ok(None) };
         file.patch_materials(&args.load.material)?;
-        file.load = load_options(&file, &args.load);
+        set_load(&mut file, &args.load);
         Ok(Some(file))
     }
 

@@ -142,7 +142,7 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
     };
     let mut scene = scene?;
     scene.patch_materials(&args.material)?;
-    scene.load = load_options(&scene, args);
+    set_load(&mut scene, args);
     Ok(scene)
 }
 
@@ -169,11 +169,12 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     }
 }
 
-/// How the files of a scene are read: as it says itself, and flags over it.
-pub(super) fn load_options(scene: &SceneFile, args: &LoadArgs) -> LoadOptions {
-    LoadOptions {
+/// Sets how the files of a scene are read: as it says itself, and flags over it.
+pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
+    scene.load = LoadOptions {
         parameters: args.parameters.0.or(scene.options.load),
         max_memory: args.max_memory,
         strict: args.strict,
-    }
+    };
+    scene.texture_dirs.clone_from(&args.texture_dir);
 }

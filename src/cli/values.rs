@@ -35,6 +35,15 @@ pub(super) fn parse_address(text: &str) -> Result<String, String> {
     }
 }
 
+/// A folder that is there.
+pub(super) fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(text);
+    match folder.is_dir() {
+        true => Ok(folder),
+        false => Err("a folder that is there is expected".into()),
+    }
+}
+
 /// `0..64`, without its end.
 pub(super) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     let ends = text

@@ -4,6 +4,7 @@
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod camera_section;
+mod find_texture;
 mod glob;
 mod in_order;
 mod light_group_section;

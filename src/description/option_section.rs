@@ -5,6 +5,7 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeSet;
 use std::fmt;
+use std::ops::Range;
 use toml::Spanned;
 
 /// A section of a scene file that sets parameters: keys and values as they were written.
@@ -17,6 +18,7 @@ pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 enum Scalar {
     String(String),
     Number(String),
+    List(Vec<Scalar>),
     Other(&'static str),
 }
 
@@ -25,6 +27,7 @@ impl Scalar {
         match self {
             Self::String(text) => Input::String(text),
             Self::Number(text) => Input::Number(text),
+            Self::List(_) => Input::Other("a list"),
             Self::Other(text) => Input::Other(text),
         }
     }
@@ -65,20 +68,51 @@ impl OptionSection {
         Self(InOrder(entries.map(entry).collect()))
     }
 
+    /// Sets `key` to a list of strings, in place of what it was.
+    pub fn set_strings(&mut self, key: &str, strings: impl IntoIterator<Item = String>) {
+        self.0.0.retain(|(name, _)| name.get_ref() != key);
+        let list = strings.into_iter().map(Scalar::String).collect();
+        let entry = (
+            Spanned::new(0..0, key.to_string()),
+            Spanned::new(0..0, Scalar::List(list)),
+        );
+        self.0.0.push(entry);
+    }
+
     /// Whether nothing is set.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Sets in `groups` what the section `name` of `file` says. An error comes with the byte of the file that it is about.
+    /// The value of `key`, a string or a list of strings, and its place; `None` for a string in the list that is none.
+    pub fn strings(&self, key: &str) -> Option<(Option<Vec<&str>>, Range<usize>)> {
+        let (_, value) = self.0.0.iter().find(|(name, _)| name.get_ref() == key)?;
+        let string = |scalar| match scalar {
+            &Scalar::String(ref text) => Some(text.as_str()),
+            _ => None,
+        };
+        let strings = match value.get_ref() {
+            Scalar::List(list) => list.iter().map(string).collect(),
+            scalar => string(scalar).map(|text| vec![text]),
+        };
+        Some((strings, value.span()))
+    }
+
+    /// Sets in `groups` what the section `name` of `file` says, but for the keys `others`. An error comes with the byte of the file that it is about.
     pub fn read(
         &self,
         name: &str,
         file: &SceneFile,
         groups: &mut [&mut dyn AnyGroup],
+        others: &[&'static str],
     ) -> Result<(), (FileError, usize)> {
         let mut seen = BTreeSet::new();
-        for (key, value) in &self.0.0 {
+        for (key, value) in self
+            .0
+            .0
+            .iter()
+            .filter(|(key, _)| !others.contains(&key.get_ref().as_str()))
+        {
             // A parameter with two names
             let parameter = groups
                 .iter()
@@ -103,6 +137,7 @@ impl OptionSection {
                 None => {
                     let span = key.span();
                     let known = groups.iter().flat_map(|group| group.parameters()).map(|p| p.key);
+                    let known = known.chain(others.iter().copied());
                     let (message, help) = unknown_key(key.get_ref(), name, known);
                     return Err((file.error(span.clone(), message).help(help), span.start));
                 }
@@ -117,6 +152,7 @@ impl Serialize for Scalar {
         match self {
             Self::String(text) => serializer.serialize_str(text),
             Self::Other(text) => serializer.serialize_str(text),
+            Self::List(list) => serializer.collect_seq(list),
             // Whole numbers of 64 bits would lose bits as floats, and floats are read as 32 bits.
             Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
                 (Ok(number), ..) => serializer.serialize_i64(number),
@@ -167,8 +203,11 @@ impl<'de> Deserialize<'de> for Scalar {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Scalar, A::Error> {
-                while list.next_element::<IgnoredAny>()?.is_some() {}
-                Ok(Scalar::Other("a list"))
+                let mut scalars = Vec::new();
+                while let Some(scalar) = list.next_element()? {
+                    scalars.push(scalar);
+                }
+                Ok(Scalar::List(scalars))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Scalar, A::Error> {

@@ -49,6 +49,9 @@ pub struct SceneFile {
     /// How OBJ and MTL files are read.
     #[serde(skip)]
     pub load: LoadOptions,
+    /// Folders in which textures are looked for before those of the key `render.texture_dir`.
+    #[serde(skip)]
+    pub texture_dirs: Vec<PathBuf>,
     /// The file itself; paths are relative to its folder.
     #[serde(skip)]
     path: PathBuf,
@@ -282,9 +285,37 @@ impl SceneFile {
             integrator,
             load,
         } = &mut options;
-        self.image.read("image", self, &mut [size, filter, tone])?;
-        self.render.read("render", self, &mut [sampling, integrator, load])?;
+        self.image.read("image", self, &mut [size, filter, tone], &[])?;
+        self.render
+            .read("render", self, &mut [sampling, integrator, load], &[TEXTURE_DIR])?;
+        if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
+            let error = self.error(span.clone(), format!("{TEXTURE_DIR} is no name of a folder"));
+            return Err((
+                error.help("write a folder, or a list: [\"maps\", \"textures\"]"),
+                span.start,
+            ));
+        }
         Ok(options)
+    }
+
+    /// Folders in which textures are looked for, in their order.
+    ///
+    /// # Errors
+    ///
+    /// A folder of the key `render.texture_dir` that is not there.
+    pub(super) fn all_texture_dirs(&self) -> Result<Vec<PathBuf>, FileError> {
+        let mut folders = self.texture_dirs.clone();
+        if let Some((Some(names), span)) = self.render.strings(TEXTURE_DIR) {
+            for name in names {
+                let folder = self.resolve(Path::new(name));
+                if !folder.is_dir() {
+                    let error = self.error(span, format!("{TEXTURE_DIR}: there is no folder {}", folder.display()));
+                    return Err(error.help("correct its name; it is relative to the scene file"));
+                }
+                folders.push(folder);
+            }
+        }
+        Ok(folders)
     }
 
     /// Whether any light, or the emission of any material, is said to be in a group.
@@ -341,6 +372,8 @@ impl SceneFile {
     }
 }
 
+/// Key of `[render]`: folders in which textures are looked for.
+pub(super) const TEXTURE_DIR: &str = "texture_dir";
 /// Bytes of a line in which columns are counted: there may be an error of each word of a line, and lines may be megabytes.
 const MAX_COLUMNS: usize = 1 << 12;
 /// Errors of a scene file that are told.

@@ -4,6 +4,7 @@
 //! paths are relative to the file that has them. Numbers are written with as many digits as bring back the same 32 bits.
 
 use super::option_section::OptionSection;
+use super::scene_file::TEXTURE_DIR;
 use super::{CameraSection, FileError, Instances, LightSection, MapSection, MaterialSection, SceneFile, SceneOptions};
 use crate::camera::CameraDescription;
 use crate::math::Vec3;
@@ -87,6 +88,7 @@ impl SceneFile {
         file.options = *options;
         file.image = OptionSection::of(&[size, filter, tone]);
         file.render = OptionSection::of(&[sampling, integrator, load]);
+        file.texture_dirs = self.all_texture_dirs()?;
         file.camera = Some(CameraSection::of(camera));
         file.patch.0 = self.own_patches()?;
         file.material.retain(|_, section| !section.is_patch());
@@ -124,6 +126,14 @@ impl SceneFile {
         }
         for name in maps_of {
             *name = relocated(name, &maps, &folder);
+        }
+        let dirs = self
+            .texture_dirs
+            .iter()
+            .map(|dir| relocated(dir, Path::new(""), &folder));
+        let dirs: Vec<String> = dirs.map(|dir| dir.display().to_string()).collect();
+        if !dirs.is_empty() {
+            file.render.set_strings(TEXTURE_DIR, dirs);
         }
         toml::to_string(&file).map_err(|error| {
             let error = FileError::new(path, format!("cannot write the scene: {error}"));

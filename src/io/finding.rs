@@ -155,9 +155,9 @@ impl Findings {
         wrong.next().map(|f| &f.error)
     }
 
-    /// What a render should not keep to itself. Of what is assumed that is the light alone: it changes every pixel.
+    /// What a render should not keep to itself. Of what is assumed that is the light and the dialect of a library: they change the picture.
     pub fn warnings(&self) -> Vec<Warning> {
-        let told = |f: &&Finding| f.severity == Severity::Warning || f.code == DEFAULT_LIGHT;
+        let told = |f: &&Finding| f.severity == Severity::Warning || matches!(f.code, DEFAULT_LIGHT | "mtl-dialect");
         let warning = |f: &Finding| Warning::new(f.code, f.error.to_string());
         self.0.iter().filter(told).map(warning).collect()
     }

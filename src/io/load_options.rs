@@ -5,7 +5,9 @@ use crate::texture::TextureFilter;
 parameters! {
     /// How files are read where their formats leave something open.
     pub struct LoadParameters, heading "", values values {
-        /// Meaning of Tr in MTL files
+        /// Program whose habits tell what MTL files mean
+        ///
+        /// `auto`: the one that wrote the file; `spec`: none, the letter of the format.
         mtl_dialect: MtlDialect = MtlDialect::Auto;
         /// Angle in degrees below which edges are smoothed, in place of the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);

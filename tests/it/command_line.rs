@@ -642,7 +642,14 @@ fn textures_are_part_of_the_scene() {
     );
 
     for (args, word) in [
-        (["--mtl-dialect", "maya"], "--mtl-dialect maya\n  help: there is auto"),
+        (
+            ["--mtl-dialect", "zbrush"],
+            "--mtl-dialect zbrush\n  help: there is auto, spec, blender, max, maya, sketchup, cinema4d, meshlab",
+        ),
+        (
+            ["--texture-dir", "gone"],
+            "'gone' for '--texture-dir <DIR>': a folder that is there is expected",
+        ),
         (["--smooth", "0"], "smooth"),
     ] {
         let said = refused(path, &["render", "s.toml", args[0], args[1]], 2);

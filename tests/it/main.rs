@@ -33,6 +33,7 @@ mod lights;
 mod metropolis;
 mod mlt;
 mod motion;
+mod mtl;
 mod patches;
 mod photons;
 mod reuse;

@@ -55,7 +55,7 @@ impl Loader<'_> {
             },
         };
         let found = self.patched(found);
-        let material = self.textured(&found);
+        let material = self.textured(&found, path);
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {

@@ -138,6 +138,10 @@ struct Loader<'a> {
     /// Textures that they ask for, and where they do so.
     textures: Vec<TextureRequest>,
     asked: Vec<MapRequest>,
+    /// Folders in which textures are looked for.
+    texture_dirs: Vec<PathBuf>,
+    /// Textures that were found elsewhere than named, each by the file that names it.
+    found_elsewhere: HashSet<(PathBuf, String)>,
     /// Files of those that were read, by their id in the scene.
     texture_files: Vec<PathBuf>,
     /// Prototypes by their files.
@@ -185,6 +189,8 @@ impl<'a> Loader<'a> {
             light_groups: HashMap::new(),
             textures: Vec::new(),
             asked: Vec::new(),
+            texture_dirs: Vec::new(),
+            found_elsewhere: HashSet::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
             files: file.path().into_iter().map(Path::to_path_buf).collect(),
@@ -231,6 +237,10 @@ impl<'a> Loader<'a> {
     }
 
     fn load_parts(&mut self) -> Vec<ObjSource> {
+        match self.file.all_texture_dirs() {
+            Ok(folders) => self.texture_dirs = folders,
+            Err(error) => self.wrong("missing-folder", error),
+        }
         for section in &self.file.light_group {
             if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
                 self.wrong("wrong-light-group", error);

@@ -2,7 +2,8 @@
 
 use super::Loader;
 use crate::color::Spectrum;
-use crate::description::find_file::{case_differs, find_file};
+use crate::description::find_file::case_differs;
+use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapSlot, default_material};
 use crate::description::texture::{TextureKind, TextureRequest, load_textures_within};
 use crate::description::{FileError, Severity};
@@ -12,7 +13,7 @@ use std::path::Path;
 
 impl Loader<'_> {
     /// The material of a file with maps that name requests for textures.
-    pub(super) fn textured(&mut self, found: &FileMaterial) -> Material {
+    pub(super) fn textured(&mut self, found: &FileMaterial, obj: &Path) -> Material {
         let mut material = found.material.clone();
         for request in &found.maps {
             let statement = &request.statement;
@@ -32,13 +33,28 @@ impl Loader<'_> {
                 (TextureKind::Value(_), Some(channel)) => TextureKind::Value(channel),
                 _ => kind,
             };
-            match find_file(folder, &statement.file) {
-                Some(path) => {
+            let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
+            let found = search.find(&statement.file).map(|found| match found {
+                FoundTexture::AsNamed(path) => {
                     if case_differs(folder, &statement.file, &path) || statement.file.contains('\\') {
                         let found = request.remark(&format!("is found as {}", path.display()));
                         let help = "write its name as it is: other programs and systems may not find it";
                         self.findings.add(Severity::Note, "other-case", found.help(help));
                     }
+                    path
+                }
+                FoundTexture::Elsewhere(path) => {
+                    let name = (request.place.file.clone(), statement.file.clone());
+                    if self.found_elsewhere.insert(name) {
+                        let found = request.remark(&format!("is not there; {} is taken", path.display()));
+                        let found = found.help("write its name as it is, relative to the file that names it");
+                        self.findings.add(Severity::Warning, "found-elsewhere", found);
+                    }
+                    path
+                }
+            });
+            match found {
+                Some(path) => {
                     *slot = Some(Map {
                         texture: TextureId(self.textures.len() as u32),
                         mapping: statement.mapping,
@@ -50,8 +66,8 @@ impl Loader<'_> {
                 None => {
                     let is_folder = folder.join(&statement.file).is_dir();
                     let (what, help) = match is_folder {
-                        true => ("is a directory", "name a picture in it"),
-                        false => ("is missing", "put the file there"),
+                        true => ("is a directory", "name a picture in it".into()),
+                        false => ("is missing", search.help()),
                     };
                     let missing = request.remark(&format!("{what}; the material's constant counts alone"));
                     self.lacks("missing-texture", missing.help(help));

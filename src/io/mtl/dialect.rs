@@ -1,17 +1,24 @@
-/// How a library means what the format leaves open: programs that write `Tr` disagree whether 1 is clear or solid.
+/// Dialect of a material library: what its writer means by statements whose meaning differs between programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MtlDialect {
-    /// As the file itself suggests: [`MtlDialect::Meshlab`] where it says that VCGLIB or MeshLab wrote it, where `d` and `Tr` are equal but for
-    /// 1/2, or where all its materials would be clear; else [`MtlDialect::Spec`].
+    /// The dialect of the program that wrote the library, as its comments or the habits of its statements show it; [`MtlDialect::Spec`] where
+    /// neither does. Without a known writer, `Tr` is another word for `d` where both are equal in all materials, or where all materials would be
+    /// clear.
     #[default]
     Auto,
-    /// `d` is the share of the surface that is there; `Tr` is 1 − d, and counts where there is no `d`.
+    /// The letter of the format: `Ks` and `Ns` are a Phong lobe, `Tr` is 1 − d and counts where there is no `d`.
     Spec,
-    /// The same, but `Tr` counts before `d`, which 3ds Max's exporters leave at 1.
-    Max,
-    /// As [`MtlDialect::Spec`]: Blender writes `d` alone.
+    /// Blender: `Ks` and `Ns` stand for the specular level and the roughness of its principled surface.
     Blender,
-    /// `Tr` is another word for `d`.
+    /// 3ds Max: `Ks` and `Ns` stand for a highlight of lamps, maps replace colours, and `Tr` counts before `d`.
+    Max,
+    /// Maya: `illum 4` is written for every surface, `Tf` is its opacity, and `Ks` and `Ns` stand for a highlight of lamps.
+    Maya,
+    /// SketchUp: `Ks` is a constant without meaning.
+    Sketchup,
+    /// Cinema 4D: `Ks` and `Ns` stand for a highlight of lamps.
+    Cinema4d,
+    /// MeshLab: `Tr` is another word for `d`, and `Ks` of `Ns 0` is a constant without meaning.
     Meshlab,
 }
 
@@ -20,39 +27,27 @@ impl MtlDialect {
     pub const NAMES: &[(&str, Self)] = &[
         ("auto", Self::Auto),
         ("spec", Self::Spec),
-        ("max", Self::Max),
         ("blender", Self::Blender),
+        ("max", Self::Max),
+        ("maya", Self::Maya),
+        ("sketchup", Self::Sketchup),
+        ("cinema4d", Self::Cinema4d),
         ("meshlab", Self::Meshlab),
     ];
-
-    /// What the library `text` means, whose materials say `all`.
-    pub(super) fn resolve(self, text: &str, all: &[Dissolve]) -> Self {
-        if self != Self::Auto {
-            return self;
-        }
-        let names_meshlab = || {
-            let comments = text.lines().filter(|line| line.trim_start().starts_with('#'));
-            comments
-                .map(str::to_lowercase)
-                .any(|c| c.contains("meshlab") || c.contains("vcglib"))
-        };
-        let is_same = |dissolve: &Dissolve| match (dissolve.d, dissolve.tr) {
-            (Some(d), Some(tr)) => Some((d - tr).abs() < 1e-3 && (d - 0.5).abs() > 1e-3),
-            _ => None,
-        };
-        let pairs: Vec<bool> = all.iter().filter_map(is_same).collect();
-        let all_same = !pairs.is_empty() && pairs.iter().all(|&same| same);
-        // A library in which nothing could be seen
-        let is_clear = |dissolve: &Dissolve| dissolve.d.is_none() && dissolve.tr == Some(1.0);
-        let all_clear = !all.is_empty() && all.iter().all(is_clear);
-        match names_meshlab() || all_same || all_clear {
-            true => Self::Meshlab,
-            false => Self::Spec,
-        }
-    }
 }
 
-/// What a material says of how much of the surface is there.
+/// Meaning of `Tr`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TrMeaning {
+    /// 1 − d; `d` counts where both are given.
+    Transparency,
+    /// 1 − d; `Tr` counts where both are given.
+    TransparencyFirst,
+    /// Another word for `d`.
+    Opacity,
+}
+
+/// What a material says of its opacity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dissolve {
     /// Its `d`.
@@ -62,20 +57,20 @@ pub(super) struct Dissolve {
 }
 
 impl Dissolve {
-    /// Whether it says anything.
+    /// Whether the material says anything of its opacity.
     pub fn is_given(self) -> bool {
         self.d.is_some() || self.tr.is_some()
     }
 
-    /// The share of the surface that is there, as `dialect` has it; and a word where the two say different things.
-    pub fn opacity(self, dialect: MtlDialect) -> (f32, Option<String>) {
-        let of_tr = |tr: f32| match dialect {
-            MtlDialect::Meshlab => tr,
+    /// The opacity, and a message where `d` and `Tr` contradict each other.
+    pub fn opacity(self, meaning: TrMeaning) -> (f32, Option<String>) {
+        let of_tr = |tr: f32| match meaning {
+            TrMeaning::Opacity => tr,
             _ => 1.0 - tr,
         };
         let by_tr = self.tr.map(of_tr);
-        let (counts, word, other) = match dialect {
-            MtlDialect::Max => (by_tr.or(self.d), "Tr", self.d),
+        let (counts, word, other) = match meaning {
+            TrMeaning::TransparencyFirst => (by_tr.or(self.d), "Tr", self.d),
             _ => (self.d.or(by_tr), "d", by_tr),
         };
         let opacity = counts.unwrap_or(1.0);
@@ -87,4 +82,18 @@ impl Dissolve {
         };
         (opacity, contradiction)
     }
+}
+
+/// Whether `all` materials of a library show `Tr` to be another word for `d`: both are equal, and not 1/2, wherever both are given; or by the letter
+/// nothing of the library could be seen.
+pub(super) fn is_tr_opacity(all: &[Dissolve]) -> bool {
+    let is_same = |dissolve: &Dissolve| match (dissolve.d, dissolve.tr) {
+        (Some(d), Some(tr)) => Some((d - tr).abs() < 1e-3 && (d - 0.5).abs() > 1e-3),
+        _ => None,
+    };
+    let pairs: Vec<bool> = all.iter().filter_map(is_same).collect();
+    let all_same = !pairs.is_empty() && pairs.iter().all(|&same| same);
+    let is_clear = |dissolve: &Dissolve| dissolve.d.is_none() && dissolve.tr == Some(1.0);
+    let all_clear = !all.is_empty() && all.iter().all(is_clear);
+    all_same || all_clear
 }

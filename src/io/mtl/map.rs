@@ -28,9 +28,10 @@ pub(crate) struct MapStatement {
 }
 
 impl MapSlot {
-    /// What the keyword, in lower case, is for.
-    pub fn of_keyword(key: &str) -> Option<Self> {
+    /// What the keyword, in lower case, is for. Blender writes its pictures of metallic as reflection maps.
+    pub fn of_keyword(key: &str, is_blender: bool) -> Option<Self> {
         Some(match key {
+            "map_refl" | "refl" if is_blender => Self::Metallic,
             "map_kd" => Self::Diffuse,
             "map_ks" => Self::Specular,
             "map_ke" | "map_emissive" => Self::Emission,

@@ -1,20 +1,25 @@
-//! MTL files: statements and materials (`section`), textures (`map`), and the meaning of `Tr` (`dialect`), which differs between programs.
+//! MTL files: statements and materials (`section`), and textures (`map`).
+//!
+//! Programs disagree about the meaning of statements (`dialect`). `writer` tells who wrote a library, and `translate` puts what that program meant in
+//! place of what it wrote, before a material is made.
 
 mod dialect;
 mod map;
 mod section;
+mod translate;
+mod writer;
 
 use super::input::read_text;
 use super::statements::{place_of, split_keyword, statements};
 use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
 use crate::color::Spectrum;
 use crate::material::Material;
-use dialect::Dissolve;
 pub use dialect::MtlDialect;
 pub(crate) use map::{MapSlot, MapStatement};
 use section::{Complaint, Section};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use writer::{Reading, Signature};
 
 /// Diffuse reflectance of a surface whose material says nothing about it.
 const DEFAULT_DIFFUSE: f32 = 0.8;
@@ -91,6 +96,12 @@ pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
             return Vec::new();
         }
     };
+    let signature = Signature::find(&text);
+    let is_blender = match dialect {
+        MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
+        dialect => dialect == MtlDialect::Blender,
+    };
+    let max_clearcoat = if is_blender { translate::BLENDER_COAT } else { 1.0 };
     let mut sections: Vec<Section> = Vec::new();
     let mut skipped: Vec<(String, usize)> = Vec::new();
     let mut wrong_count = 0;
@@ -98,7 +109,7 @@ pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
     for (line, statement) in statements(&text) {
         let (key, rest) = split_keyword(&statement);
         if key.eq_ignore_ascii_case("newmtl") {
-            sections.push(Section::new(rest, line));
+            sections.push(Section::new(rest, line, max_clearcoat));
             continue;
         }
         // Statements before the first material belong to none.
@@ -113,7 +124,7 @@ pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
             findings.add(Severity::Error, "wrong-statement", error);
         };
         let lower = key.to_ascii_lowercase();
-        if let Some(slot) = MapSlot::of_keyword(&lower) {
+        if let Some(slot) = MapSlot::of_keyword(&lower, is_blender) {
             let statement = match MapStatement::parse(slot, rest) {
                 Ok(statement) => statement,
                 Err(message) => {
@@ -149,23 +160,34 @@ pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
         let finding = Finding::new(Severity::Warning, "unknown-keyword", error);
         findings.push(finding.repeated(skipped.len() as u64, others));
     }
-    let dissolves: Vec<Dissolve> = sections.iter().map(|section| section.dissolve).collect();
-    let resolved = dialect.resolve(&text, &dissolves);
-    let materials = sections.into_iter().map(|section| {
-        let (material, remarks) = section.material(resolved);
+    let reading = Reading::new(dialect, signature.as_ref(), &sections);
+    let mut is_read_otherwise = false;
+    let mut materials = Vec::with_capacity(sections.len());
+    for mut section in sections {
+        // A guess is told where the letter of the format says something else.
+        let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
+        let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
+        section.translate(reading.writer);
+        let (material, remarks) = section.material(reading.tr);
+        is_read_otherwise |= by_letter != (material.clone(), slots(&section));
         for remark in remarks.into_iter().chain(section.assumed()) {
             let message = format!("material `{}`: {}", section.name, remark.words);
             let error = FileError::new(path, message).at(Position::line(section.line_of(remark.key)));
             findings.add(remark.severity, remark.code, error);
         }
-        FileMaterial {
+        materials.push(FileMaterial {
             material,
             maps: section.maps,
             library: path.to_path_buf(),
             line: section.line,
-        }
-    });
-    materials.collect()
+        });
+    }
+    if let Some((line, words)) = reading.guess.filter(|_| is_read_otherwise) {
+        let error = FileError::new(path, words).at(Position::line(line));
+        let help = "--mtl-dialect spec reads the letter of the format: Ks and Ns as a Phong lobe, Tr as transparency";
+        findings.add(Severity::Note, "mtl-dialect", error.help(help));
+    }
+    materials
 }
 
 /// Of a statement that is wrong the word that likely is: the first that is no number, or all there is.
@@ -176,5 +198,7 @@ fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
     wrong.or_else(|| words.next()).unwrap_or(key)
 }
 
+#[cfg(test)]
+mod dialect_tests;
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,6 @@
-use super::dialect::{Dissolve, MtlDialect};
+use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
+use super::translate::ior_of_dielectric;
 use super::{DEFAULT_DIFFUSE, MapRequest};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
@@ -37,24 +38,31 @@ impl Remark {
 #[derive(Default)]
 pub(super) struct Section {
     pub name: String,
-    diffuse: Option<Spectrum>,
-    specular: Option<Spectrum>,
+    pub diffuse: Option<Spectrum>,
+    pub specular: Option<Spectrum>,
+    pub ambient: Option<Spectrum>,
     emission: Option<Spectrum>,
-    filter: Option<Spectrum>,
-    exponent: Option<f32>,
-    ior: Option<f32>,
+    pub filter: Option<Spectrum>,
+    pub exponent: Option<f32>,
+    pub ior: Option<f32>,
     /// Whether the last `Ni` is 0.
     has_no_ior: bool,
     pub dissolve: Dissolve,
-    roughness: Option<f32>,
-    metallic: Option<f32>,
-    clearcoat: f32,
+    pub roughness: Option<f32>,
+    pub metallic: Option<f32>,
+    pub clearcoat: f32,
+    /// Largest `Pc`.
+    max_clearcoat: f32,
     clearcoat_roughness: f32,
     sheen: f32,
     anisotropy: f32,
     /// Of a whole turn.
     anisotropy_rotation: f32,
-    illum: Option<u32>,
+    pub illum: Option<u32>,
+    /// Reflectance of the surface along its normal where it is no metal, instead of that of `ior`; translations alone give it.
+    pub f0: Option<f32>,
+    /// Share of the light that is transmitted and not reflected where the surface is no metal; translations alone give it.
+    pub transmitted: Option<f32>,
     pub maps: Vec<MapRequest>,
     /// Of its `newmtl`.
     pub line: usize,
@@ -66,10 +74,12 @@ pub(super) struct Section {
 pub(super) type Complaint = (String, &'static str);
 
 impl Section {
-    pub fn new(name: &str, line: usize) -> Self {
+    /// The section that begins in this line; a full coat has `Pc max_clearcoat`.
+    pub fn new(name: &str, line: usize, max_clearcoat: f32) -> Self {
         Self {
             name: name.into(),
             line,
+            max_clearcoat,
             ..Self::default()
         }
     }
@@ -92,7 +102,14 @@ impl Section {
             "tr" => self.dissolve.tr = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pr" => self.roughness = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
             "pm" => self.metallic = Some(number(key, rest, is_share, "write a number from 0 to 1")?),
-            "pc" => self.clearcoat = number(key, rest, is_share, "write a number from 0 to 1")?,
+            "pc" => {
+                let help = "write a number from 0 to 1";
+                self.clearcoat = number(key, rest, |n| n >= 0.0, help)?;
+                if self.clearcoat > self.max_clearcoat {
+                    self.clearcoat = 0.0;
+                    return Err((format!("{key} is `{rest}`"), help));
+                }
+            }
             "pcr" => self.clearcoat_roughness = number(key, rest, is_share, "write a number from 0 to 1")?,
             "ps" => self.sheen = number(key, rest, is_share, "write a number from 0 to 1")?,
             "aniso" => self.anisotropy = number(key, rest, is_share, "write a number from 0 to 1")?,
@@ -109,8 +126,9 @@ impl Section {
                 };
                 self.illum = Some(model.ok_or_else(complaint)?);
             }
-            // Ambient light is what path tracing computes; sharpness is of reflection maps.
-            "ka" | "map_ka" | "sharpness" => {}
+            // Ambient light is what path tracing computes, though some programs write other things as `Ka`; sharpness is of reflection maps.
+            "ka" => self.ambient = color(key, rest).ok(),
+            "map_ka" | "sharpness" => {}
             _ => return Ok(false),
         }
         Ok(true)
@@ -177,7 +195,7 @@ impl Section {
                     note("illum", "illum", words);
                 }
             }
-            _ if shines && self.exponent.is_none() && !self.has_map(MapSlot::Exponent) => {
+            _ if shines && self.exponent.is_none() && !self.has_map(MapSlot::Exponent) && self.f0.is_none() => {
                 note(
                     "default-exponent",
                     "ks",
@@ -189,8 +207,16 @@ impl Section {
         notes
     }
 
-    fn has_map(&self, slot: MapSlot) -> bool {
+    pub fn has_map(&self, slot: MapSlot) -> bool {
         self.maps.iter().any(|m| m.statement.slot == slot)
+    }
+
+    /// Whether the material is one of the metallic-roughness model.
+    pub fn is_physical(&self) -> bool {
+        self.roughness.is_some()
+            || self.metallic.is_some()
+            || self.has_map(MapSlot::Roughness)
+            || self.has_map(MapSlot::Metallic)
     }
 
     /// The factor of a colour: where a texture gives it, a factor that is missing or black would leave nothing of it.
@@ -218,7 +244,7 @@ impl Section {
     }
 
     /// The material, and what of it was assumed.
-    pub fn material(&self, dialect: MtlDialect) -> (Material, Vec<Remark>) {
+    pub fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
@@ -255,15 +281,20 @@ impl Section {
 
         // The extension for metal and roughness has a model of its own; glass is only roughened.
         material.roughness = self.factor(self.roughness, MapSlot::Roughness, 0.0);
-        let is_physical = self.roughness.is_some()
-            || self.metallic.is_some()
-            || self.has_map(MapSlot::Roughness)
-            || self.has_map(MapSlot::Metallic);
+        let is_physical = self.is_physical();
         if is_physical && !matches!(self.illum, Some(4 | 6 | 7)) {
             let metallic = self.factor(self.metallic, MapSlot::Metallic, 0.0);
             material.gloss = Gloss::Metallic(metallic);
-            material.specular = Spectrum::ONE;
-            material.ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
+            // What reflects nothing along its normal has no surface layer.
+            let is_matte = self.f0 == Some(0.0) && metallic == 0.0;
+            material.specular = Spectrum::splat(if is_matte { 0.0 } else { 1.0 });
+            let ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
+            material.ior = self
+                .f0
+                .map_or(ior, |f0| ior_of_dielectric(f0, self.roughness.unwrap_or(0.5)));
+            if let Some(share) = self.transmitted.filter(|&share| share > 0.0) {
+                self.transmit(share * (1.0 - metallic), ior, &mut material);
+            }
         }
         if is_physical {
             material.anisotropy = self.anisotropy;
@@ -276,7 +307,7 @@ impl Section {
             ));
         }
 
-        let (opacity, contradiction) = self.dissolve.opacity(dialect);
+        let (opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
         match self.illum {
             // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left.
@@ -311,6 +342,15 @@ impl Section {
             _ => material.opacity = opacity,
         }
         (material, remarks)
+    }
+
+    /// Lets a share of the light pass that a surface would reflect. The base colour tints what crosses a body, which is two surfaces: each has its root.
+    fn transmit(&self, share: f32, ior: f32, material: &mut Material) {
+        let [r, g, b] = material.diffuse.to_array().map(f32::sqrt);
+        material.transmission = Spectrum::rgb(r, g, b) * share;
+        material.diffuse *= 1.0 - share;
+        material.specular *= 1.0 - share;
+        material.ior = ior;
     }
 }
 

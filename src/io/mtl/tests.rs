@@ -134,13 +134,13 @@ fn transparency_goes_by_dialect() {
         (
             Auto,
             "# Wavefront material file\n# Converted by VCGLIB\nnewmtl m\nTr 0.25\n",
-            (0.25, 0),
+            (0.25, 1),
         ),
         // What says the same twice is meant so.
         (Auto, "newmtl m\nd 0.25\nTr 0.75\n", (0.25, 0)),
         (Auto, "newmtl m\nd 0.25\nTr 0.25\n", (0.25, 0)),
         (Auto, "newmtl m\nd 1\nTr 1\n", (1.0, 0)),
-        (Auto, "newmtl m\nTr 1\nnewmtl n\nTr 1\n", (1.0, 0)),
+        (Auto, "newmtl m\nTr 1\nnewmtl n\nTr 1\n", (1.0, 1)),
         (Spec, "newmtl m\nTr 1\nnewmtl n\nTr 1\n", (0.0, 0)),
     ] {
         assert_eq!(opacity(dialect, text), expected, "{dialect:?}: {text:?}");

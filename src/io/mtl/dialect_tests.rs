@@ -1,0 +1,340 @@
+//! Each dialect, by libraries as its program writes them.
+
+use super::dialect::TrMeaning;
+use super::section::DEFAULT_IOR;
+use super::translate::ior_of_dielectric;
+use super::writer::{BlenderExport, Reading, Signature, Writer};
+use super::*;
+use crate::material::Gloss;
+
+/// Materials of a library, their slots of textures, and what a render is told.
+fn read(text: &str, dialect: MtlDialect) -> (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.mtl");
+    std::fs::write(&path, text).unwrap();
+    let mut findings = Findings::default();
+    let found = load_mtl(&path, dialect, &mut findings);
+    assert_eq!(findings.first_error(), None, "{text}");
+    let slots = found.iter().map(|m| m.maps.iter().map(|m| m.statement.slot).collect());
+    let slots = slots.collect();
+    (
+        found.into_iter().map(|m| m.material).collect(),
+        slots,
+        findings.warnings().into_iter().map(|warning| warning.text).collect(),
+    )
+}
+
+fn auto(text: &str) -> Material {
+    read(text, MtlDialect::Auto).0.remove(0)
+}
+
+fn is_near(a: f32, b: f32) -> bool {
+    (a - b).abs() < 1e-4
+}
+
+/// A material as all exporters of Blender write it.
+fn blender(ns: f32, ka: f32, ks: f32, ni: f32, d: f32, illum: u32) -> String {
+    let grey = |key: &str, n: f32| format!("{key} {n:.6} {n:.6} {n:.6}\n");
+    let (ka, ks, ke) = (grey("Ka", ka), grey("Ks", ks), grey("Ke", 0.0));
+    format!("newmtl m\nNs {ns:.6}\n{ka}Kd 0.800000 0.400000 0.200000\n{ks}{ke}Ni {ni:.6}\nd {d:.6}\nillum {illum}\n")
+}
+
+const NATIVE_3: &str = "# Blender 3.6.0 MTL File: 'a.blend'\n# www.blender.org\n\n";
+const NATIVE_5: &str = "# Blender 5.0.1 MTL File: 'a.blend'\n# www.blender.org\n\n";
+const PYTHON: &str = "# Blender MTL File: 'a.blend'\n# Material Count: 1\n\n";
+
+#[test]
+fn blender_writes_a_principled_surface() {
+    let base = Spectrum::rgb(0.8, 0.4, 0.2);
+    // Header, statements; metallic, roughness, reflectance along the normal, opacity
+    let ior_145 = 2.0 * (0.45f32 / 2.45).powi(2) * 0.5;
+    for (header, text, expected) in [
+        (NATIVE_3, blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), [0.0, 0.5, 0.04, 1.0]),
+        (
+            NATIVE_5,
+            blender(250.0, 1.0, 0.5, 1.45, 1.0, 2),
+            [0.0, 0.5, ior_145, 1.0],
+        ),
+        (NATIVE_5, blender(250.0, 1.0, 0.25, 1.5, 1.0, 2), [0.0, 0.5, 0.02, 1.0]),
+        (NATIVE_3, blender(640.0, 1.0, 0.5, 1.45, 1.0, 3), [1.0, 0.2, 0.04, 1.0]),
+        (
+            NATIVE_3,
+            blender(0.0, 0.25, 0.5, 1.45, 0.75, 6),
+            [0.25, 1.0, 0.04, 0.75],
+        ),
+        (NATIVE_3, blender(1000.0, 1.0, 1.0, 1.45, 0.5, 9), [0.0, 0.0, 0.08, 0.5]),
+        (PYTHON, blender(225.0, 1.0, 0.5, 1.45, 1.0, 2), [0.0, 0.5, 0.04, 1.0]),
+        (
+            PYTHON,
+            blender(96.078431, 1.0, 0.5, 1.0, 1.0, 2),
+            [0.0, 0.690_035, 0.04, 1.0],
+        ),
+    ] {
+        let material = auto(&format!("{header}{text}"));
+        let [metallic, roughness, f0, opacity] = expected;
+        assert_eq!(material.gloss, Gloss::Metallic(metallic), "{header}{text}");
+        assert!(is_near(material.roughness, roughness), "{header}{text}: {material:?}");
+        assert!(
+            is_near(material.ior, ior_of_dielectric(f0, roughness)),
+            "{header}{text}: {material:?}"
+        );
+        assert_eq!((material.opacity, material.diffuse), (opacity, base), "{header}{text}");
+        assert_eq!(
+            (material.specular, material.transmission),
+            (Spectrum::ONE, Spectrum::ZERO)
+        );
+    }
+    let matte = auto(&format!("{NATIVE_3}{}", blender(250.0, 1.0, 0.0, 1.45, 1.0, 1)));
+    assert_eq!((matte.diffuse, matte.specular), (base, Spectrum::ZERO));
+}
+
+#[test]
+fn blender_writes_the_extension_in_its_own_units() {
+    let statements = "Kd 0.64 0.64 0.64\nKs 0.5 0.5 0.5\nNi 1.33\nd 1\nillum 2\nPr 0.25\nPm 0\nPs 0.5\nPc 2.4\nPcr 0.1\naniso 0.5\nanisor 0.25";
+    let coated = auto(&format!("{NATIVE_5}newmtl m\n{statements}\n"));
+    assert!(
+        is_near(coated.clearcoat, 0.6) && coated.clearcoat_roughness == 0.1,
+        "{coated:?}"
+    );
+    assert_eq!((coated.roughness, coated.anisotropy), (0.25, 0.5));
+    assert_eq!(coated.sheen, Spectrum::splat(0.5));
+    // The base colour tints what enters, and what leaves again.
+    let glass = auto(&format!("{NATIVE_5}newmtl m\n{statements}\nTf 1.0 1.0 1.0\n"));
+    assert!(
+        is_near(glass.transmission.mean(), 0.8) && glass.ior == 1.33,
+        "{glass:?}"
+    );
+    assert!(glass.diffuse.is_black() && glass.specular.is_black() && !glass.thin);
+    let half = auto(&format!("{NATIVE_5}newmtl m\n{statements}\nTf 0.5\n"));
+    assert!(
+        is_near(half.diffuse.mean(), 0.32) && is_near(half.transmission.mean(), 0.4),
+        "{half:?}"
+    );
+    // Without the extension a filter is none of Blender's.
+    let opaque = blender(250.0, 1.0, 0.5, 1.45, 1.0, 2) + "Tf 1 1 1\n";
+    assert!(read(&opaque, MtlDialect::Blender).0[0].transmission.is_black());
+}
+
+#[test]
+fn pictures_of_blender_replace_numbers() {
+    let maps = "map_Kd a.png\nmap_Ns b.png\nmap_refl c.png\nmap_Ks d.png\nmap_Bump -bm 0.7 e.png\n";
+    let (materials, slots, _) = read(
+        &format!("{NATIVE_5}newmtl m\nNi 1.5\nillum 2\n{maps}"),
+        MtlDialect::Auto,
+    );
+    use MapSlot::*;
+    assert_eq!(slots[0], [Diffuse, Roughness, Metallic, Specular, Normal]);
+    let material = &materials[0];
+    assert_eq!((material.diffuse, material.roughness), (Spectrum::ONE, 1.0));
+    assert_eq!(material.gloss, Gloss::Metallic(1.0));
+    // Blender Internal had heights.
+    let internal = format!("{PYTHON}{}{maps}", blender(96.078431, 1.0, 0.5, 1.0, 1.0, 2));
+    assert_eq!(read(&internal, MtlDialect::Auto).1[0][4], Bump);
+}
+
+#[test]
+fn max_writes_levels_and_percent() {
+    let header = "# 3ds Max Wavefront OBJ Exporter v0.97b - (c)2007 guruware\n# File Created: 01.02.2012 10:00:00\n\nnewmtl m\n\t";
+    let end = "\tNi 1.5\n\td 1.0\n\tTr 0.0\n\tTf 1.0 1.0 1.0\n\tillum 2\n\tKa 0.6 0.6 0.6\n\tKd 0.6 0.6 0.6\n";
+    let wire = auto(&format!("{header}Ns 32\n{end}\tKs 0.35 0.35 0.35\n"));
+    assert_eq!((wire.gloss, wire.diffuse), (Gloss::Metallic(0.0), Spectrum::splat(0.6)));
+    assert!(
+        is_near(wire.roughness, 0.68) && is_near(wire.ior, ior_of_dielectric(0.028, 0.68)),
+        "{wire:?}"
+    );
+    assert_eq!((wire.opacity, wire.transmission), (1.0, Spectrum::ZERO));
+    let plain = auto(&format!("{header}Ns 10\n{end}\tKs 0 0 0\n\tmap_Kd a.jpg\n"));
+    assert_eq!((plain.diffuse, plain.specular), (Spectrum::ONE, Spectrum::ZERO));
+    let chrome = auto(&format!("{header}Ns 80\nillum 2\nKd 0 0 0\nKs 0.9 0.9 0.8\n"));
+    assert_eq!(
+        (chrome.gloss, chrome.diffuse),
+        (Gloss::Metallic(1.0), Spectrum::rgb(0.9, 0.9, 0.8))
+    );
+    // A picture of glossiness is one of roughness upside down.
+    let text = format!("{header}Ns 50\n{end}\tKs 1 1 1\n\tmap_Ns g.png\n");
+    let (materials, slots, _) = read(&text, MtlDialect::Auto);
+    assert_eq!(
+        (&slots[0][..], materials[0].roughness),
+        (&[MapSlot::Roughness][..], 1.0)
+    );
+}
+
+#[test]
+fn maya_writes_glass_for_everything() {
+    let lambert = |tf: &str| {
+        format!("newmtl initialShadingGroup\nillum 4\nKd 0.50 0.50 0.50\nKa 0.00 0.00 0.00\nTf {tf}\nNi 1.00\n")
+    };
+    let opaque = auto(&lambert("1.00 1.00 1.00"));
+    assert_eq!((opaque.diffuse, opaque.opacity), (Spectrum::splat(0.5), 1.0));
+    assert!(opaque.transmission.is_black() && opaque.specular.is_black());
+    let veil = auto(&lambert("0.25 0.25 0.25"));
+    assert_eq!((veil.opacity, veil.transmission), (0.25, Spectrum::ZERO));
+    let phong = auto(&(lambert("1.00 1.00 1.00") + "Ks 0.50 0.50 0.50\nNs 20.00\n"));
+    assert_eq!(phong.gloss, Gloss::Metallic(0.0));
+    assert!(
+        (0.3..0.5).contains(&phong.roughness) && is_near(phong.ior, ior_of_dielectric(0.04, phong.roughness)),
+        "{phong:?}"
+    );
+    let textured = auto("# Maya\nnewmtl m\nillum 4\nKd 0.00 0.00 0.00\nTf 1 1 1\nmap_Kd a.png\nNi 1.00\n");
+    assert_eq!(textured.diffuse, Spectrum::ONE);
+    // Glass that refracts is no habit of Maya's.
+    let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
+    assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
+}
+
+#[test]
+fn sketchup_meshlab_and_cinema_4d_write_constants() {
+    let sketchup = "newmtl Wood\nKa 0.000000 0.000000 0.000000\nKd 0.6 0.5 0.4\nKs 0.330000 0.330000 0.330000\n";
+    for header in [
+        "",
+        "# Alias OBJ Material File\n# Exported from SketchUp, (c) 2000-2012 Trimble Navigation Limited\n\n",
+    ] {
+        let material = auto(&format!("{header}{sketchup}"));
+        assert_eq!(
+            (material.diffuse, material.specular),
+            (Spectrum::rgb(0.6, 0.5, 0.4), Spectrum::ZERO)
+        );
+    }
+    let meshlab = "#\n# Wavefront material file\n# Converted by Meshlab Group\n#\n\nnewmtl material_0\nKa 0.2 0.2 0.2\nKd 0.9 0.9 0.9\nKs 1 1 1\nTr 1\nillum 2\nNs 0\n";
+    let material = auto(meshlab);
+    assert_eq!(
+        (material.diffuse, material.specular),
+        (Spectrum::splat(0.9), Spectrum::ZERO)
+    );
+    assert_eq!(material.opacity, 1.0);
+    assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0")).opacity, 1.0);
+    assert_eq!(auto(&meshlab.replace("Tr 1", "Tr 0.25")).opacity, 0.25);
+    let shiny = auto(&meshlab.replace("Ns 0", "Ns 50"));
+    assert_eq!((shiny.specular, shiny.gloss), (Spectrum::ONE, Gloss::Phong(50.0)));
+    let cinema = auto("# Wavefront OBJ, CINEMA 4D\nnewmtl m\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 50\n");
+    assert_eq!(cinema.gloss, Gloss::Metallic(0.0));
+}
+
+#[test]
+fn the_extension_counts_in_every_dialect() {
+    let text = "newmtl m\nillum 2\nKd 0.5\nKs 1 1 1\nNs 10\nPr 0.3\nPm 1\nTf 1 1 1\nd 1\n";
+    for &(name, dialect) in MtlDialect::NAMES {
+        let material = &read(text, dialect).0[0];
+        let found = (material.gloss, material.roughness, material.transmission.is_black());
+        assert_eq!(found, (Gloss::Metallic(1.0), 0.3, true), "{name}");
+    }
+}
+
+#[test]
+fn guesses_are_told_where_they_change_something() {
+    let kitchen = format!("{NATIVE_3}{}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2));
+    let (_, _, told) = read(&kitchen, MtlDialect::Auto);
+    assert!(
+        told.len() == 1
+            && told[0]
+                .contains("t.mtl:1: written by Blender 3.6.0; Ks and Ns are read as specular level and roughness"),
+        "{told:?}"
+    );
+    assert!(told[0].contains("--mtl-dialect spec"), "{told:?}");
+    let (_, _, told) = read(&blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), MtlDialect::Auto);
+    assert!(
+        told[0].contains("written as Blender does, though no comment says so"),
+        "{told:?}"
+    );
+    for (dialect, count) in [(MtlDialect::Spec, 0), (MtlDialect::Blender, 0)] {
+        let (materials, _, told) = read(&kitchen, dialect);
+        assert_eq!(told.len(), count, "{told:?}");
+        let is_letter = materials[0].gloss == Gloss::Phong(250.0);
+        assert_eq!(is_letter, dialect == MtlDialect::Spec);
+    }
+    // The letter says the same.
+    let (_, _, told) = read(
+        "# 3ds Max Wavefront OBJ Exporter\nnewmtl m\nKd 0.5\nNs 10\nKs 0 0 0\n",
+        MtlDialect::Auto,
+    );
+    assert!(told.is_empty(), "{told:?}");
+    // By the letter nothing could be seen.
+    let (materials, _, told) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
+    assert!(
+        materials[0].opacity == 1.0 && told[0].contains("`Tr` is read as opacity"),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn writers_are_told_by_their_comments() {
+    for (text, expected) in [
+        (
+            "# Blender 4.1.1 MTL File: 'x'\n",
+            Some((MtlDialect::Blender, Some("4.1.1"), 1)),
+        ),
+        ("#\n# Blender MTL File: 'x'\n", Some((MtlDialect::Blender, None, 2))),
+        ("# Blender3D MTL File: x.blend\n", Some((MtlDialect::Blender, None, 1))),
+        (
+            "\u{feff}# 3ds Max Wavefront OBJ Exporter\n",
+            Some((MtlDialect::Max, None, 1)),
+        ),
+        (
+            "\n# File produced by Open Cascade\n# SketchUp 8\n",
+            Some((MtlDialect::Sketchup, None, 3)),
+        ),
+        ("# CINEMA 4D\n", Some((MtlDialect::Cinema4d, None, 1))),
+        ("# Converted by VCGLIB\n", Some((MtlDialect::Meshlab, None, 1))),
+        ("# Autodesk Maya 2019\n", Some((MtlDialect::Maya, None, 1))),
+        ("# a blender full of soup\n# the Mayan temple\n", None),
+        ("newmtl a\n# Blender 4.1.1 MTL File: 'x'\n", None),
+        ("", None),
+    ] {
+        let found = Signature::find(text);
+        let found = found.as_ref().map(|s| (s.dialect, s.version.as_deref(), s.line));
+        assert_eq!(found, expected, "{text:?}");
+    }
+}
+
+#[test]
+fn exporters_of_blender_are_told_by_their_exponents() {
+    let exporter = |text: &str, dialect| {
+        let mut findings = Findings::default();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.mtl");
+        std::fs::write(&path, text).unwrap();
+        load_mtl(&path, dialect, &mut findings);
+        let mut sections = Vec::new();
+        for (line, statement) in statements(text) {
+            let (key, rest) = split_keyword(&statement);
+            match key {
+                "newmtl" => sections.push(Section::new(rest, line, 1.0)),
+                _ => drop(sections.last_mut().unwrap().set(&key.to_lowercase(), key, rest)),
+            }
+        }
+        Reading::new(dialect, Signature::find(text).as_ref(), &sections).writer
+    };
+    let native = |before_4| Writer::Blender(BlenderExport::Native { before_4 });
+    let of = |header: &str, ns: &[f32]| {
+        header.to_string()
+            + &ns
+                .iter()
+                .map(|ns| format!("newmtl m\nNs {ns:.6}\n"))
+                .collect::<String>()
+    };
+    for (header, ns, expected) in [
+        (NATIVE_5, &[250.0][..], native(false)),
+        (NATIVE_3, &[96.078431], native(true)),
+        (
+            PYTHON,
+            &[96.078431, 0.0, 900.0],
+            Writer::Blender(BlenderExport::Internal),
+        ),
+        (PYTHON, &[225.0, 96.078431], Writer::Blender(BlenderExport::Python)),
+        (PYTHON, &[0.0, 900.0], Writer::Blender(BlenderExport::Python)),
+        (PYTHON, &[], Writer::Blender(BlenderExport::Python)),
+        ("", &[323.999994], Writer::Blender(BlenderExport::Python)),
+        ("", &[250.0, 225.0], native(true)),
+        ("", &[953.4], native(true)),
+    ] {
+        assert_eq!(
+            exporter(&of(header, ns), MtlDialect::Blender),
+            expected,
+            "{header}{ns:?}"
+        );
+    }
+    let meaning = |text: &str| Reading::new(MtlDialect::Auto, Signature::find(text).as_ref(), &[]).tr;
+    assert_eq!(meaning("# 3ds Max\n"), TrMeaning::TransparencyFirst);
+    assert_eq!(meaning("# MeshLab\n"), TrMeaning::Opacity);
+    assert_eq!(meaning(""), TrMeaning::Transparency);
+}

@@ -1,0 +1,246 @@
+//! Translation of what a program writes into what its materials were, in the words of the letter and of the PBR extension (`Pr Pm Pc …`), which counts
+//! wherever it stands.
+//!
+//! - Blender: `source/blender/io/wavefront_obj` of its sources (from 3.1), `io_scene_obj/export_obj.py` of its add-ons (to 3.6), and the files that
+//!   bpy 5.0.1 writes and reads; `benches/peers/mtl_blender.py` compares the result with Blender.
+//! - 3ds Max: its reference, "Diffuse Color Map" (the colours of a map replace the colour) and "Standard Material", whose default glossiness of 10 %
+//!   comes out as `Ns 10`.
+//! - Maya: `objExport` writes `illum 4`, `Ni 1.00` and `Tf 1.00 1.00 1.00` for an opaque Lambert surface, `Ns` is the cosine power of a Phong surface.
+//! - SketchUp: a surface is a colour, a picture and an opacity; `Ks 0.33 0.33 0.33` is a constant of the exporter.
+//! - Cinema 4D: its manual, "OBJ Export: Material", says that its materials cannot be written without loss; what else is known of it is that it had
+//!   specular channels, and `Ks` and `Ns` are read as such.
+//! - MeshLab: `wrap/io_trimesh/export_obj.h` and `io_material.h` of VCGLIB, whose defaults are `Ks 1 1 1`, `Ns 0` and, until
+//!   its issue 213 of 2023, `Tr 1` for opaque surfaces.
+//!
+//! The highlight of Max, Maya and Cinema 4D is what lamps alone draw on a surface, and no share of the light around it. It becomes that of a dielectric.
+
+use super::map::MapSlot;
+use super::section::{DEFAULT_IOR, Section};
+use super::writer::{BlenderExport, Writer};
+use crate::bsdf::Fresnel;
+use crate::color::Spectrum;
+
+/// Reflectance along the normal of a specular level of 1 (Burley 2012, "Physically Based Shading at Disney", section 5.4).
+const LEVEL_F0: f32 = 0.08;
+/// Largest reflectance along the normal, which keeps the index of refraction finite.
+const MAX_F0: f32 = 0.9;
+/// Roughness of Blender's principled surface where nothing says it.
+const BLENDER_ROUGHNESS: f32 = 0.5;
+/// Glossiness of new materials of 3ds Max, in percent.
+const MAX_GLOSSINESS: f32 = 10.0;
+/// Cosine power of new Phong surfaces of Maya.
+const MAYA_COSINE_POWER: f32 = 20.0;
+/// `Pc` of a full coat, as Blender writes it: its exporter multiplies by 4.
+pub(super) const BLENDER_COAT: f32 = 4.0;
+
+impl Section {
+    /// Replaces what `writer` wrote by what it meant.
+    pub fn translate(&mut self, writer: Writer) {
+        match writer {
+            Writer::Unknown => {}
+            Writer::Blender(export) => self.translate_blender(export),
+            Writer::Max => self.translate_max(),
+            Writer::Maya => self.translate_maya(),
+            Writer::Sketchup => self.drop_highlight(),
+            Writer::Cinema4d => {
+                let power = self.exponent.unwrap_or(MAYA_COSINE_POWER);
+                self.make_highlight(roughness_of_phong(power));
+            }
+            Writer::Meshlab => {
+                if self.exponent.unwrap_or(0.0) == 0.0 && !self.has_map(MapSlot::Specular) {
+                    self.drop_highlight();
+                }
+            }
+        }
+    }
+
+    fn translate_blender(&mut self, export: BlenderExport) {
+        let is_extended = self.is_physical();
+        // A linked picture replaces its constant.
+        if self.has_map(MapSlot::Diffuse) {
+            self.diffuse = None;
+        }
+        self.rename_map(MapSlot::Exponent, MapSlot::Roughness);
+        if export != BlenderExport::Internal {
+            // Pictures of normals alone are written as `map_Bump`.
+            self.rename_map(MapSlot::Bump, MapSlot::Normal);
+        }
+
+        // Metallic is written as `Ka` with the models that reflect.
+        if self.metallic.is_none() && !self.has_map(MapSlot::Metallic) {
+            let share = self.ambient.map_or(1.0, Spectrum::mean).min(1.0);
+            let reflects = matches!(self.illum, Some(3..=8));
+            self.metallic = Some(if reflects { share } else { 0.0 });
+        }
+        if self.roughness.is_none() && !self.has_map(MapSlot::Roughness) {
+            let range = match export {
+                BlenderExport::Python => 900.0,
+                _ => 1000.0,
+            };
+            let roughness = |ns: f32| 1.0 - (ns.min(range) / range).sqrt();
+            self.roughness = Some(self.exponent.map_or(BLENDER_ROUGHNESS, roughness));
+        }
+
+        let level = match self.specular.take() {
+            _ if self.has_map(MapSlot::Specular) => 1.0,
+            given => given.map_or(0.0, Spectrum::mean),
+        };
+        let full = match export {
+            BlenderExport::Native { before_4: false } => 2.0 * f0_of_ior(self.ior.unwrap_or(DEFAULT_IOR)),
+            _ => LEVEL_F0,
+        };
+        self.f0 = Some((level * full).min(MAX_F0));
+        // The weight of transmission is written with the extension alone.
+        let filter = self.filter.take();
+        self.transmitted = filter.filter(|_| is_extended).map(|w| w.mean().min(1.0));
+        self.clearcoat /= BLENDER_COAT;
+        self.exponent = None;
+        self.illum = Some(2);
+    }
+
+    fn translate_max(&mut self) {
+        if self.has_map(MapSlot::Diffuse) {
+            self.diffuse = None;
+        }
+        let glossiness = self.exponent.unwrap_or(MAX_GLOSSINESS).min(100.0) / 100.0;
+        if self.make_highlight(1.0 - glossiness) {
+            // A picture of the glossiness: roughness is what is left of 1.
+            for map in self.maps.iter_mut().filter(|m| m.statement.slot == MapSlot::Exponent) {
+                let mapping = &mut map.statement.mapping;
+                (mapping.base, mapping.gain) = (1.0 - mapping.base, -mapping.gain);
+            }
+            self.rename_map(MapSlot::Exponent, MapSlot::Roughness);
+            if self.has_map(MapSlot::Roughness) {
+                self.roughness = None;
+            }
+        }
+    }
+
+    fn translate_maya(&mut self) {
+        if self.illum == Some(4) {
+            self.illum = Some(2);
+        }
+        // Opacity, which may have a colour; its mean counts.
+        if let Some(opacity) = self.filter.take() {
+            let opacity = opacity.mean().min(1.0);
+            self.dissolve.d = Some(self.dissolve.d.unwrap_or(1.0) * opacity);
+        }
+        // A colour with a picture is written as black.
+        if self.has_map(MapSlot::Diffuse) && self.diffuse.is_some_and(Spectrum::is_black) {
+            self.diffuse = None;
+        }
+        let power = self.exponent.unwrap_or(MAYA_COSINE_POWER);
+        self.make_highlight(roughness_of_phong(power));
+    }
+
+    /// Reads `Ks` as the level of a dielectric's highlight of this roughness, or, with a black `Kd`, as the colour of a metal. Returns whether there was one.
+    fn make_highlight(&mut self, roughness: f32) -> bool {
+        let has_model = self.is_physical() || matches!(self.illum, Some(0 | 1 | 3..=7));
+        let level = match self.specular {
+            Some(color) if !color.is_black() => color.mean(),
+            _ if self.has_map(MapSlot::Specular) => 1.0,
+            _ => 0.0,
+        };
+        if has_model || level == 0.0 {
+            return false;
+        }
+        let is_bare = self.diffuse.is_some_and(Spectrum::is_black) && !self.has_map(MapSlot::Diffuse);
+        let color = self.specular.take().filter(|color| is_bare && !color.is_black());
+        self.metallic = Some(if color.is_some() { 1.0 } else { 0.0 });
+        self.diffuse = color.or(self.diffuse);
+        self.f0 = Some((level * LEVEL_F0).min(MAX_F0));
+        self.roughness = Some(roughness);
+        self.exponent = None;
+        true
+    }
+
+    fn drop_highlight(&mut self) {
+        if !self.is_physical() {
+            (self.specular, self.exponent) = (None, None);
+        }
+    }
+
+    /// Takes the picture for `from` as one for `to`, unless there is one.
+    fn rename_map(&mut self, from: MapSlot, to: MapSlot) {
+        if self.has_map(to) {
+            return;
+        }
+        for map in self.maps.iter_mut().filter(|m| m.statement.slot == from) {
+            map.statement.slot = to;
+        }
+    }
+}
+
+/// Reflectance of a dielectric along the normal.
+fn f0_of_ior(ior: f32) -> f32 {
+    ((ior - 1.0) / (ior + 1.0)).powi(2)
+}
+
+/// Index of refraction that gives the metallic-roughness model, which reflects by Schlick's formula, as much reflection as a dielectric has that reflects
+/// `f0` along the normal.
+///
+/// Fresnel's equations reflect more than the formula at middle angles; of index 1.5 that is a tenth of all. The formula's `f0` is raised to have the
+/// mean of the equations over the hemisphere, and less for rough facets, which hide each other where they are seen at a slant: the factor
+/// 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices 1.5 to 2.2, within 2 % of the reflection).
+pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
+    let eta = ior_of_f0(f0);
+    if f0 == 0.0 {
+        return eta;
+    }
+    // Midpoints of 2 ∫ F cos d cos; of the formula it is (20 f0 + 1)/21.
+    const POINTS: u32 = 64;
+    let fresnel = Fresnel::Dielectric { eta };
+    let cosines = (0..POINTS).map(|i| (i as f32 + 0.5) / POINTS as f32);
+    let sum: f32 = cosines
+        .map(|cos| 2.0 * cos * fresnel.reflectance(cos).max_component())
+        .sum();
+    let missing = (sum / POINTS as f32 * 21.0 - 1.0) / 20.0 - f0;
+    let raised = missing.max(0.0) * (1.15 - 0.85 * roughness * roughness);
+    ior_of_f0((f0 + raised).min(MAX_F0))
+}
+
+/// Index of refraction of a dielectric that reflects `f0` along the normal.
+fn ior_of_f0(f0: f32) -> f32 {
+    (1.0 + f0.sqrt()) / (1.0 - f0.sqrt())
+}
+
+/// Roughness of facets with highlights as wide as those of a Phong lobe. Its exponent n about the mirror direction is about 4 n about the normal
+/// (Lewis 1994, "Making Shaders More Physically Plausible"), and such a distribution has the width α² = 2/(4 n + 2) (Walter et al. 2007,
+/// "Microfacet Models for Refraction through Rough Surfaces", section 5.2).
+fn roughness_of_phong(exponent: f32) -> f32 {
+    (2.0 / (4.0 * exponent + 2.0)).powf(0.25)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_and_reflectances_are_inverse() {
+        for ior in [1.0, 1.33, 1.45, 1.5, 2.4] {
+            assert!((ior_of_f0(f0_of_ior(ior)) - ior).abs() < 1e-4, "{ior}");
+        }
+        assert!(ior_of_f0(MAX_F0).is_finite() && ior_of_dielectric(MAX_F0, 0.5).is_finite());
+    }
+
+    #[test]
+    fn the_formula_is_raised_to_the_equations() {
+        assert_eq!(ior_of_dielectric(0.0, 0.5), 1.0);
+        let f0 = |roughness| f0_of_ior(ior_of_dielectric(0.04, roughness));
+        // What Cycles' spheres of index 1.5 ask for
+        for (roughness, expected) in [(0.0, 0.0471), (0.5, 0.0466), (0.7, 0.0447), (1.0, 0.0421)] {
+            assert!(
+                (f0(roughness) - expected).abs() < 1e-3,
+                "{roughness}: {}",
+                f0(roughness)
+            );
+        }
+    }
+
+    #[test]
+    fn phong_lobes_become_smoother_with_their_exponent() {
+        assert_eq!(roughness_of_phong(0.0), 1.0);
+        let widths = [1.0, 10.0, 100.0, 1e4, 1e30].map(roughness_of_phong);
+        assert!(widths.is_sorted_by(|a, b| a > b), "{widths:?}");
+    }
+}

@@ -1,0 +1,192 @@
+//! Dialects of material libraries, and textures that are not where their names say, through the program.
+
+use crate::support::program::{done, folder, json, read_json, refused, run, words, write_grey_png};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+const SQUARE: &str =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3 4/4\n";
+/// A material of roughness 0.3 and specular level 0.5, as Blender 4 writes it.
+const OF_BLENDER: &str = "# Blender 4.1.1 MTL File: 'a.blend'\n# www.blender.org\n\nnewmtl m\nNs 490.000000\nKa 1.000000 1.000000 1.000000\n\
+                          Kd 0.800000 0.100000 0.100000\nKs 0.500000 0.500000 0.500000\nKe 0.000000 0.000000 0.000000\nNi 1.500000\nd 1.000000\nillum 2\n";
+
+fn material(at: &Path, flags: &[&str]) -> Value {
+    json(&done(at, &[&["explain", "a.obj", "m", "--json"], flags].concat()))
+}
+
+#[test]
+fn libraries_are_read_as_their_writers_meant() {
+    let obj = format!("mtllib a.mtl\n{SQUARE}");
+    let scene = "version = 1\n[render]\nsamples = 1\nmtl_dialect = \"spec\"\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"a.obj\"\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", OF_BLENDER), ("s.toml", scene)]);
+    let at = folder.path();
+
+    let meant = material(at, &[]);
+    assert_eq!(meant["gloss"], "metallic-roughness model, metallic 0");
+    assert_eq!(meant["roughness"].as_f64(), Some(0.3));
+    let ior = meant["ior"].as_f64().unwrap();
+    assert!((1.5..1.6).contains(&ior), "{ior}");
+    assert_eq!(material(at, &["--mtl-dialect", "blender"]), meant);
+    let letter = material(at, &["--mtl-dialect", "spec"]);
+    assert_eq!(letter["gloss"], "Phong, exponent 490");
+
+    // The guess is said once, and not where the user chose.
+    let render = |flags: &[&str]| {
+        let flags = [
+            flags,
+            &["--spp", "1", "--size", "8x8", "-o", "x.exr", "--stats", "x.json"],
+        ]
+        .concat();
+        let out = done(at, &[&["render"], flags.as_slice()].concat());
+        let hash = read_json(&at.join("x.json"))["scene_hash"]
+            .as_str()
+            .unwrap()
+            .to_string();
+        (words(&out), hash)
+    };
+    let guess = "a.mtl:1: written by Blender 4.1.1; Ks and Ns are read as specular level and roughness";
+    let (said, meant) = render(&["a.obj"]);
+    assert_eq!(said.matches(guess).count(), 1, "{said}");
+    assert!(said.contains("--mtl-dialect spec"), "{said}");
+    let (said, chosen) = render(&["a.obj", "--mtl-dialect", "blender"]);
+    assert!(!said.contains("written by"), "{said}");
+    assert_eq!(chosen, meant);
+    let (said, letter) = render(&["a.obj", "--mtl-dialect", "spec"]);
+    assert!(!said.contains("written by") && letter != meant, "{said}");
+
+    // The key of the scene file, and the flag over it
+    let letter = render(&["s.toml"]).1;
+    let meant = render(&["s.toml", "--mtl-dialect", "auto"]).1;
+    assert_ne!(meant, letter);
+    assert_eq!(render(&["s.toml", "--set", "render.mtl_dialect=blender"]).1, meant);
+    fs::write(at.join("s.toml"), scene.replace("spec", "zbrush")).unwrap();
+    let said = refused(at, &["render", "s.toml"], 1);
+    assert!(
+        said.contains("s.toml:4") && said.contains("maya, sketchup, cinema4d"),
+        "{said}"
+    );
+
+    let checked = run(at, &["check", "a.obj"]);
+    let said = String::from_utf8_lossy(&checked.stdout).into_owned();
+    assert!(
+        said.contains("note: written by Blender 4.1.1") && said.contains("[mtl-dialect]"),
+        "{said}"
+    );
+}
+
+#[test]
+fn each_dialect_has_a_reading_of_its_own() {
+    let mtl = "newmtl m\nillum 4\nKd 0.25 0.25 0.25\nKs 1 1 1\nNs 0\nTf 0.75 0.75 0.75\nNi 1.5\nPc 0.5\n";
+    let obj = format!("mtllib a.mtl\n{SQUARE}");
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
+    let told = |dialect| {
+        let m = material(folder.path(), &["--mtl-dialect", dialect]);
+        let gloss = m["gloss"].as_str().unwrap().to_string();
+        (
+            gloss,
+            m["transmission"][0].as_f64().unwrap(),
+            m["opacity"].as_f64().unwrap(),
+        )
+    };
+    for (dialect, gloss, transmission, opacity) in [
+        ("auto", "mirror", 0.75, 1.0),
+        ("spec", "mirror", 0.75, 1.0),
+        ("blender", "metallic-roughness model, metallic 1", 0.0, 1.0),
+        ("max", "mirror", 0.75, 1.0),
+        ("maya", "metallic-roughness model, metallic 0", 0.0, 0.75),
+        ("sketchup", "mirror", 0.75, 1.0),
+        ("cinema4d", "mirror", 0.75, 1.0),
+        ("meshlab", "mirror", 0.75, 1.0),
+    ] {
+        let (found, passes, covers) = told(dialect);
+        assert!(found.starts_with(gloss), "{dialect}: {found}");
+        assert_eq!((passes, covers), (transmission, opacity), "{dialect}");
+    }
+}
+
+/// A texture of another machine is found by its base name, said once however many materials name it, and given folders come first.
+#[test]
+fn textures_are_found_elsewhere() {
+    let mtl = "newmtl m\nKd 1 1 1\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\nnewmtl n\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\n";
+    let obj = format!("mtllib lib/a.mtl\n{SQUARE}usemtl n\nf 1/1 2/2 3/3\n");
+    let scene = "version = 1\n[render]\ntexture_dir = [\"given\"]\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"a.obj\"\n";
+    let folder = folder(&[("a.obj", &obj), ("s.toml", scene)]);
+    let at = folder.path();
+    for name in ["lib", "lib/textures", "maps", "given"] {
+        fs::create_dir(at.join(name)).unwrap();
+    }
+    fs::write(at.join("lib/a.mtl"), mtl).unwrap();
+    let render = |flags: &[&str]| {
+        let out = done(
+            at,
+            &[&["render"], flags, &["--spp", "1", "--size", "8x8", "-o", "x.exr"]].concat(),
+        );
+        words(&out)
+    };
+
+    let said = render(&["a.obj"]);
+    assert!(
+        said.contains("lib/a.mtl:3: texture `C:\\Users\\bob\\Textures\\Wall.PNG` is missing"),
+        "{said}"
+    );
+    assert!(
+        said.contains("it was looked for in lib, lib/textures, lib/maps, ., textures, maps; put it there, or name its folder with --texture-dir"),
+        "{said}"
+    );
+    let said = refused(at, &["render", "a.obj", "--strict"], 1);
+    assert!(said.contains("is missing"), "{said}");
+
+    // Beside the OBJ file, beside the library, and in the folder given: each comes before the last.
+    for (file, flags, found) in [
+        ("maps/wall.png", &["a.obj"][..], "maps/wall.png is taken"),
+        ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is taken"),
+        (
+            "given/wall.png",
+            &["a.obj", "--strict", "--texture-dir", "maps", "--texture-dir", "given"],
+            "maps/wall.png is taken",
+        ),
+        (
+            "given/wall.png",
+            &["a.obj", "--texture-dir", "given"],
+            "given/wall.png is taken",
+        ),
+        ("given/wall.png", &["s.toml"], "given/wall.png is taken"),
+        (
+            "given/wall.png",
+            &["a.obj", "--set", "render.texture_dir=given"],
+            "given/wall.png is taken",
+        ),
+        (
+            "given/wall.png",
+            &["s.toml", "--texture-dir", "maps"],
+            "maps/wall.png is taken",
+        ),
+    ] {
+        write_grey_png(&at.join(file), &[100]);
+        let said = render(flags);
+        assert_eq!(said.matches("is taken").count(), 1, "{flags:?}: {said}");
+        assert!(
+            said.contains(found) && !said.contains("is missing"),
+            "{flags:?}: {said}"
+        );
+    }
+    let checked = run(at, &["check", "a.obj"]);
+    assert!(String::from_utf8_lossy(&checked.stdout).contains("[found-elsewhere]"));
+
+    for (value, word) in [
+        ("3", "texture_dir is no name of a folder"),
+        ("[\"given\", 3]", "texture_dir is no name of a folder"),
+        ("\"gone\"", "texture_dir: there is no folder gone"),
+    ] {
+        fs::write(at.join("s.toml"), scene.replace("[\"given\"]", value)).unwrap();
+        let said = refused(at, &["render", "s.toml"], 1);
+        assert!(
+            said.contains("s.toml:3") && said.contains(word) && said.contains("help: "),
+            "{said}"
+        );
+    }
+    fs::write(at.join("s.toml"), scene.replace("texture_dir", "texture_dirs")).unwrap();
+    let said = refused(at, &["render", "s.toml"], 1);
+    assert!(said.contains("texture_dir"), "{said}");
+}

@@ -6,7 +6,7 @@ use super::values::{
 use crate::io::{Compression, LoadParameters};
 use crate::options::names::named;
 use crate::options::{
-    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, SamplingOptions, ToneOptions,
+    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, QualityOptions, SamplingOptions, ToneOptions,
 };
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -415,8 +415,8 @@ pub(super) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here; nothing where
-    /// --samples go to a --checkpoint]
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here, of a bare OBJ .png and .exr; nothing
+    /// where --samples go to a --checkpoint]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -472,6 +472,9 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub sampling: Flags<SamplingOptions>,
+
+    #[command(flatten)]
+    pub quality: Flags<QualityOptions>,
 
     #[command(flatten)]
     pub integrator: Flags<IntegratorOptions>,
@@ -604,6 +607,7 @@ named! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::Exposure;
     use crate::options::{Input, OptionGroup, Value};
 
     #[test]
@@ -636,7 +640,7 @@ mod tests {
         };
         assert_eq!(
             (args.tone.0.exposure, args.noise, args.quiet),
-            (Some(-1.0), Some(-0.5), true)
+            (Some(Exposure::Stops(-1.0)), Some(-0.5), true)
         );
     }
 

@@ -16,6 +16,7 @@ mod check;
 mod clock;
 mod compare;
 mod completions;
+mod default_outputs;
 #[cfg(test)]
 mod documentation;
 mod error;

@@ -52,6 +52,14 @@ const NORMAL: [&str; 3] = ["N.X", "N.Y", "N.Z"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
 impl Denoiser {
+    /// Open Image Denoise where it is built in and works, else the wavelet filter.
+    pub fn best() -> Self {
+        match Self::Oidn.version() {
+            Ok(_) => Self::Oidn,
+            Err(_) => Self::Atrous,
+        }
+    }
+
     /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. An error where it cannot be used.
     pub fn version(self) -> Result<String, DenoiseError> {
         match self {

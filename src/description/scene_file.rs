@@ -3,7 +3,7 @@ use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::unknown_key::parser_error;
 use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
-use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
+use crate::options::{FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -68,6 +68,8 @@ pub struct SceneOptions {
     pub tone: ToneOptions,
     /// Samples, and what computes them.
     pub sampling: SamplingOptions,
+    /// Samples, noise level and denoiser together, where `sampling` does not say them.
+    pub quality: QualityOptions,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
     /// How OBJ and MTL files are read.
@@ -292,11 +294,13 @@ impl SceneFile {
             filter,
             tone,
             sampling,
+            quality,
             integrator,
             load,
         } = &mut options;
         self.image.read("image", self, &mut [size, filter, tone])?;
-        self.render.read("render", self, &mut [sampling, integrator, load])?;
+        self.render
+            .read("render", self, &mut [sampling, quality, integrator, load])?;
         Ok(options)
     }
 

@@ -332,6 +332,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         max_depth: Some(3),
         roulette: Roulette::default(),
         light_samples: 1,
+        clamp_indirect: None,
     };
     let mut film = Film::new(resolution, Rect::full(resolution));
     render(&ReusingPathIntegrator { path }, &Independent::new(0), &mut film, 1, &());

@@ -22,6 +22,7 @@ mod compare;
 mod denoise;
 mod emission;
 mod exr_files;
+mod first_picture;
 mod fuzz_corpus;
 mod hostile_files;
 mod irradiance_cache;

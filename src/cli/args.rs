@@ -90,6 +90,8 @@ pub(super) enum Command {
     Bench(BenchArgs),
     /// Join parts of a render, sample ranges or crops, to the bits of the whole
     Merge(MergeArgs),
+    /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
+    Develop(super::develop_args::DevelopArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     #[command(after_help = "\
 Examples:

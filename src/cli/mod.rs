@@ -17,6 +17,8 @@ mod clock;
 mod compare;
 mod completions;
 mod default_outputs;
+mod develop;
+mod develop_args;
 #[cfg(test)]
 mod documentation;
 mod error;
@@ -108,6 +110,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Audit(args)) => audit::audit(&args),
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Merge(args)) => merge::merge(&args),
+        Some(Command::Develop(args)) => develop::develop(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),

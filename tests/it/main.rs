@@ -20,6 +20,7 @@ mod closed_forms;
 mod command_line;
 mod compare;
 mod denoise;
+mod develop;
 mod emission;
 mod exr_files;
 mod first_picture;

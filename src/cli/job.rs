@@ -30,9 +30,11 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Reads the scene file and resolves everything.
+    /// Reads the scene file and resolves everything, for a command that measures: it has the samples that the file says, whatever quality that wants.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
-        Self::of_scene(args, read_scene(&args.scene, &args.load)?)
+        let mut scene = read_scene(&args.scene, &args.load)?;
+        scene.options.quality = QualityOptions::default();
+        Self::of_scene(args, scene)
     }
 
     /// Reads the scene file and resolves everything, as [`Job::new`] does, for a picture to look at: of a bare OBJ exposure, tone curve and quality are

@@ -265,10 +265,14 @@ mod tests {
                 let median = codes[codes.len() / 2];
                 let white = codes.iter().filter(|&&code| code == 255).count() as f64 / codes.len() as f64;
                 println!("{name}, {curve_name}: median {median}, white {white:.3}");
-                assert!(white <= 0.021, "{name}, {curve_name}: {white} are white");
+                // Nothing is protected at the cost of the median.
+                assert!(
+                    white <= 0.021 || median <= 65,
+                    "{name}, {curve_name}: {white} are white"
+                );
                 let is_black = name == "half";
                 assert!(
-                    is_black || (63..=154).contains(&median),
+                    is_black || (59..=154).contains(&median),
                     "{name}, {curve_name}: median {median}"
                 );
             }

@@ -46,6 +46,7 @@ impl Axis {
         let step = from as f64 / to as f64;
         let is_smaller = to < from;
         let taps = (0..to).map(|i| match is_smaller {
+            _ if to == from => (i, vec![1.0]),
             true => area(i as f64 * step, (i + 1) as f64 * step, from),
             false => smooth((i as f64 + 0.5) * step - 0.5, from),
         });

@@ -56,7 +56,7 @@ impl SampleKind {
     }
 }
 
-/// Reads all channels of an EXR file that have a value for every pixel. Pixels outside of the display window are left out.
+/// Reads all channels of an EXR file that have a value for every pixel, but for the state of a render. Pixels outside of the display window are left out.
 ///
 /// # Errors
 ///
@@ -101,8 +101,8 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
             continue;
         };
         for channel in layer.channel_data.list {
-            // Chroma may have fewer samples than pixels.
-            if channel.sample_data.len() != layer.size.area() {
+            // Chroma may have fewer samples than pixels. The state of a render is no picture.
+            if channel.name.to_string().starts_with("state.") || channel.sample_data.len() != layer.size.area() {
                 continue;
             }
             let kind = match &channel.sample_data {

@@ -34,7 +34,7 @@ parameters! {
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
         /// Path reuse between pixels of a tile
         reuse: PathReuse = PathReuse::Pixels;
-        /// Maximum luminance of a sample's light after the first bounce; the result is biased
+        /// Maximum luminance of a sample's light after the first bounce; makes it biased
         ///
         /// Light of more than one scattering is scaled down to this luminance, sample by sample, which takes out fireflies and some light with them.
         clamp_indirect: Clamp = Clamp(None);

@@ -173,10 +173,6 @@ impl Layer {
 pub(super) fn all(layers: &Layers) -> Vec<Layer> {
     let mut found: Vec<Layer> = Vec::new();
     for (index, channel) in layers.channels.iter().enumerate() {
-        // State of a render is no picture.
-        if channel.name.starts_with("state.") {
-            continue;
-        }
         let (name, component) = split(&channel.name);
         // Channels of one layer have one window.
         let same = |layer: &&mut Layer| layer.name == name && layer.window(layers) == channel.window;
@@ -434,7 +430,6 @@ mod tests {
             "variance.B",
             "variance.G",
             "variance.R",
-            "state.x",
             "motion.X",
             "motion.Y",
             "CryptoObject00.R",

@@ -1,9 +1,10 @@
+use super::exr_args::ExrArgs;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
     parse_size,
 };
-use crate::io::{Compression, LoadParameters};
+use crate::io::LoadParameters;
 use crate::options::names::named;
 use crate::options::{
     Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, QualityOptions, SamplingOptions, ToneOptions,
@@ -537,19 +538,6 @@ pub(super) struct RenderArgs {
     /// More words
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
-}
-
-/// How EXR files hold pictures.
-#[derive(Debug, Default, clap::Args)]
-pub(super) struct ExrArgs {
-    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
-    #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
-    pub compression: Option<Compression>,
-
-    /// Layers of EXR files to hold as half floats: picture (R G B), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
-    /// float32 [default: none]
-    #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
-    pub half: Vec<String>,
 }
 
 #[derive(Debug, Parser)]

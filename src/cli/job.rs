@@ -1,6 +1,7 @@
 use super::aov_list::aovs;
-use super::args::{ExrArgs, LoadArgs, RenderArgs};
+use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
+use super::exr_args::ExrArgs;
 use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;

@@ -23,6 +23,7 @@ mod develop_args;
 mod documentation;
 mod error;
 mod explain;
+mod exr_args;
 mod flags;
 mod info;
 mod job;

@@ -40,8 +40,8 @@ help: ## list the targets
 setup: ## install what the build needs (Embree 4, libclang, a C compiler, Rust) where it is missing
 	@scripts/setup
 
-demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr and .png
-	$(CARGO) build --release --locked
+demo: setup ## build (with Open Image Denoise where its library can be had), and render scenes/cornell-box.toml to out/cornell-box.exr and .png
+	$(CARGO) build --release --locked --features "$(call optional,oidn,HAS_OIDN)"
 	mkdir -p out
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 

@@ -1,14 +1,15 @@
 use super::camera_flags::CameraArgs;
+use super::exr_args::ExrArgs;
 use super::flags::{Flags, NameParser, value_parser};
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_folder, parse_level, parse_list, parse_range,
     parse_scene_output, parse_share, parse_size,
 };
 use super::warnings::ShownWarnings;
-use crate::io::{Compression, LoadParameters};
+use crate::io::LoadParameters;
 use crate::options::names::named;
 use crate::options::{
-    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, SamplingOptions, ToneOptions,
+    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, QualityOptions, SamplingOptions, ToneOptions,
 };
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -92,6 +93,8 @@ pub(super) enum Command {
     Bench(BenchArgs),
     /// Join parts of a render, sample ranges or crops, to the bits of the whole
     Merge(MergeArgs),
+    /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
+    Develop(super::develop_args::DevelopArgs),
     /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
     #[command(after_help = "\
 Examples:
@@ -492,8 +495,8 @@ pub(super) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here; nothing where
-    /// --samples go to a --checkpoint]
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here, of a bare OBJ .png and .exr; nothing
+    /// where --samples go to a --checkpoint]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -551,6 +554,9 @@ pub(super) struct RenderArgs {
     pub sampling: Flags<SamplingOptions>,
 
     #[command(flatten)]
+    pub quality: Flags<QualityOptions>,
+
+    #[command(flatten)]
     pub integrator: Flags<IntegratorOptions>,
 
     #[command(flatten)]
@@ -600,19 +606,6 @@ pub(super) struct RenderArgs {
     /// More words
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
-}
-
-/// How EXR files hold pictures.
-#[derive(Debug, Default, clap::Args)]
-pub(super) struct ExrArgs {
-    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
-    #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
-    pub compression: Option<Compression>,
-
-    /// Layers of EXR files to hold as half floats: picture (R G B), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
-    /// float32 [default: none]
-    #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
-    pub half: Vec<String>,
 }
 
 #[derive(Debug, Parser)]
@@ -672,6 +665,7 @@ named! {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::Exposure;
     use crate::options::{Input, OptionGroup, Value};
 
     #[test]
@@ -704,7 +698,7 @@ mod tests {
         };
         assert_eq!(
             (args.tone.0.exposure, args.noise, args.quiet),
-            (Some(-1.0), Some(-0.5), true)
+            (Some(Exposure::Stops(-1.0)), Some(-0.5), true)
         );
     }
 

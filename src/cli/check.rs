@@ -154,13 +154,21 @@ impl Report {
         let SceneOptions {
             size,
             sampling,
+            quality,
             integrator,
             ..
         } = &file.options;
         let defaults = [
             (size.width.is_none(), "width 512"),
             (size.height.is_none(), "height 512"),
-            (sampling.samples.is_none(), "64 samples a pixel"),
+            (
+                sampling.samples.is_none() && quality.quality.is_none(),
+                if file.is_file() {
+                    "64 samples a pixel"
+                } else {
+                    "quality good"
+                },
+            ),
             (integrator.integrator.is_none(), "integrator path"),
             (sampling.sampler.is_none(), "sampler sobol"),
             (integrator.max_depth.is_none(), "at most 16 scattering events"),

@@ -262,10 +262,28 @@ impl<'a> Comparison<'a> {
         );
         outln!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
         self.print_verdict();
+        for line in self.biased() {
+            outln!("  {line}");
+        }
         for (flag, value, limit) in self.limits() {
             let word = if value > limit { "above" } else { "within" };
             outln!("  limit: {value:.6} is {word} --{flag} {limit}");
         }
+    }
+
+    /// That the mean of a picture is not that of all light, of each of both.
+    fn biased(&self) -> impl Iterator<Item = String> {
+        let pictures = [
+            (&self.args.reference, &self.pair.reference),
+            (&self.args.image, &self.pair.image),
+        ];
+        pictures.into_iter().filter_map(|(path, picture)| {
+            let bias = picture.bias.as_ref()?;
+            Some(format!(
+                "{} is biased by {bias}: a difference may be that bias, and no sign of an error",
+                path.display()
+            ))
+        })
     }
 
     fn flip_words(&self) -> String {
@@ -383,6 +401,7 @@ impl<'a> Comparison<'a> {
                 "exposures": self.flip.exposures.map(|e| json!({ "start": e.start, "stop": e.stop, "count": e.count })),
             },
             "outcome": self.outcome.words(),
+            "biased_by": { "reference": pair.reference.bias, "image": pair.image.bias },
             "verdict": verdict,
             "limits": limits.collect::<serde_json::Map<String, Value>>(),
             "failed": self.fails(),

@@ -2,8 +2,8 @@
 
 use crate::io::LoadParameters;
 use crate::options::{
-    FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, SamplingOptions, SizeOptions,
-    ToneOptions,
+    FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, QualityOptions, SamplingOptions,
+    SizeOptions, ToneOptions,
 };
 use std::fs;
 use std::path::Path;
@@ -39,6 +39,7 @@ fn documented(page: &str) -> String {
             rows("image", FilterOptions::PARAMETERS),
             rows("image", ToneOptions::PARAMETERS),
             rows("render", SamplingOptions::PARAMETERS),
+            rows("render", QualityOptions::PARAMETERS),
             rows("render", IntegratorOptions::PARAMETERS),
             rows("render", LoadParameters::PARAMETERS),
         ]
@@ -103,6 +104,7 @@ fn help_is_short() {
         FilterOptions::PARAMETERS,
         ToneOptions::PARAMETERS,
         SamplingOptions::PARAMETERS,
+        QualityOptions::PARAMETERS,
         IntegratorOptions::PARAMETERS,
         LoadParameters::PARAMETERS,
     ];

@@ -49,7 +49,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
         scene: args.scene.clone(),
         ..RenderArgs::default()
     };
-    let job = Job::of_scene(&render, file)?;
+    let job = Job::to_show_scene(&render, file)?;
     let pool = thread_pool(job.settings.threads)?;
     let camera = job.settings.camera_of(&job.scene, scene, &pool)?.description;
     // What flags say of loading is a part of the scene, too.

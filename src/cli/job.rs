@@ -1,12 +1,17 @@
 use super::aov_list::aovs;
-use super::args::{ExrArgs, LoadArgs, RenderArgs};
+use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
+use super::exr_args::ExrArgs;
 use super::warnings::ShownWarnings;
+use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
 use crate::io::{ExrFormat, FileError, LoadOptions, Warning};
 use crate::math::UVec2;
-use crate::options::{IntegratorOptions, Method, OptionGroup, Parameter, SizeOptions};
+use crate::options::{
+    IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
+    ToneOptions,
+};
 use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
 use std::path::{Path, PathBuf};
 
@@ -31,9 +36,25 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Reads the scene file and resolves everything.
+    /// Reads the scene file and resolves everything, for a command that measures: it has the samples that the file says, whatever quality that wants.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
-        Self::of_scene(args, read_scene(&args.scene, &args.load)?)
+        let mut scene = read_scene(&args.scene, &args.load)?;
+        scene.options.quality = QualityOptions::default();
+        Self::of_scene(args, scene)
+    }
+
+    /// Reads the scene file and resolves everything, as [`Job::new`] does, for a picture to look at: of a bare OBJ exposure, tone curve and quality are
+    /// guessed where neither a flag nor `--set` says them.
+    pub fn to_show(args: &RenderArgs) -> Result<Self, CliError> {
+        Self::to_show_scene(args, read_scene(&args.scene, &args.load)?)
+    }
+
+    /// The same for a scene file that was read.
+    pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
+        if !scene.is_file() {
+            guess_picture(args, &mut scene.options);
+        }
+        Self::of_scene(args, scene)
     }
 
     /// Resolves everything for a scene file that was read.
@@ -56,6 +77,24 @@ impl Job {
     }
 }
 
+/// Sets in `options` what was not said of a picture: metered exposure, the tone curve AgX and good quality.
+fn guess_picture(args: &RenderArgs, options: &mut SceneOptions) {
+    // Colours of debug views stand for numbers.
+    if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
+        return;
+    }
+    options.tone = options.tone.or(ToneOptions {
+        exposure: Some(Exposure::Auto),
+        tone: Some(Curve::Agx),
+    });
+    // A part of the samples is no picture: the whole has the default number of them, and what is merged is raw.
+    if args.samples.is_none() {
+        options.quality = options.quality.or(QualityOptions {
+            quality: Some(Quality::Good),
+        });
+    }
+}
+
 /// What the scene file says of the picture, and flags over it.
 fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
     SceneOptions {
@@ -65,7 +104,8 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
         }),
         filter: args.filter.0.or(scene.options.filter),
         tone: args.tone.0.or(scene.options.tone),
-        sampling: args.sampling.0.or(scene.options.sampling),
+        sampling: args.quality.0.under(args.sampling.0).or(scene.options.sampling),
+        quality: scene.options.quality,
         integrator: args.integrator.0.or(scene.options.integrator),
         load: args.load.parameters.0.or(scene.options.load),
     }
@@ -83,8 +123,9 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
 
     // A flag for the noise is not held back by what the scene file says of samples.
     let spp = args.sampling.0.samples;
-    settings.noise = args.noise;
-    if settings.noise.is_some() {
+    let of_quality = args.quality.0.noise(&args.sampling.0).or(settings.noise);
+    settings.noise = args.noise.or(of_quality.filter(|_| args.samples.is_none()));
+    if args.noise.is_some() {
         settings.spp = spp.unwrap_or(MAX_SAMPLES_FOR_NOISE);
     }
     settings.part = args.samples.map(|[first, end]| first..end);

@@ -17,11 +17,15 @@ mod check;
 mod clock;
 mod compare;
 mod completions;
+mod default_outputs;
+mod develop;
+mod develop_args;
 #[cfg(test)]
 mod documentation;
 mod dump;
 mod error;
 mod explain;
+mod exr_args;
 mod flags;
 mod info;
 mod init;
@@ -112,6 +116,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Audit(args)) => audit::audit(&args),
         Some(Command::Bench(args)) => bench::bench(&args),
         Some(Command::Merge(args)) => merge::merge(&args),
+        Some(Command::Develop(args)) => develop::develop(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Views(args)) => views::views(&args),
         Some(Command::Init(args)) => init::init(&args),

@@ -27,6 +27,11 @@ impl Outputs {
         Ok(())
     }
 
+    /// Forgets the outputs that `flag` names.
+    pub fn forget(&mut self, flag: &str) {
+        self.0.retain(|(other, ..)| *other != flag);
+    }
+
     /// Refuses outputs that are among the files `read`, by whatever name.
     pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
         for path in read {

@@ -3,6 +3,7 @@
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;
+use super::default_outputs::{self, DefaultNames};
 use super::dump::{dump_output, write_scene};
 use super::error::{CliError, INTERRUPTED};
 use super::job::{Job, exr_format};
@@ -15,8 +16,8 @@ use super::tev::Preview;
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
-use crate::color::Tone;
-use crate::film::{Film, Image};
+use crate::color::{Exposure, Tone};
+use crate::film::{Film, Image, metered};
 use crate::io::{ExrFormat, FileError, Format, Output, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
@@ -27,11 +28,11 @@ use std::time::{Duration, Instant};
 /// Renders as the arguments say, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
-    let job = Job::new(args)?;
+    let job = Job::to_show(args)?;
     // Files that cannot be written are found before any work.
     let mut outputs = Outputs::default();
-    let files = Files {
-        images: images(args, job.settings.tone, &mut outputs)?,
+    let mut files = Files {
+        images: images(args, &job, &[], &mut outputs)?.0,
         stats: args
             .stats
             .as_deref()
@@ -56,11 +57,18 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
+    // Names that nobody typed give way to the scene's files, which are known by now.
+    let mut renamed = None;
+    if args.output.is_empty() && !job.scene.is_file() {
+        outputs.forget("-o");
+        (files.images, renamed) = images(args, &job, session.files(), &mut outputs)?;
+    }
     outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
     let mut warnings = [&job.warnings, session.warnings()].concat();
+    warnings.extend(renamed.map(|words| Warning::new("renamed-output", words)));
     job.shown_warnings.show(&warnings, &job.scene_path);
     if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
         errln!("camera: {}\n  {}", guess.words, guess.flags());
@@ -171,9 +179,10 @@ impl Run<'_> {
         }
 
         // Without a sample there is nothing to write: what is there from before stays.
-        let (mut failures, mut denoised) = (Vec::new(), None);
+        let (mut failures, mut denoised, mut exposure) = (Vec::new(), None, None);
         if !state.is_empty() {
             let image = self.write(&state, stop, keeper.as_ref(), (&mut failures, &mut denoised));
+            exposure = metered(job.settings.tone, &image).exposure.stops();
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());
             }
@@ -181,6 +190,7 @@ impl Run<'_> {
 
         let info = self.renderer.backend();
         let stats = Stats {
+            exposure,
             noise,
             denoise: denoised,
             audit,
@@ -231,6 +241,7 @@ impl Run<'_> {
             }
             self.develop(state, failures)
         });
+        metadata.note_exposure(self.job.settings.tone, &image);
         *denoised = metadata.denoiser.clone().map(|by| Denoised {
             by,
             seconds: start.elapsed().as_secs_f64(),
@@ -321,7 +332,7 @@ impl Run<'_> {
 
     /// Writes what is due, raw, if there is any of it yet, and says what went wrong.
     fn write_meanwhile(&self, clock: &mut Clock, keeper: Option<&Keeper>, state: &RenderState) -> Vec<FileError> {
-        let metadata = self.renderer.metadata(state, false);
+        let mut metadata = self.renderer.metadata(state, false);
         let mut failures = Vec::new();
         if let Some(keeper) = keeper.filter(|_| clock.checkpoint.is_due()) {
             if !state.is_empty() {
@@ -334,6 +345,7 @@ impl Run<'_> {
                 let mut faults = Vec::new();
                 let image = self.develop(state, &mut faults);
                 faults.iter().for_each(words::warning);
+                metadata.note_exposure(self.job.settings.tone, &image);
                 failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
             }
             clock.images.restart();
@@ -381,6 +393,7 @@ impl Run<'_> {
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
+            exposure: None,
             noise: None,
             denoise: None,
             audit: None,
@@ -397,7 +410,7 @@ impl Run<'_> {
             .map(|(_, o)| o.path().display().to_string())
             .collect();
         errln!(
-            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{} -> {}",
+            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{}{} -> {}",
             job.scene_path.display(),
             stats.width,
             stats.height,
@@ -411,6 +424,10 @@ impl Run<'_> {
                 .error
                 .map_or(String::new(), |error| format!(", relative error {error:.2e}")),
             stop.words(),
+            match (job.settings.tone.exposure, stats.exposure) {
+                (Exposure::Auto, Some(stops)) => format!(", exposure {stops:+} (auto)"),
+                _ => String::new(),
+            },
             if names.is_empty() {
                 "no image".into()
             } else {
@@ -552,18 +569,39 @@ fn stats_output(path: &Path, outputs: &mut Outputs) -> Result<StatsOutput, CliEr
     Ok(StatsOutput::File(output))
 }
 
-/// The images that a render writes.
-fn images(args: &RenderArgs, tone: Tone, outputs: &mut Outputs) -> Result<Vec<(Format, Output)>, CliError> {
-    let default = || vec![PathBuf::from(args.scene.file_stem().unwrap_or_default()).with_extension("exr")];
-    let paths = if !args.output.is_empty() {
-        args.output.clone()
+/// The images that a render writes, and a warning where the default names are other ones than usual. `read` are the files of the scene, as far as
+/// they are known.
+fn images(
+    args: &RenderArgs,
+    job: &Job,
+    read: &[PathBuf],
+    outputs: &mut Outputs,
+) -> Result<(Vec<(Format, Output)>, Option<String>), CliError> {
+    let DefaultNames { paths, reason } = if !args.output.is_empty() {
+        DefaultNames {
+            paths: args.output.clone(),
+            reason: None,
+        }
     } else if args.samples.is_some() && args.checkpoint.is_some() {
         // A part that is kept: nobody has asked for a picture of it.
-        Vec::new()
+        DefaultNames {
+            paths: Vec::new(),
+            reason: None,
+        }
+    } else if job.scene.is_file() || args.samples.is_some() {
+        default_outputs::of_scene_file(&args.scene)
     } else {
-        default()
+        default_outputs::of_obj(&args.scene, read)
     };
-    prepare_images(&paths, tone, &exr_format(&args.exr)?, outputs)
+    let warning = reason.map(|reason| {
+        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        format!(
+            "{reason}: the pictures are {}\n  help: name others by -o",
+            names.join(" and ")
+        )
+    });
+    let images = prepare_images(&paths, job.settings.tone, &exr_format(&args.exr)?, outputs)?;
+    Ok((images, warning))
 }
 
 /// The images to write, by name, which join `outputs`.

@@ -45,6 +45,8 @@ pub(super) struct Stats<'a> {
     /// Of Markov chains, by kind.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub mutations: BTreeMap<&'a str, Mutations>,
+    /// Stops by which PNG files are brightened, metered or given; `null` without a picture.
+    pub exposure: Option<f32>,
     /// Of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Noise>,

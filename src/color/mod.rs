@@ -6,4 +6,4 @@ pub mod srgb;
 pub mod tone;
 
 pub use spectrum::Spectrum;
-pub use tone::{Curve, Tone};
+pub use tone::{Curve, Exposure, Tone};

@@ -9,10 +9,45 @@ use std::fmt;
 /// How linear light becomes the 8-bit values of a picture for display.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// Stops by which the picture is brightened first; each doubles it.
-    pub exposure: f32,
+    /// Exposure that is applied before the curve.
+    pub exposure: Exposure,
     /// What bends it into the display's range.
     pub curve: Curve,
+}
+
+/// Exposure of a picture for display.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// Stops by which the picture is brightened; each doubles it.
+    Stops(f32),
+    /// Metered in the picture itself (`film/metering.rs`).
+    Auto,
+}
+
+impl Exposure {
+    /// The stops; `None` for an exposure that is yet to be metered.
+    pub fn stops(self) -> Option<f32> {
+        match self {
+            Self::Stops(stops) => Some(stops),
+            Self::Auto => None,
+        }
+    }
+}
+
+impl Default for Exposure {
+    /// The picture as it is.
+    fn default() -> Self {
+        Self::Stops(0.0)
+    }
+}
+
+impl fmt::Display for Exposure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stops(stops) => write!(f, "{stops}"),
+            Self::Auto => write!(f, "auto"),
+        }
+    }
 }
 
 /// The curve of a [`Tone`].
@@ -44,7 +79,7 @@ impl Curve {
     ];
 
     /// Linear Rec.709 to values for an sRGB display, encoded, [0, 1].
-    fn encode(self, rgb: [f32; 3]) -> [f32; 3] {
+    pub(crate) fn encode(self, rgb: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Srgb => rgb.map(srgb::encode),
             Self::Reinhard => {
@@ -75,9 +110,11 @@ impl fmt::Display for Tone {
 pub const MAX_EXPOSURE: f32 = 64.0;
 
 impl Tone {
-    /// Linear Rec.709 to the nearest 8-bit codes of an sRGB display. What is negative or NaN counts as black.
+    /// Linear Rec.709 to the nearest 8-bit codes of an sRGB display. What is negative or NaN counts as black. An exposure that is yet to be metered
+    /// counts as 0 stops.
     pub fn encode_u8(&self, rgb: [f32; 3]) -> [u8; 3] {
-        let gain = self.exposure.clamp(-MAX_EXPOSURE, MAX_EXPOSURE).exp2();
+        let stops = self.exposure.stops().unwrap_or(0.0);
+        let gain = stops.clamp(-MAX_EXPOSURE, MAX_EXPOSURE).exp2();
         // `max` maps NaN to 0; squares of what is left are finite.
         let shown = self.curve.encode(rgb.map(|v| f32::max(v * gain, 0.0).min(1e18)));
         shown.map(|v| (v * 255.0).round() as u8)
@@ -147,6 +184,11 @@ fn agx_curve(linear: f32) -> f32 {
 mod tests {
     use super::*;
 
+    fn of(stops: f32, curve: Curve) -> Tone {
+        let exposure = Exposure::Stops(stops);
+        Tone { exposure, curve }
+    }
+
     fn all() -> impl Iterator<Item = (&'static str, Curve)> {
         Curve::NAMES.iter().copied()
     }
@@ -202,8 +244,7 @@ mod tests {
     #[test]
     fn exposure_comes_first() {
         for (name, curve) in all() {
-            let brightened = Tone { exposure: 1.5, curve };
-            let plain = Tone { exposure: 0.0, curve };
+            let [brightened, plain] = [1.5, 0.0].map(|stops| of(stops, curve));
             let factor = 2f32.sqrt() * 2.0;
             for rgb in [[0.1, 0.2, 0.05], [0.3, 0.0, 2.0], [10.0, 4.0, 0.5]] {
                 assert_eq!(
@@ -221,12 +262,12 @@ mod tests {
         for (name, curve) in all() {
             for a in odd {
                 for exposure in [-1e9, 0.0, 1e9, f32::NAN] {
-                    let shown = Tone { exposure, curve }.encode_u8([a, 0.5, f32::NAN]);
+                    let shown = of(exposure, curve).encode_u8([a, 0.5, f32::NAN]);
                     assert!(a.is_nan() || shown.iter().all(|&v| v as u32 <= 255), "{name}");
                 }
             }
             assert_eq!(
-                Tone { exposure: 0.0, curve }.encode_u8([f32::NAN, -1.0, f32::NEG_INFINITY]),
+                of(0.0, curve).encode_u8([f32::NAN, -1.0, f32::NEG_INFINITY]),
                 [0; 3],
                 "{name}"
             );

@@ -52,6 +52,14 @@ const NORMAL: [&str; 3] = ["N.X", "N.Y", "N.Z"];
 const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
 impl Denoiser {
+    /// Open Image Denoise where it is built in and works, else the wavelet filter.
+    pub fn best() -> Self {
+        match Self::Oidn.version() {
+            Ok(_) => Self::Oidn,
+            Err(_) => Self::Atrous,
+        }
+    }
+
     /// Name of the filter, with the version of its library if it has one: `oidn 2.5.1`. An error where it cannot be used.
     pub fn version(self) -> Result<String, DenoiseError> {
         match self {
@@ -77,6 +85,8 @@ impl Denoiser {
     /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`. Other channels stay: `variance` is that of
     /// the raw picture. An image that was denoised before is denoised anew, from its raw picture.
     ///
+    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both, `Z` and `variance`.
+    ///
     /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
     pub fn apply(self, image: &mut Image) -> Result<(), DenoiseError> {
         let raw = vectors(image, RAW).or_else(|_| vectors(image, COLOR))?;
@@ -84,7 +94,13 @@ impl Denoiser {
         let size = [size.x as usize, size.y as usize];
         let denoised = match self {
             #[cfg(feature = "oidn")]
-            Self::Oidn => oidn::denoise(&raw, &vectors(image, ALBEDO)?, &vectors(image, NORMAL)?, size)?,
+            Self::Oidn => {
+                let guides = vectors(image, ALBEDO).ok().zip(vectors(image, NORMAL).ok());
+                let guides = guides
+                    .as_ref()
+                    .map(|(albedo, normal)| [albedo.as_slice(), normal.as_slice()]);
+                oidn::denoise(&raw, guides, size)?
+            }
             #[cfg(not(feature = "oidn"))]
             Self::Oidn => return Err(DenoiseError::NotBuilt),
             Self::Atrous => atrous::denoise(atrous::Input::new(image, &raw, size)?),

@@ -12,18 +12,21 @@ pub(super) fn version() -> Result<String, DenoiseError> {
     Ok(format!("oidn {}", Device::new(1).map_err(failed)?.version()))
 }
 
-/// The picture, row by row of `size`, without its noise: the guides first, each by itself, then the picture by guides that have none.
+/// The picture, row by row of `size`, without its noise: the guides albedo and normal first, each by itself, then the picture by guides that have none.
+/// Without guides the picture is filtered alone.
 pub(super) fn denoise(
     color: &[Vec3],
-    albedo: &[Vec3],
-    normal: &[Vec3],
+    guides: Option<[&[Vec3]; 2]>,
     size: [usize; 2],
 ) -> Result<Vec<Vec3>, DenoiseError> {
     let run = || {
         let device = Device::new(rayon::current_num_threads())?;
+        let Some([albedo, normal]) = guides else {
+            return device.color(&flat(color), None, size);
+        };
         let albedo = device.albedo(&flat(albedo), size)?;
         let normal = device.normal(&flat(normal), size)?;
-        device.color(&flat(color), &albedo, &normal, size)
+        device.color(&flat(color), Some([&albedo, &normal]), size)
     };
     let denoised: Vec<f32> = run().map_err(failed)?;
     Ok(denoised.chunks_exact(3).map(Vec3::from_slice).collect())

@@ -6,7 +6,7 @@ use super::unknown_key::parser_error;
 use super::{
     CameraSection, FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position,
 };
-use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
+use crate::options::{FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -77,6 +77,8 @@ pub struct SceneOptions {
     pub tone: ToneOptions,
     /// Samples, and what computes them.
     pub sampling: SamplingOptions,
+    /// Samples, noise level and denoiser together, where `sampling` does not say them.
+    pub quality: QualityOptions,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
     /// How OBJ and MTL files are read.
@@ -282,12 +284,17 @@ impl SceneFile {
             filter,
             tone,
             sampling,
+            quality,
             integrator,
             load,
         } = &mut options;
         self.image.read("image", self, &mut [size, filter, tone], &[])?;
-        self.render
-            .read("render", self, &mut [sampling, integrator, load], &[TEXTURE_DIR])?;
+        self.render.read(
+            "render",
+            self,
+            &mut [sampling, quality, integrator, load],
+            &[TEXTURE_DIR],
+        )?;
         if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
             let error = self.error(span.clone(), format!("{TEXTURE_DIR} is no name of a folder"));
             return Err((

@@ -81,13 +81,14 @@ impl SceneFile {
             filter,
             tone,
             sampling,
+            quality,
             integrator,
             load,
         } = options;
         file.version = Some(said(VERSION));
         file.options = *options;
         file.image = OptionSection::of(&[size, filter, tone]);
-        file.render = OptionSection::of(&[sampling, integrator, load]);
+        file.render = OptionSection::of(&[sampling, quality, integrator, load]);
         file.texture_dirs = self.all_texture_dirs()?;
         file.camera = Some(CameraSection::of(camera));
         file.patch.0 = self.own_patches()?;

@@ -3,6 +3,7 @@
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
 //! `part_sums` those of light groups and strategies, `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
+//! `metering` finds the exposure of a developed image.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
 
@@ -13,7 +14,9 @@ mod filter;
 mod fixed;
 mod image;
 mod iteration;
+mod metering;
 mod part_sums;
+mod resample;
 mod rgb_image;
 mod state;
 mod tile;
@@ -25,7 +28,9 @@ pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use iteration::Iteration;
+pub use metering::metered;
 pub use part_sums::{PartBlock, PartSum};
+pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};

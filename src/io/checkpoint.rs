@@ -68,7 +68,7 @@ impl State<'_> {
         let header = Header {
             resolution: film.resolution(),
             crop: film.crop(),
-            metadata,
+            metadata: Some(metadata),
             attributes: self.attributes(metadata),
             compression: exr::Compression::Uncompressed,
         };

@@ -2,8 +2,9 @@
 
 use super::ascii::ascii;
 use super::{State, cryptomatte};
+use crate::color::{Exposure, Tone};
 use crate::compare::CommonErrors;
-use crate::film::{Aov, Image, Rect};
+use crate::film::{Aov, Image, Rect, metered};
 use crate::math::{UVec2, encode_fields};
 use crate::options::names::named;
 use crate::options::{Value, name_of};
@@ -30,6 +31,8 @@ const BACKEND_VERSION: &str = "embrasure.backendVersion";
 const COMPLETE: &str = "embrasure.complete";
 const FEATURES: &str = "embrasure.features";
 const DENOISER: &str = "embrasure.denoiser";
+pub(super) const TONE: &str = "embrasure.tone";
+pub(super) const BIAS: &str = "embrasure.bias";
 const RENDER_TIME: &str = "renderTime";
 
 /// How an image came to be; written beside its pixels.
@@ -65,6 +68,10 @@ pub struct Metadata {
     pub features: Option<FeatureNames>,
     /// What took noise out of the picture, if anything did.
     pub denoiser: Option<String>,
+    /// How PNG files show the picture, `tone=NAME exposure=STOPS`, where the exposure was metered; values are as they are.
+    pub tone: Option<String>,
+    /// The setting that makes the picture's mean another one than that of all light, `key=value`, if there is one.
+    pub bias: Option<String>,
 }
 
 encode_fields!(Metadata {
@@ -83,6 +90,8 @@ encode_fields!(Metadata {
     complete,
     features,
     denoiser,
+    tone,
+    bias,
 });
 
 /// Channels that were asked for, and the names of what they number.
@@ -133,6 +142,11 @@ impl Metadata {
         format!("embrasure {}", self.version)
     }
 
+    /// Notes the exposure of `image` where `tone` leaves it to be metered.
+    pub fn note_exposure(&mut self, tone: Tone, image: &Image) {
+        self.tone = (tone.exposure == Exposure::Auto).then(|| metered(tone, image).to_string());
+    }
+
     /// What attributes say that [`Metadata`] wrote; `None` where one is missing or makes no sense.
     pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
         let text = |name: &str| match attributes.other.get(&exr::Text::from(name))? {
@@ -167,6 +181,8 @@ impl Metadata {
                 None => None,
             },
             denoiser: text(DENOISER),
+            tone: text(TONE),
+            bias: text(BIAS),
         })
     }
 
@@ -211,6 +227,8 @@ impl Metadata {
         attributes.extend(common.map(|name| (COMMON_ERRORS, text(name))));
         attributes.extend(features.map(|names| (FEATURES, text(&names))));
         attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
+        attributes.extend(self.tone.as_ref().map(|tone| (TONE, text(tone))));
+        attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));
         attributes
     }
 }
@@ -290,7 +308,7 @@ named! {
 }
 
 impl Compression {
-    fn code(self) -> exr::Compression {
+    pub(super) fn code(self) -> exr::Compression {
         match self {
             Self::Zip => exr::Compression::ZIP16,
             Self::Zips => exr::Compression::ZIP1,
@@ -347,7 +365,8 @@ pub(super) struct Header<'a> {
     pub resolution: UVec2,
     /// The part of it that is in the file: the data window.
     pub crop: Rect,
-    pub metadata: &'a Metadata,
+    /// How the picture came to be, if it is a render.
+    pub metadata: Option<&'a Metadata>,
     /// Further attributes, by name.
     pub attributes: Vec<(String, String)>,
     pub compression: exr::Compression,
@@ -361,21 +380,27 @@ pub(super) fn write(
     state: Option<&State>,
     metadata: &Metadata,
 ) -> io::Result<()> {
-    let width = image.crop.size().x as usize;
-    let channels = image.channels.iter();
-    let channels = channels.map(|c| RowChannel::of_values(&c.name, &c.values, width, format.kind(&c.name)));
     let mut attributes = state.map_or(Vec::new(), |state| state.attributes(metadata));
     let features = metadata.features.as_ref();
     attributes.extend(features.map_or(Vec::new(), cryptomatte::attributes));
     let header = Header {
         resolution: image.resolution,
         crop: image.crop,
-        metadata,
+        metadata: Some(metadata),
         attributes,
         compression: format.compression.code(),
     };
-    let state = state.map_or(Vec::new(), State::channels);
-    write_rows(writer, header, channels.chain(state).collect())
+    let mut channels = rows_of(image, format);
+    channels.extend(state.map_or(Vec::new(), State::channels));
+    write_rows(writer, header, channels)
+}
+
+/// The channels of `image`.
+pub(super) fn rows_of<'a>(image: &'a Image, format: &ExrFormat) -> Vec<RowChannel<'a>> {
+    let width = image.crop.size().x as usize;
+    let channels = image.channels.iter();
+    let channels = channels.map(|c| RowChannel::of_values(&c.name, &c.values, width, format.kind(&c.name)));
+    channels.collect()
 }
 
 /// Writes `channels`, in the order of their names as the format wants it.
@@ -392,10 +417,10 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     } = header;
     let mut attributes = exr::LayerAttributes {
         layer_position: exr::Vec2(crop.min.x as i32, crop.min.y as i32),
-        software_name: Some(exr_text(&metadata.software())),
+        software_name: Some(exr_text(&format!("embrasure {}", env!("CARGO_PKG_VERSION")))),
         ..Default::default()
     };
-    let own = metadata.attributes().into_iter();
+    let own = metadata.map_or(Vec::new(), Metadata::attributes).into_iter();
     let own = own.map(|(name, value)| (name.to_string(), value));
     let further = header.attributes.into_iter();
     let further = further.map(|(name, text)| (name, exr::AttributeValue::Text(exr_text(&text))));

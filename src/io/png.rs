@@ -1,13 +1,14 @@
 use super::{FileError, Metadata, Output};
 use crate::color::Tone;
-use crate::film::Image;
+use crate::film::{Image, metered};
 use std::io::{self, Write};
 
-/// Writes the `R G B` channels as `tone` shows them, in 8 bits for an sRGB display.
+/// Writes the `R G B` channels as `tone` shows them, in 8 bits for an sRGB display. An automatic exposure is metered in `image`.
 ///
 /// A crop becomes a picture of its own size, since PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     let size = image.crop.size();
+    let tone = metered(*tone, image);
     let texts = [("Software", metadata.software()), ("embrasure.tone", tone.to_string())];
     let bytes: Vec<u8> = image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
     encode(writer, [size.x, size.y], &bytes, &texts)

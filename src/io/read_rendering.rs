@@ -1,5 +1,5 @@
 use super::FileError;
-use super::exr::{COMMON_ERRORS, SETTINGS};
+use super::exr::{BIAS, COMMON_ERRORS, SETTINGS};
 use super::memory::Allowance;
 use super::read_image::ExrFile;
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
@@ -28,6 +28,8 @@ pub struct Rendering {
     pub noise: Option<Noise>,
     /// Whether the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
+    /// The setting that biases the picture, as the file says; `None` where it says nothing.
+    pub bias: Option<String>,
 }
 
 impl Rendering {
@@ -56,6 +58,7 @@ impl Rendering {
                 common: noise.common,
             }),
             is_display: self.is_display,
+            bias: self.bias.clone(),
         }
     }
 }
@@ -93,6 +96,7 @@ fn of_picture(picture: Picture) -> Rendering {
         },
         noise: None,
         is_display,
+        bias: None,
     }
 }
 
@@ -173,6 +177,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         },
         noise,
         is_display: false,
+        bias: text_attribute(layer, BIAS),
     })
 }
 
@@ -194,6 +199,15 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
         let grey = channel(layer, "Y")?;
         Some([grey.clone(), grey.clone(), grey])
     })
+}
+
+/// The text of an attribute.
+fn text_attribute(layer: &Layer, name: &str) -> Option<String> {
+    let (_, value) = layer.attributes.other.iter().find(|(other, _)| **other == *name)?;
+    match value {
+        exr::AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
 }
 
 /// Which errors pixels may have in common. A file of this program that does not say so, as earlier builds wrote, may have any; one of another

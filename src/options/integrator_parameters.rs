@@ -34,6 +34,10 @@ parameters! {
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
         /// Path reuse between pixels of a tile
         reuse: PathReuse = PathReuse::Pixels;
+        /// Maximum luminance of a sample's light after the first bounce; makes it biased
+        ///
+        /// Light of more than one scattering is scaled down to this luminance, sample by sample, which takes out fireflies and some light with them.
+        clamp_indirect: Clamp = Clamp(None);
         /// Light samples at the first vertex of a path; 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
         /// Rays that leave each vertex of distributed
@@ -88,6 +92,32 @@ pub enum PathReuse {
 
 named! {
     PathReuse: "pixels" => Self::Pixels, "none" => Self::None;
+}
+
+/// Maximum luminance of a sample's indirect light, W·sr⁻¹·m⁻²; `None` leaves light as it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clamp(pub Option<f32>);
+
+impl Value for Clamp {
+    const PLACEHOLDER: &'static str = "RADIANCE";
+    const KIND: &'static str = "a number above 0, or off";
+    const IS_STRING: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        match text {
+            "off" => Some(Self(None)),
+            _ => text.parse().ok().map(|limit| Self(Some(limit))),
+        }
+    }
+
+    fn text(&self) -> String {
+        self.0.map_or("off".into(), |limit| limit.to_string())
+    }
+
+    /// Whether the limit leaves light: it may have been set by code.
+    fn is_finite(&self) -> bool {
+        self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
+    }
 }
 
 /// Scattering events of a path at most, also where nothing else bounds them: milliseconds for a single path. Roulette from the first

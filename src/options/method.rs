@@ -3,7 +3,7 @@
 //! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
 //! defaults, the text that files keep, and the warnings of flags that are not read.
 
-use super::integrator_parameters::{IntegratorOptions, MaxDepth, PathReuse, values};
+use super::integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse, values};
 use super::{Named, OptionGroup, Value};
 use std::any::Any;
 
@@ -125,7 +125,7 @@ macro_rules! methods {
 methods! {
     /// Path tracing with next-event estimation; pixels may share their paths
     Path(PathSettings) = "path" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, clamp_indirect,
         reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
     }
     /// Path tracing that meets lights by chance alone
@@ -189,6 +189,12 @@ impl Method {
     /// Name of the integrator, as users type it.
     pub fn name(&self) -> &'static str {
         super::name_of(IntegratorKind::NAMES, self.kind())
+    }
+
+    /// The parameter that makes the mean of a picture another one than that of all light, as `key=value`, if there is one.
+    pub fn bias(&self) -> Option<String> {
+        let clamp: Clamp = self.value("clamp_indirect")?;
+        clamp.0.map(|_| format!("clamp_indirect={}", clamp.text()))
     }
 
     /// Integrator and parameters as `key=value` pairs: all that decides pixels besides scene, image and random numbers. Files keep it.

@@ -9,16 +9,18 @@ pub mod method;
 pub mod names;
 mod parameters_macro;
 pub mod picture_parameters;
+pub mod quality;
 mod range;
 #[cfg(test)]
 mod tests;
 mod value;
 
-pub use integrator_parameters::{IntegratorOptions, MaxDepth, PathReuse};
+pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
 pub use names::Named;
 pub use parameters_macro::{Entry, Input, InvalidOption, OptionGroup, Parameter};
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
+pub use quality::{Quality, QualityOptions};
 pub use range::Range;
 pub use value::Value;
 

@@ -1,7 +1,7 @@
 //! Parameters of the picture and of its samples.
 
-use super::{Named, Range, names::named, parameters};
-use crate::color::tone::{Curve, MAX_EXPOSURE, Tone};
+use super::{Named, Range, Value, names::named, parameters};
+use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
 use crate::film::FilterKind;
 use crate::sampler::SamplerKind;
@@ -34,10 +34,12 @@ parameters! {
 parameters! {
     /// How PNG files show the picture.
     pub struct ToneOptions, heading "", values tone_values {
-        /// Exposure of PNG files in stops, each of which doubles the light
-        exposure: f32 = 0.0, in Range::FromTo(-MAX_EXPOSURE, MAX_EXPOSURE);
+        /// Exposure of PNG files in stops, each of which doubles the light, or auto
+        ///
+        /// From -64 to 64. `auto` meters the picture, see "Output".
+        exposure: Exposure = Exposure::Stops(0.0), default "0; auto for a bare OBJ";
         /// Tone curve of PNG files; srgb clips
-        tone: Curve = Curve::Srgb;
+        tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";
     }
 }
 
@@ -69,6 +71,28 @@ impl ToneOptions {
             exposure: self.exposure(),
             curve: self.tone(),
         }
+    }
+}
+
+impl Value for Exposure {
+    const PLACEHOLDER: &'static str = "STOPS";
+    const KIND: &'static str = "a number of stops from -64 to 64, or auto";
+    const IS_STRING: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        match text {
+            "auto" => Some(Self::Auto),
+            _ => text.parse().ok().map(Self::Stops),
+        }
+    }
+
+    fn text(&self) -> String {
+        self.to_string()
+    }
+
+    /// Whether the stops are in range.
+    fn is_finite(&self) -> bool {
+        self.stops().is_none_or(|stops| stops.abs() <= MAX_EXPOSURE)
     }
 }
 

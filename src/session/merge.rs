@@ -112,6 +112,7 @@ impl Parts {
             complete: !has_gaps,
             // Sums are raw.
             denoiser: None,
+            tone: None,
             ..parts[0].description.metadata.clone()
         };
         let is_all = whole.crop == Rect::full(whole.resolution) && whole.samples == (0..whole.total);
@@ -129,7 +130,13 @@ impl Joined {
     pub fn write(&self, outputs: &[(Format, Output)]) -> Vec<FileError> {
         let with_error = self.metadata.settings.contains(" noise=");
         let image = self.state.develop(with_error, self.metadata.features.as_ref());
-        self.state.write(&image, outputs, self.is_part, &self.metadata)
+        let mut metadata = self.metadata.clone();
+        let tone = outputs.iter().find_map(|(format, _)| match format {
+            Format::Png(tone) => Some(*tone),
+            Format::Exr(_) => None,
+        });
+        metadata.note_exposure(tone.unwrap_or_default(), &image);
+        self.state.write(&image, outputs, self.is_part, &metadata)
     }
 }
 

@@ -182,6 +182,8 @@ impl<'a> Renderer<'a> {
             complete: is_complete,
             features: self.feature_names(),
             denoiser: None,
+            tone: None,
+            bias: settings.method().bias(),
         }
     }
 

@@ -85,9 +85,12 @@ impl Settings {
             filter,
             tone,
             sampling,
+            quality,
             integrator,
             load: _,
         } = options;
+        let noise = quality.noise(sampling);
+        let sampling = quality.under(*sampling);
         Self {
             resolution: UVec2::new(size.width(), size.height()),
             crop: None,
@@ -96,7 +99,7 @@ impl Settings {
             camera,
             spp: sampling.samples(),
             part: None,
-            noise: None,
+            noise,
             seed: sampling.seed(),
             sampler: sampling.sampler(),
             integrator: *integrator,

@@ -120,6 +120,7 @@ impl RenderState {
             let metadata = Metadata {
                 features: None,
                 denoiser: None,
+                tone: None,
                 ..metadata.clone()
             };
             self.keep(&output, &metadata)?;

@@ -8,7 +8,8 @@ use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Strategy, World};
 use embrasure::io::{
-    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_rendering, read_text,
+    FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers,
+    read_rendering, read_text,
 };
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::render::render;
@@ -147,6 +148,15 @@ fn check_rendering(folder: &Path, bytes: &[u8]) {
             let pixels = rendering.window.area() as usize;
             assert_eq!(rendering.image.pixels.len(), pixels);
             assert!(rendering.window.is_inside(rendering.resolution));
+        }
+        Err(error) => check_error(&error, folder),
+    }
+    match read_layers(&path) {
+        Ok(layers) => {
+            for channel in layers.channels {
+                assert_eq!(channel.values.len() as u64, channel.window.area());
+                assert!(channel.window.is_inside(layers.resolution));
+            }
         }
         Err(error) => check_error(&error, folder),
     }
@@ -330,6 +340,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
         max_depth: Some(3),
         roulette: Roulette::default(),
         light_samples: 1,
+        clamp_indirect: None,
     };
     let mut film = Film::new(resolution, Rect::full(resolution));
     render(&ReusingPathIntegrator { path }, &Independent::new(0), &mut film, 1, &());

@@ -359,7 +359,7 @@ fn png(path: &Path) -> (Vec<u8>, String) {
 
 #[test]
 fn tone_curves_are_chosen_by_flag_or_scene_file() {
-    use embrasure::color::{Curve, Tone};
+    use embrasure::color::{Curve, Exposure, Tone};
     let folder = scenes();
     let folder = folder.path();
     render(folder, "s.toml", &["-o", "x.exr"], "x.png");
@@ -379,6 +379,7 @@ fn tone_curves_are_chosen_by_flag_or_scene_file() {
     ] {
         render(folder, "toned.toml", flags, "y.png");
         let (codes, texts) = png(&folder.join("y.png"));
+        let exposure = Exposure::Stops(exposure);
         let tone = Tone { exposure, curve };
         assert_eq!(codes, expected(tone), "{flags:?}");
         assert!(texts.contains(&tone.to_string()), "{texts}");

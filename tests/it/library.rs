@@ -133,7 +133,10 @@ fn settings_that_cannot_be_are_refused_before_any_work() {
     refused(|s| s.resolution.y = 0, &["size 24x0"]);
     refused(|s| s.part = Some(64..64), &["samples 64..64"]);
     refused(|s| s.noise = Some(f64::NAN), &["noise NaN"]);
-    refused(|s| s.tone.exposure = f32::NAN, &["exposure NaN"]);
+    refused(
+        |s| s.tone.exposure = embrasure::color::Exposure::Stops(f32::NAN),
+        &["exposure NaN"],
+    );
     refused(|s| s.integrator.branching = Some(0), &["branching 0"]);
     refused(|s| s.camera.vertical_fov = Some(200.0), &["vertical_fov"]);
     refused(|s| s.aovs = vec![Aov::Lights], &["lights", "[[light_group]]"]);

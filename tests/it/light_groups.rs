@@ -118,6 +118,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
                 depth: u32::from(reuse),
             },
             light_samples: if reuse { 2 } else { 1 },
+            clamp_indirect: None,
         },
         reuse,
     };

@@ -122,6 +122,7 @@ fn outputs_never_overwrite_what_is_read() {
         "render a.obj --backend brute -o link.exr",
         "render a.obj --backend brute --checkpoint a.obj --resume -o n.exr",
         "merge 1.exr 2.exr -o 1.exr",
+        "develop 1.exr -o r.png -o ./1.exr",
         "merge 1.exr 2.exr -o n.exr --checkpoint ./2.exr",
         "compare a.exr r.png -o r.png",
         "explain s.toml floor -o t.png",

@@ -70,6 +70,7 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
         max_depth,
         roulette: Roulette::default(),
         light_samples: 1,
+        clamp_indirect: None,
     }
 }
 

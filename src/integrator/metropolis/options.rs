@@ -109,6 +109,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             max_depth: Some(self.max_depth.map_or(1, |depth| depth.min(1))),
             roulette: self.roulette,
             light_samples: self.light_samples,
+            clamp_indirect: None,
         };
         direct.sample(key, sampler, out);
         self.sample_lamps(key, sampler, out);

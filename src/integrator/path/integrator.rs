@@ -38,6 +38,8 @@ pub struct PathIntegrator<'a, A> {
     pub roulette: Roulette,
     /// Number of light samples at the first vertex; 1 at all others.
     pub light_samples: u32,
+    /// Maximum luminance of a sample's light after the first bounce, which makes the estimate biased; `None` leaves light as it is.
+    pub clamp_indirect: Option<f32>,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -80,12 +82,34 @@ pub(crate) struct PathRadiance<R> {
     pub head: R,
     /// Light scattered at that vertex, and emitted or scattered behind it.
     pub tail: R,
+    /// Whether the path came to that vertex: `tail` is all of its light where it did not.
+    pub has_tail: bool,
 }
 
 impl<R: Gathered> PathRadiance<R> {
     pub fn sum(mut self) -> R {
         self.head += self.tail;
         self.head
+    }
+
+    /// The sum, with light from beyond the tail's vertex limited.
+    pub fn clamped(mut self, limit: Option<f32>) -> R {
+        if self.has_tail {
+            self.tail = clamped(self.tail, limit);
+        }
+        self.sum()
+    }
+}
+
+/// `light`, scaled down to the luminance `limit` where it has more.
+#[inline(always)]
+pub(crate) fn clamped<R: Gathered>(light: R, limit: Option<f32>) -> R {
+    let Some(limit) = limit else {
+        return light;
+    };
+    match light.sum().luminance() {
+        luminance if luminance > limit => light * (limit / luminance),
+        _ => light,
     }
 }
 
@@ -100,7 +124,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
             for (i, out) in out.iter_mut().enumerate() {
                 let slot = BsdfSlot::new();
                 let radiance = self.li(&packet.start(i, keys), &slot, &mut NoReuse, out);
-                out.radiance(radiance.sum());
+                out.radiance(radiance.clamped(self.clamp_indirect));
             }
         }
     }
@@ -118,7 +142,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
         let (world, strategy) = (&self.world, &self.strategy);
-        let (mut head, mut radiance) = (R::default(), R::default());
+        let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let mut path = PathState::new(start.ray);
         for depth in start.depth.. {
             // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile.
@@ -154,6 +178,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
+                has_tail = true;
                 reuse.tail_vertex(&vertex, &mut path);
             }
             if self.max_depth.is_some_and(|max| depth >= max) {
@@ -187,7 +212,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let Some(next) = next else { break };
             path = next;
         }
-        PathRadiance { head, tail: radiance }
+        PathRadiance {
+            head,
+            tail: radiance,
+            has_tail,
+        }
     }
 
     /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.

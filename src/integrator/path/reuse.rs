@@ -23,7 +23,7 @@
 //! Pixels of a group have errors in common; `render/groups.rs` chooses groups so that no pattern shows. The samples of one pixel stay independent, so
 //! its variance is right. The mean over a tile has the error that it has without reuse.
 
-use super::integrator::{CameraPacket, PathIntegrator, PathState};
+use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
 use super::strategy::Directions;
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -69,6 +69,9 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
             let mut tails = [Default::default(); SAMPLES_AT_ONCE];
+            // Light after the first bounce, where it is limited
+            let limit = path.clamp_indirect;
+            let mut indirect = limit.map(|_| [Default::default(); SAMPLES_AT_ONCE]);
             for (i, out) in out.iter_mut().enumerate() {
                 let mut shared = Shared {
                     first: &mut firsts[i],
@@ -76,17 +79,27 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
                 };
                 let radiance = path.li(&packet.start(i, keys), &slots[i], &mut shared, out);
                 tails[i] = radiance.tail;
-                match ends[i] {
-                    Some(_) => out.radiance(radiance.head),
-                    None => out.radiance(radiance.sum()),
+                match (&ends[i], &mut indirect) {
+                    (Some(_), _) => out.radiance(radiance.head),
+                    (None, Some(indirect)) if radiance.has_tail => {
+                        out.radiance(radiance.head);
+                        indirect[i] += radiance.tail;
+                    }
+                    (None, _) => out.radiance(radiance.sum()),
                 }
             }
 
             // All first vertices look at the shared ends.
             for (owner, (end, tail)) in ends.iter().zip(tails).enumerate() {
                 if let Some(end) = end {
-                    end.light_all(tail, world, path.strategy.directions, &firsts, owner, out);
+                    let to = (&mut *out, indirect.as_mut());
+                    end.light_all(tail, world, path.strategy.directions, &firsts, owner, to);
                 }
+            }
+
+            // Limit what each sample has got of all ends
+            for (out, light) in out.iter_mut().zip(indirect.into_iter().flatten()) {
+                out.radiance(clamped(light, limit));
             }
         }
     }
@@ -195,7 +208,7 @@ impl End {
     }
 
     /// Gives each path whose first vertex sees the end its share of `radiance`, which is an estimate of what is scattered to its side; the
-    /// path `owner` has found it.
+    /// path `owner` has found it. The shares go to the sinks, or into `indirect` if there is one.
     fn light_all<A: Accel, R: Gathered>(
         &self,
         radiance: R,
@@ -203,7 +216,7 @@ impl End {
         directions: Directions,
         firsts: &[Option<Vertex>; SAMPLES_AT_ONCE],
         owner: usize,
-        out: &mut [impl Sink<Radiance = R>],
+        (out, mut indirect): (&mut [impl Sink<Radiance = R>], Option<&mut [R; SAMPLES_AT_ONCE]>),
     ) {
         if radiance.sum().is_black() {
             return;
@@ -254,9 +267,13 @@ impl End {
             return;
         }
         let light = radiance * (1.0 / pdf);
-        out[owner].radiance(light * own.f * own_seen);
+        let mut add = |index: usize, share: R| match &mut indirect {
+            None => out[index].radiance(share),
+            Some(indirect) => indirect[index] += share,
+        };
+        add(owner, light * own.f * own_seen);
         for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
-            out[other.index].radiance(light * other.f * seen);
+            add(other.index, light * other.f * seen);
         }
     }
 

@@ -90,8 +90,8 @@ impl Method {
     /// directions is another matter ([`Method::check_lights`]).
     pub(crate) fn finds_all_light(&self) -> bool {
         match self.kind() {
-            IntegratorKind::Path
-            | IntegratorKind::Naive
+            IntegratorKind::Path => self.bias().is_none(),
+            IntegratorKind::Naive
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
             | IntegratorKind::PathSpace => true,

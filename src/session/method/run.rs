@@ -351,6 +351,7 @@ fn path<'a, A: Accel>(world: World<'a, A>, settings: &PathSettings) -> PathInteg
         max_depth: settings.max_depth.limit(),
         roulette: roulette!(settings),
         light_samples: settings.light_samples,
+        clamp_indirect: settings.clamp_indirect.0,
     }
 }
 
@@ -362,6 +363,7 @@ fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathI
         max_depth: Some(1),
         roulette: Roulette::default(),
         light_samples: settings.light_samples,
+        clamp_indirect: None,
     }
 }
 
@@ -373,6 +375,7 @@ fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSetti
         max_depth: settings.max_depth.limit(),
         roulette: roulette!(settings),
         light_samples: settings.light_samples,
+        clamp_indirect: None,
     }
 }
 

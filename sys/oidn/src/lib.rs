@@ -59,10 +59,15 @@ impl Device {
         self.run(&[(c"normal", normal)], &[], size)
     }
 
-    /// A picture of linear radiance without its noise, by guides that have none.
-    pub fn color(&self, color: &[f32], albedo: &[f32], normal: &[f32], size: Size) -> Result<Vec<f32>, Error> {
-        let images = [(c"color", color), (c"albedo", albedo), (c"normal", normal)];
-        self.run(&images, &[c"hdr", c"cleanAux"], size)
+    /// A picture of linear radiance without its noise, by guides that have none: albedo and normals, if there are any.
+    pub fn color(&self, color: &[f32], guides: Option<[&[f32]; 2]>, size: Size) -> Result<Vec<f32>, Error> {
+        match guides {
+            Some([albedo, normal]) => {
+                let images = [(c"color", color), (c"albedo", albedo), (c"normal", normal)];
+                self.run(&images, &[c"hdr", c"cleanAux"], size)
+            }
+            None => self.run(&[(c"color", color)], &[c"hdr"], size),
+        }
     }
 
     /// Runs the filter `RT` over `images`, named as it names them, with `flags` on.

@@ -1,0 +1,498 @@
+//! Layers of an EXR file: channels that belong together by the names that renderers give them.
+
+use crate::film::Rect;
+use crate::io::{LayerChannel, Layers, SampleKind};
+use crate::options::nearest;
+use serde_json::{Value, json};
+
+/// Names that are listed in a message at most.
+const MAX_NAMES: usize = 40;
+/// Last words of the layer that holds a picture's colours, in files of other renderers.
+const PICTURES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "image", "color"];
+
+/// What the numbers of a layer are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Light, as red, green and blue or as luminance.
+    Colors,
+    /// Shares of light, which are shown as they are.
+    Reflectance,
+    /// Distances.
+    Depth,
+    /// Directions.
+    Normals,
+    /// Points in space.
+    Positions,
+    /// Texture coordinates.
+    Coordinates,
+    /// Numbers of things.
+    Ids,
+    /// Hashes of names with their shares (Cryptomatte).
+    Matte,
+    /// Variances and other numbers of many magnitudes.
+    Magnitudes,
+    /// Anything else: its size is shown.
+    Numbers,
+}
+
+impl Kind {
+    /// Whether values may be averaged.
+    pub fn is_colors(self) -> bool {
+        matches!(self, Self::Colors | Self::Reflectance)
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Colors => "light",
+            Self::Reflectance => "reflectance",
+            Self::Depth => "depth",
+            Self::Normals => "directions",
+            Self::Positions => "positions",
+            Self::Coordinates => "texture coordinates",
+            Self::Ids => "ids",
+            Self::Matte => "Cryptomatte",
+            Self::Magnitudes => "magnitudes",
+            Self::Numbers => "numbers",
+        }
+    }
+}
+
+/// Channels that belong together.
+#[derive(Clone, Debug)]
+pub(super) struct Layer {
+    /// Name, without components; empty of the file's own `R G B`.
+    pub name: String,
+    pub kind: Kind,
+    /// Whether these are the colours of the file's picture.
+    pub is_picture: bool,
+    /// Components in their order, and the indices of their channels.
+    pub components: Vec<(String, usize)>,
+}
+
+impl Layer {
+    /// What messages call it.
+    pub fn title(&self) -> &str {
+        match self.name.as_str() {
+            "" => "RGB",
+            name => name,
+        }
+    }
+
+    /// Names under which its channels are developed, with their indices: colours are `R G B`, whatever the file calls them.
+    pub fn sources(&self) -> impl Iterator<Item = (String, usize)> + '_ {
+        let is_grey = self.kind.is_colors() && self.components.len() <= 2 && !self.has("B");
+        self.components.iter().flat_map(move |(component, index)| {
+            let names: Vec<String> = match component.to_uppercase().as_str() {
+                "A" if self.kind.is_colors() => vec!["A".into()],
+                _ if is_grey => ["R", "G", "B"].map(String::from).into(),
+                upper if self.kind.is_colors() => vec![upper.into()],
+                _ if self.name.is_empty() || self.name == *component => vec![component.clone()],
+                _ => vec![format!("{}.{component}", self.name)],
+            };
+            names.into_iter().map(move |name| (name, *index))
+        })
+    }
+
+    /// Names of the channels that its pictures have.
+    pub fn outputs(&self) -> impl Iterator<Item = String> + '_ {
+        self.sources().map(|(name, _)| name)
+    }
+
+    /// Pixels that it has.
+    pub fn window(&self, layers: &Layers) -> Rect {
+        let first = self
+            .components
+            .first()
+            .and_then(|(_, index)| layers.channels.get(*index));
+        first.map_or(Rect::full(layers.resolution), |channel| channel.window)
+    }
+
+    fn has(&self, component: &str) -> bool {
+        self.components.iter().any(|(c, _)| c.eq_ignore_ascii_case(component))
+    }
+
+    /// A line of the list.
+    pub fn describe(&self, layers: &Layers) -> String {
+        let components: Vec<&str> = self
+            .components
+            .iter()
+            .map(|(component, _)| component.as_str())
+            .collect();
+        let samples = self.samples(layers).map_or("mixed samples", SampleKind::name);
+        let window = self.window(layers);
+        let part = match window == Rect::full(layers.resolution) {
+            true => String::new(),
+            false => format!(
+                ", {}x{} pixels from {},{}",
+                window.size().x,
+                window.size().y,
+                window.min.x,
+                window.min.y
+            ),
+        };
+        let what = self.kind.name();
+        let channels = match self.components.as_slice() {
+            [(only, _)] if *only == self.name => String::new(),
+            _ => format!(" ({})", components.join(" ")),
+        };
+        format!("{}{channels}: {what}, {samples}{part}", self.title())
+    }
+
+    /// The same for programs.
+    pub fn json(&self, layers: &Layers) -> Value {
+        let window = self.window(layers);
+        let components: Vec<&str> = self
+            .components
+            .iter()
+            .map(|(component, _)| component.as_str())
+            .collect();
+        let channels: Vec<&str> = self
+            .components
+            .iter()
+            .map(|&(_, i)| layers.channels[i].name.as_str())
+            .collect();
+        json!({
+            "name": self.title(),
+            "kind": self.kind.name(),
+            "components": components,
+            "channels": channels,
+            "samples": self.samples(layers).map(SampleKind::name),
+            "window": [window.min.x, window.min.y, window.max.x, window.max.y],
+        })
+    }
+
+    /// How all of its numbers are held; `None` where they are held in several ways.
+    fn samples(&self, layers: &Layers) -> Option<SampleKind> {
+        let mut kinds = self.components.iter().map(|&(_, i)| layers.channels[i].kind);
+        let first = kinds.next()?;
+        kinds.all(|kind| kind == first).then_some(first)
+    }
+}
+
+/// All layers, in the order of their first channels; the picture first.
+pub(super) fn all(layers: &Layers) -> Vec<Layer> {
+    let mut found: Vec<Layer> = Vec::new();
+    for (index, channel) in layers.channels.iter().enumerate() {
+        let (name, component) = split(&channel.name);
+        // Channels of one layer have one window.
+        let same = |layer: &&mut Layer| layer.name == name && layer.window(layers) == channel.window;
+        match found.iter_mut().find(same) {
+            Some(layer) => layer.components.push((component.into(), index)),
+            None => found.push(Layer {
+                name: name.into(),
+                kind: Kind::Numbers,
+                is_picture: false,
+                components: vec![(component.into(), index)],
+            }),
+        }
+    }
+    for layer in &mut found {
+        layer
+            .components
+            .sort_by_key(|(component, index)| (rank(component), *index));
+        layer.kind = kind(layer, layers);
+    }
+    let last_word = |layer: &Layer| layer.name.rsplit('.').next().unwrap_or_default().to_lowercase();
+    let picture = found
+        .iter()
+        .position(|layer| layer.name.is_empty() && layer.kind == Kind::Colors)
+        .or_else(|| {
+            let mut named = found.iter();
+            named.position(|layer| layer.kind == Kind::Colors && PICTURES.contains(&last_word(layer).as_str()))
+        })
+        .or_else(|| found.iter().position(|layer| layer.kind == Kind::Colors));
+    if let Some(picture) = picture {
+        found[picture].is_picture = true;
+        let first = found.remove(picture);
+        found.insert(0, first);
+    }
+    found
+}
+
+/// The layer or the channel called `name`, or the picture. Else what is wrong, and what to do about it.
+pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String, String)> {
+    let all = all(layers);
+    let Some(name) = name else {
+        let picture = all.iter().find(|layer| layer.is_picture).cloned();
+        let message = "has no layer of colours".to_string();
+        return picture.ok_or_else(|| (message, format!("name a layer by --channel: there is {}", names(&all))));
+    };
+    if let Some(layer) = all.iter().find(|layer| layer.title() == name) {
+        return Ok(layer.clone());
+    }
+    if let Some(index) = layers.channels.iter().position(|channel| channel.name == name) {
+        return Ok(single(layers, index));
+    }
+    // Other renderers put a view's name before that of the layer.
+    let ending = format!(".{}", name.to_lowercase());
+    let mut ending = all.iter().filter(|layer| {
+        let own = layer.title().to_lowercase();
+        own == name.to_lowercase() || own.ends_with(&ending)
+    });
+    if let (Some(layer), None) = (ending.next(), ending.next()) {
+        return Ok(layer.clone());
+    }
+    let known = all
+        .iter()
+        .map(Layer::title)
+        .chain(layers.channels.iter().map(|channel| channel.name.as_str()));
+    let meant = nearest(name, known).map_or(String::new(), |known| format!("did you mean {known}? "));
+    Err((
+        format!("has no layer or channel {name}"),
+        format!("{meant}there is {}", names(&all)),
+    ))
+}
+
+fn names(all: &[Layer]) -> String {
+    let mut names: Vec<&str> = all.iter().map(Layer::title).take(MAX_NAMES).collect();
+    if all.len() > MAX_NAMES {
+        names.push("and more (--list)");
+    }
+    names.join(", ")
+}
+
+/// A channel alone, as numbers.
+fn single(layers: &Layers, index: usize) -> Layer {
+    let name = layers.channels[index].name.clone();
+    let (layer, component) = split(&name);
+    let whole = Layer {
+        name: layer.into(),
+        kind: Kind::Numbers,
+        is_picture: false,
+        components: vec![(component.into(), index)],
+    };
+    let kind = match kind(&whole, layers) {
+        kind @ (Kind::Depth | Kind::Ids | Kind::Magnitudes) => kind,
+        _ => Kind::Numbers,
+    };
+    Layer {
+        components: vec![(name.clone(), index)],
+        name,
+        kind,
+        ..whole
+    }
+}
+
+/// Channels that metering and denoising look at, by their names here: those of this program, and the denoising data of Cycles.
+pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
+    const OWN: [&str; 13] = [
+        "raw.R",
+        "raw.G",
+        "raw.B",
+        "albedo.R",
+        "albedo.G",
+        "albedo.B",
+        "N.X",
+        "N.Y",
+        "N.Z",
+        "Z",
+        "variance.R",
+        "variance.G",
+        "variance.B",
+    ];
+    const CYCLES: [(&str, &str); 6] = [
+        ("albedo.R", "Denoising Albedo.R"),
+        ("albedo.G", "Denoising Albedo.G"),
+        ("albedo.B", "Denoising Albedo.B"),
+        ("N.X", "Denoising Normal.X"),
+        ("N.Y", "Denoising Normal.Y"),
+        ("N.Z", "Denoising Normal.Z"),
+    ];
+    let index = |is: &dyn Fn(&LayerChannel) -> bool| layers.channels.iter().position(is);
+    let own = OWN
+        .into_iter()
+        .filter_map(|name| Some((name, index(&|channel| channel.name == name)?)));
+    let cycles = CYCLES
+        .into_iter()
+        .filter_map(|(name, theirs)| Some((name, index(&|channel| channel.name.ends_with(theirs))?)));
+    own.chain(cycles).collect()
+}
+
+/// The layer and the component of a channel. Channels without a layer are a layer each, but for colours.
+fn split(channel: &str) -> (&str, &str) {
+    match channel.rsplit_once('.') {
+        Some(split) => split,
+        None if ["R", "G", "B", "A", "Y"].contains(&channel) => ("", channel),
+        None => (channel, channel),
+    }
+}
+
+/// Place of a component in its layer.
+fn rank(component: &str) -> usize {
+    const ORDER: [&str; 9] = ["R", "G", "B", "X", "Y", "Z", "U", "V", "A"];
+    let upper = component.to_uppercase();
+    ORDER.iter().position(|known| *known == upper).unwrap_or(ORDER.len())
+}
+
+/// What a layer holds, by its names.
+fn kind(layer: &Layer, layers: &Layers) -> Kind {
+    let name = layer.name.to_lowercase();
+    let last = name.rsplit('.').next().unwrap_or_default();
+    let mut components: Vec<String> = layer
+        .components
+        .iter()
+        .map(|(component, _)| component.to_lowercase())
+        .collect();
+    components.sort();
+    let has = |wanted: &[&str]| wanted.iter().all(|w| components.iter().any(|c| c == w));
+    let is_whole = layer
+        .components
+        .iter()
+        .all(|&(_, i)| layers.channels[i].kind == SampleKind::Whole);
+    let is_one_of = |words: &[&str]| words.contains(&last);
+    let single = components.len() == 1;
+    if last.starts_with("crypto") {
+        return Kind::Matte;
+    }
+    if is_whole
+        || is_one_of(&[
+            "id",
+            "ids",
+            "indexob",
+            "indexma",
+            "object_id",
+            "material_id",
+            "primid",
+            "instid",
+        ])
+    {
+        return Kind::Ids;
+    }
+    if last.contains("variance") {
+        return Kind::Magnitudes;
+    }
+    if single
+        && (is_one_of(&["z", "depth", "mist", "zback"])
+            || last.ends_with("depth")
+            || (components[0] == "z" && last != "n"))
+    {
+        return Kind::Depth;
+    }
+    if has(&["x", "y", "z"]) {
+        return match last {
+            "n" | "ng" | "ns" => Kind::Normals,
+            _ if last.contains("normal") => Kind::Normals,
+            "p" | "position" | "pref" => Kind::Positions,
+            _ => Kind::Numbers,
+        };
+    }
+    if has(&["u", "v"]) || (is_one_of(&["uv"]) && components.len() >= 2) {
+        return Kind::Coordinates;
+    }
+    if has(&["r", "g", "b"]) || (components.iter().any(|c| c == "y") && components.iter().all(|c| c == "y" || c == "a"))
+    {
+        return match last.contains("albedo") || is_one_of(&["diffcol", "glosscol", "transcol"]) {
+            true => Kind::Reflectance,
+            false => Kind::Colors,
+        };
+    }
+    Kind::Numbers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::UVec2;
+
+    fn layers(names: &[&str]) -> Layers {
+        let resolution = UVec2::new(2, 1);
+        let channel = |name: &&str| LayerChannel {
+            name: name.to_string(),
+            kind: SampleKind::Float,
+            window: Rect::full(resolution),
+            values: vec![0.0; 2],
+        };
+        Layers {
+            resolution,
+            channels: names.iter().map(channel).collect(),
+            tone: None,
+        }
+    }
+
+    #[test]
+    fn layers_are_known_by_their_names() {
+        let file = layers(&[
+            "A",
+            "B",
+            "G",
+            "R",
+            "N.X",
+            "N.Y",
+            "N.Z",
+            "Z",
+            "albedo.B",
+            "albedo.G",
+            "albedo.R",
+            "id.object",
+            "samples",
+            "uv.U",
+            "uv.V",
+            "variance.B",
+            "variance.G",
+            "variance.R",
+            "motion.X",
+            "motion.Y",
+            "CryptoObject00.R",
+        ]);
+        let found: Vec<(String, Kind)> = all(&file).iter().map(|l| (l.title().to_string(), l.kind)).collect();
+        let found: Vec<(&str, Kind)> = found.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
+        assert_eq!(
+            found,
+            [
+                ("RGB", Kind::Colors),
+                ("N", Kind::Normals),
+                ("Z", Kind::Depth),
+                ("albedo", Kind::Reflectance),
+                ("id", Kind::Ids),
+                ("samples", Kind::Numbers),
+                ("uv", Kind::Coordinates),
+                ("variance", Kind::Magnitudes),
+                ("motion", Kind::Numbers),
+                ("CryptoObject00", Kind::Matte),
+            ]
+        );
+        let picture = find(&file, None).unwrap();
+        assert_eq!(picture.outputs().collect::<Vec<_>>(), ["R", "G", "B", "A"]);
+        assert_eq!(
+            find(&file, Some("N")).unwrap().outputs().collect::<Vec<_>>(),
+            ["N.X", "N.Y", "N.Z"]
+        );
+        assert_eq!(find(&file, Some("id.object")).unwrap().kind, Kind::Ids);
+        let (message, help) = find(&file, Some("albedos")).unwrap_err();
+        assert!(
+            message.contains("albedos") && help.starts_with("did you mean albedo? there is RGB, N, Z"),
+            "{help}"
+        );
+    }
+
+    #[test]
+    fn other_renderers_are_understood() {
+        let cycles = layers(&[
+            "ViewLayer.Combined.A",
+            "ViewLayer.Combined.B",
+            "ViewLayer.Combined.G",
+            "ViewLayer.Combined.R",
+            "ViewLayer.Depth.Z",
+            "ViewLayer.DiffCol.B",
+            "ViewLayer.DiffCol.G",
+            "ViewLayer.DiffCol.R",
+            "ViewLayer.Normal.X",
+            "ViewLayer.Normal.Y",
+            "ViewLayer.Normal.Z",
+        ]);
+        let picture = find(&cycles, None).unwrap();
+        assert_eq!(
+            (picture.name.as_str(), picture.kind),
+            ("ViewLayer.Combined", Kind::Colors)
+        );
+        assert_eq!(find(&cycles, Some("depth")).unwrap().kind, Kind::Depth);
+        assert_eq!(find(&cycles, Some("Normal")).unwrap().kind, Kind::Normals);
+        let grey = layers(&["Y"]);
+        assert_eq!(
+            find(&grey, None).unwrap().outputs().collect::<Vec<_>>(),
+            ["R", "G", "B"]
+        );
+        let none = layers(&["Z"]);
+        assert!(find(&none, None).unwrap_err().1.contains("there is Z"));
+    }
+}

@@ -1,0 +1,266 @@
+//! `embrasure develop`: a picture of an EXR file, without a new render.
+//!
+//! `layer` finds what is asked for among the channels, `figure` draws data in false colours. Pixels are denoised before they are cropped, so that a crop shows
+//! what the whole picture shows there, and scaled last.
+
+mod figure;
+mod layer;
+
+use super::develop_args::{DevelopArgs, Scale};
+use super::error::CliError;
+use super::job::exr_format;
+use super::outputs::Outputs;
+use super::run::failed;
+use super::words;
+use crate::color::{Curve, Exposure, Tone};
+use crate::denoise::Denoiser;
+use crate::film::{Channel, Image, Rect, metered, resample, resample_nearest};
+use crate::io::{Developed, FileError, Format, Layers, Output, read_layers};
+use crate::math::UVec2;
+use crate::options::{Denoising, OptionGroup, Value};
+use layer::{Kind, Layer};
+use std::process::ExitCode;
+
+/// Pixels a side of a picture at most.
+const MAX_SIDE: f64 = 65536.0;
+
+/// Develops the file, or lists what is in it.
+pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
+    if let Some(invalid) = args.tone.0.invalid() {
+        return Err(CliError::Usage(format!(
+            "--{} {}\n  help: {}",
+            invalid.flag, invalid.value, invalid.help
+        )));
+    }
+    let mut outputs = Outputs::default();
+    let exr = exr_format(&args.exr)?;
+    let mut files = Vec::new();
+    for path in &args.output {
+        let format = Format::of_path(path).map_err(|error| CliError::Usage(error.to_string()))?;
+        let output = Output::prepare(path)?;
+        outputs.add("-o", &output)?;
+        files.push((format, output));
+    }
+    outputs.spare([&*args.input])?;
+    let layers = read_layers(&args.input)?;
+    if args.list {
+        list(&layers, args.json);
+        return Ok(ExitCode::SUCCESS);
+    }
+
+    let found = layer::find(&layers, args.channel.as_deref());
+    let found = found.map_err(|(message, help)| FileError::new(&args.input, message).help(help))?;
+    let mut steps = vec![format!("channel={}", found.title())];
+    let mut image = image_of(&layers, &found);
+    let denoiser = denoiser(args, &found)?;
+    if let Some(denoiser) = denoiser {
+        let by = denoiser.version().map_err(|error| CliError::Usage(error.to_string()))?;
+        let done = denoiser.apply(&mut image);
+        done.map_err(|error| FileError::new(&args.input, error.to_string()))?;
+        steps.push(format!("denoiser={by}"));
+    }
+    // The whole picture is metered, so that a crop looks as it does there.
+    let tone = metered(tone(args, &layers, found.kind), &image);
+    image
+        .channels
+        .retain(|channel| found.outputs().any(|name| channel.name == name));
+    if let Some(crop) = args.crop {
+        image = cropped(image, crop)?;
+        steps.push(format!("crop={}", crop.map(|at| at.to_string()).join(",")));
+    }
+    let size = args
+        .scale
+        .map(|scale| scaled_size(scale, image.crop.size()))
+        .transpose()?;
+    if let Some([width, height]) = size {
+        steps.push(format!("scale={width}x{height}"));
+    }
+
+    let steps = steps.join(" ");
+    let mut failures: Vec<FileError> = Vec::new();
+    let mut said = Vec::new();
+    for (format, output) in &files {
+        let name = output.path().display();
+        let written = match (format, found.kind) {
+            (Format::Exr(_), kind) => {
+                said.push(format!("{name}: linear values"));
+                let image = scaled(image.clone(), size, kind.is_colors());
+                let steps = steps.clone();
+                Developed { image, steps }.write_exr(output, &exr)
+            }
+            (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
+                said.push(format!("{name}: {tone}"));
+                let image = scaled(image.clone(), size, true);
+                let steps = steps.clone();
+                Developed { image, steps }.write_png(output, &tone)
+            }
+            (Format::Png(_), _) => {
+                let figure = figure::draw(&found, &image, size);
+                said.push(format!("{name}: {}", figure.legend));
+                figure.write(output)
+            }
+        };
+        failures.extend(written.err());
+    }
+    if !args.quiet {
+        said.iter().for_each(|line| errln!("{line}"));
+    }
+    if failures.is_empty() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    Err(failed(&failures))
+}
+
+/// Prints the layers with their channels.
+fn list(layers: &Layers, json: bool) {
+    let all = layer::all(layers);
+    if json {
+        let layers: Vec<_> = all.iter().map(|layer| layer.json(layers)).collect();
+        outln!("{:#}", serde_json::Value::from(layers));
+        return;
+    }
+    let UVec2 { x, y } = layers.resolution;
+    outln!(
+        "{x}x{y} pixels, {}",
+        words::count(layers.channels.len() as u64, "channel")
+    );
+    for layer in all {
+        outln!("  {}", layer.describe(layers));
+    }
+}
+
+/// The layer as an image, with the channels that metering and denoising look at where the picture itself is wanted.
+fn image_of(layers: &Layers, found: &Layer) -> Image {
+    let window = found.window(layers);
+    let mut channels: Vec<Channel> = found
+        .sources()
+        .map(|(name, index)| Channel {
+            name: name.into(),
+            values: layers.channels[index].values.clone(),
+        })
+        .collect();
+    if found.is_picture {
+        for (name, index) in layer::guides(layers) {
+            let source = &layers.channels[index];
+            if source.window == window && channels.iter().all(|channel| channel.name != name) {
+                channels.push(Channel {
+                    name: name.into(),
+                    values: source.values.clone(),
+                });
+            }
+        }
+    }
+    Image {
+        resolution: layers.resolution,
+        crop: window,
+        channels,
+    }
+}
+
+/// What takes out the noise, if that is wanted.
+fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliError> {
+    let wanted = match args.denoise {
+        None => return Ok(None),
+        Some(None) => Denoising::By(Denoiser::best()),
+        Some(Some(wanted)) => wanted,
+    };
+    match wanted.denoiser() {
+        Some(_) if found.kind != Kind::Colors => Err(CliError::Usage(format!(
+            "--denoise {}: {} is no picture of light\n  help: leave out --denoise, or name a layer of colours by --channel",
+            wanted.text(),
+            found.title()
+        ))),
+        denoiser => Ok(denoiser),
+    }
+}
+
+/// Flags, and for the rest what the render has noted. Reflectances are shown as they are.
+fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
+    let noted = layers
+        .tone
+        .as_deref()
+        .filter(|_| kind == Kind::Colors)
+        .unwrap_or_default();
+    let noted = |key: &str| {
+        noted
+            .split(' ')
+            .find_map(|pair| pair.split_once('=').filter(|(k, _)| *k == key))
+    };
+    let flags = args.tone.0;
+    Tone {
+        exposure: flags
+            .exposure
+            .or_else(|| Exposure::of_text(noted("exposure")?.1).filter(Exposure::is_finite))
+            .unwrap_or_default(),
+        curve: flags
+            .tone
+            .or_else(|| Curve::of_text(noted("tone")?.1))
+            .unwrap_or_default(),
+    }
+}
+
+/// The pixels from `x0, y0` to before `x1, y1` of the full image.
+fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
+    let crop = Rect {
+        min: UVec2::new(x0, y0),
+        max: UVec2::new(x1, y1),
+    };
+    let there = image.crop;
+    if crop.area() == 0 || crop.intersection(there) != crop {
+        let (min, max) = (there.min, there.max);
+        return Err(CliError::Usage(format!(
+            "--crop {x0},{y0},{x1},{y1} holds no pixel or leaves the picture\n  help: X0 < X1 and Y0 < Y1, inside {},{},{},{}",
+            min.x, min.y, max.x, max.y
+        )));
+    }
+    let width = there.size().x as usize;
+    let pick = |values: &[f32]| -> Vec<f32> {
+        let index = |at: UVec2| (at.y - there.min.y) as usize * width + (at.x - there.min.x) as usize;
+        crop.pixels()
+            .map(|at| values.get(index(at)).copied().unwrap_or(0.0))
+            .collect()
+    };
+    let channels = image.channels.into_iter().map(|channel| Channel {
+        values: pick(&channel.values),
+        ..channel
+    });
+    Ok(Image {
+        resolution: image.resolution,
+        crop,
+        channels: channels.collect(),
+    })
+}
+
+/// Columns and rows after scaling.
+fn scaled_size(scale: Scale, size: UVec2) -> Result<[u32; 2], CliError> {
+    let [width, height] = match scale {
+        Scale::Size(size) => size.map(f64::from),
+        Scale::Factor(factor) => [size.x, size.y].map(|n| (f64::from(n) * factor).round().max(1.0)),
+    };
+    if [width, height].iter().all(|n| (1.0..=MAX_SIDE).contains(n)) {
+        return Ok([width as u32, height as u32]);
+    }
+    Err(CliError::Usage(format!(
+        "--scale {scale}: the picture would have {width}x{height} pixels\n  help: use 1 to {MAX_SIDE} pixels a side"
+    )))
+}
+
+/// The image in another size; it is then a whole picture, whatever it was a part of. Numbers that are no colours are not mixed.
+fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
+    let Some(size) = size else { return image };
+    let from = image.crop.size().to_array().map(|n| n as usize);
+    let to = size.map(|n| n as usize);
+    let resolution = UVec2::from(size);
+    let channels = image.channels.into_iter().map(|channel| Channel {
+        values: match are_colors {
+            true => resample(&channel.values, from, to),
+            false => resample_nearest(&channel.values, from, to),
+        },
+        name: channel.name,
+    });
+    Image {
+        resolution,
+        crop: Rect::full(resolution),
+        channels: channels.collect(),
+    }
+}

@@ -1,0 +1,304 @@
+//! Automatic exposure: the stops by which a picture is brightened for a display.
+//!
+//! The metering is that of photographic tone reproduction (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
+//! Images", eq. 1): the log-average luminance becomes middle grey. It looks at the rendered picture, not at the denoised one, and only at pixels that
+//! show a surface, unless none does.
+//!
+//! - Luminances are means over blocks of 4 × 4 pixels, which lie where they do in the full image, so that noise and single fireflies count little.
+//! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8 stops darker than the brightest 5 % count as 8
+//!   stops: black corners do not decide the exposure.
+//! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
+//! - Of the blocks 2 % at most reach white in some channel. To that end the median may fall to 0.25, and no further.
+//!
+//! Sums run in one order over sorted values: threads, tiles and interruptions change no bit. The result is rounded down to hundredths of a stop, so
+//! that it can be given again as a number.
+
+use super::{Image, Z_BACKGROUND};
+use crate::color::Spectrum;
+use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
+use std::collections::BTreeMap;
+
+/// Middle grey, to which the log-average is taken.
+const KEY: f32 = 0.18;
+/// Share of the blocks that is left out of the log-average at either end.
+const TRIMMED: f64 = 0.05;
+/// Stops below the brightest blocks beyond which darkness does not count.
+const RANGE: f32 = 8.0;
+/// Codes between which the median block is shown, of a range of 1.
+const MEDIAN: [f32; 2] = [0.35, 0.6];
+/// Code of the median block below which highlights are not protected.
+const MIN_MEDIAN: f32 = 0.25;
+/// Share of the blocks that may be white.
+const CLIPPED: f64 = 0.02;
+/// Code from which on a pixel is white: the nearest 8-bit code is 255.
+const WHITE: f32 = 254.5 / 255.0;
+/// Edge of a block in pixels.
+const BLOCK_EDGE: u32 = 4;
+/// Pixels of a picture from which on blocks are metered instead of pixels.
+const MIN_PIXELS: u64 = 128 * 128;
+
+/// `tone` with an automatic exposure metered in `image`; any other tone as it is.
+pub fn metered(tone: Tone, image: &Image) -> Tone {
+    match tone.exposure {
+        Exposure::Stops(_) => tone,
+        Exposure::Auto => Tone {
+            exposure: Exposure::Stops(Meter::of(image).stops(tone.curve)),
+            ..tone
+        },
+    }
+}
+
+/// The light of a picture, block by block.
+struct Meter {
+    /// Luminances in ascending order.
+    luminances: Vec<f32>,
+    /// Largest channel of each block, in ascending order.
+    peaks: Vec<f32>,
+}
+
+impl Meter {
+    /// Of the pixels of `image` that show a surface, or of all pixels if none does. Values that are not finite are left out.
+    fn of(image: &Image) -> Self {
+        let channels = |names: [&str; 3]| {
+            let [r, g, b] = names.map(|name| image.channel(name).map(|channel| channel.values.as_slice()));
+            Some([r?, g?, b?])
+        };
+        let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
+            return Self::of_blocks(Vec::new());
+        };
+        let depth = image.channel("Z").map(|channel| channel.values.as_slice());
+        let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
+        let covered = Self::of_blocks(blocks(image, rgb, is_surface));
+        match covered.luminances.is_empty() {
+            true => Self::of_blocks(blocks(image, rgb, |_| true)),
+            false => covered,
+        }
+    }
+
+    fn of_blocks(blocks: Vec<Spectrum>) -> Self {
+        let sorted = |value: fn(&Spectrum) -> f32| {
+            let mut values: Vec<f32> = blocks.iter().map(value).collect();
+            values.sort_by(f32::total_cmp);
+            values
+        };
+        Self {
+            luminances: sorted(|block| block.luminance()),
+            peaks: sorted(|block| block.max_component()),
+        }
+    }
+
+    /// The exposure for a display that shows light by `curve`; 0 for a picture without light.
+    fn stops(&self, curve: Curve) -> f32 {
+        let Some(log_average) = self.log_average() else {
+            return 0.0;
+        };
+        let to = |code: f32, light: f32| (light > 0.0).then(|| level(curve, code).log2() - light.log2());
+        let median = at(&self.luminances, 0.5);
+
+        // The log-average becomes middle grey, as far as the median stays in its range.
+        let mut stops = KEY.log2() - log_average;
+        if let (Some(min), Some(max)) = (to(MEDIAN[0], median), to(MEDIAN[1], median)) {
+            stops = stops.clamp(min, max);
+        }
+
+        // Protect highlights
+        if let Some(max) = to(WHITE, at(&self.peaks, 1.0 - CLIPPED)) {
+            let min = to(MIN_MEDIAN, median).map_or(max, |min| min.max(max));
+            stops = stops.min(min);
+        }
+        let rounded = (f64::from(stops) * 100.0).floor() / 100.0;
+        // Adding 0 turns −0 into 0.
+        (rounded as f32).clamp(-MAX_EXPOSURE, MAX_EXPOSURE) + 0.0
+    }
+
+    /// Mean of the logarithms to base 2 of the luminances, without the ends; `None` where there is no light.
+    fn log_average(&self) -> Option<f32> {
+        let all = &self.luminances;
+        let brightest = *all.last()?;
+        let top = Some(at(all, 1.0 - TRIMMED))
+            .filter(|&top| top > 0.0)
+            .unwrap_or(brightest);
+        if top <= 0.0 {
+            return None;
+        }
+        let trimmed = (all.len() as f64 * TRIMMED) as usize;
+        let kept = all.get(trimmed..all.len() - trimmed)?;
+        let floor = f64::from(top.log2() - RANGE);
+        let sum: f64 = kept.iter().map(|&l| f64::from(l.log2()).max(floor)).sum();
+        Some((sum / kept.len().max(1) as f64) as f32)
+    }
+}
+
+/// Means over the blocks of `image`, of the pixels that `is_wanted`.
+fn blocks(image: &Image, rgb: [&[f32]; 3], is_wanted: impl Fn(usize) -> bool) -> Vec<Spectrum> {
+    let edge = if image.crop.area() < MIN_PIXELS { 1 } else { BLOCK_EDGE };
+    let mut sums: BTreeMap<[u32; 2], ([f64; 3], u32)> = BTreeMap::new();
+    for (i, pixel) in image.crop.pixels().enumerate().filter(|&(i, _)| is_wanted(i)) {
+        let values = rgb.map(|channel| channel.get(i).copied().unwrap_or(f32::NAN));
+        if values.iter().all(|value| value.is_finite()) {
+            let (sum, count) = sums.entry([pixel.y / edge, pixel.x / edge]).or_default();
+            (0..3).for_each(|c| sum[c] += f64::from(values[c].max(0.0)));
+            *count += 1;
+        }
+    }
+    let mean = |(sum, count): ([f64; 3], u32)| Spectrum::from(sum.map(|s| (s / f64::from(count)) as f32));
+    sums.into_values().map(mean).filter(|block| block.is_valid()).collect()
+}
+
+/// The value below which a `share` of the `sorted` ones lies; 0 of none.
+fn at(sorted: &[f32], share: f64) -> f32 {
+    let index = (sorted.len() as f64 * share) as usize;
+    sorted.get(index).or(sorted.last()).copied().unwrap_or(0.0)
+}
+
+/// The least grey that `curve` shows by this code or a higher one, by bisection.
+fn level(curve: Curve, code: f32) -> f32 {
+    let shown = |stops: f32| curve.encode([stops.exp2(); 3])[1];
+    let (mut below, mut above) = (-32.0f32, 32.0f32);
+    for _ in 0..32 {
+        let middle = 0.5 * (below + above);
+        match shown(middle) < code {
+            true => below = middle,
+            false => above = middle,
+        }
+    }
+    above.exp2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Channel, Rect};
+    use crate::math::UVec2;
+
+    /// A grey picture of `size` pixels, where `light` tells a pixel's own; `None` for the background.
+    fn picture(size: [u32; 2], light: impl Fn(u32, u32) -> Option<f32>) -> Image {
+        let resolution = UVec2::from(size);
+        let crop = Rect::full(resolution);
+        let values = |of: &dyn Fn(Option<f32>) -> f32| crop.pixels().map(|p| of(light(p.x, p.y))).collect::<Vec<f32>>();
+        let channel = |name: &'static str, of: &dyn Fn(Option<f32>) -> f32| Channel {
+            name: name.into(),
+            values: values(of),
+        };
+        let light = |light: Option<f32>| light.unwrap_or(1000.0);
+        Image {
+            resolution,
+            crop,
+            channels: vec![
+                channel("R", &light),
+                channel("G", &light),
+                channel("B", &light),
+                channel("Z", &|light| light.map_or(Z_BACKGROUND, |_| 1.0)),
+            ],
+        }
+    }
+
+    fn stops(image: &Image, curve: Curve) -> f32 {
+        let tone = Tone {
+            exposure: Exposure::Auto,
+            curve,
+        };
+        metered(tone, image).exposure.stops().unwrap()
+    }
+
+    /// Codes of the pixels that show a surface, in ascending order.
+    fn shown(image: &Image, curve: Curve) -> Vec<u8> {
+        let tone = Tone {
+            exposure: Exposure::Stops(stops(image, curve)),
+            curve,
+        };
+        let depth = &image.channel("Z").unwrap().values;
+        let pixels = image.rgb().zip(depth).filter(|(_, z)| **z < Z_BACKGROUND);
+        let mut codes: Vec<u8> = pixels.map(|(rgb, _)| tone.encode_u8(rgb)[1]).collect();
+        codes.sort_unstable();
+        codes
+    }
+
+    #[test]
+    fn a_constant_becomes_middle_grey() {
+        for (_, curve) in Curve::NAMES {
+            for light in [1e-6, 0.18, 1.0, 3e4] {
+                let image = picture([16, 16], |_, _| Some(light));
+                let expected = (0.18f32 / light).log2();
+                let found = stops(&image, *curve);
+                assert!(
+                    (found - expected).abs() <= 0.011,
+                    "{light}: {found} instead of {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_meter_is_no_error() {
+        for light in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert_eq!(stops(&picture([8, 8], |_, _| Some(light)), Curve::Agx), 0.0, "{light}");
+        }
+        // The background alone
+        assert!((stops(&picture([8, 8], |_, _| None), Curve::Agx) + 12.44).abs() < 0.02);
+        let mut image = picture([8, 8], |_, _| Some(1.0));
+        image.channels.clear();
+        assert_eq!(stops(&image, Curve::Agx), 0.0);
+    }
+
+    /// Mostly dark rooms with bright windows, gradients, black halves: the median is in its range, and few pixels are white.
+    #[test]
+    fn medians_and_highlights_are_where_they_should_be() {
+        let window = |x: u32, y: u32| {
+            Some(if x < 14 && y < 14 {
+                400.0
+            } else {
+                0.02 + 0.001 * (x % 9) as f32
+            })
+        };
+        let gradient = |x: u32, _: u32| Some((x as f32 / 8.0 - 8.0).exp2());
+        let half = |x: u32, _: u32| Some(if x < 70 { 0.0 } else { 5.0 });
+        let object = |x: u32, y: u32| ((40..90).contains(&x) && y > 60).then_some(0.4 + y as f32 / 90.0);
+        for (name, image) in [
+            ("window", picture([128, 128], window)),
+            ("gradient", picture([128, 128], gradient)),
+            ("half", picture([128, 128], half)),
+            ("object", picture([128, 128], object)),
+        ] {
+            for (curve_name, curve) in Curve::NAMES {
+                let codes = shown(&image, *curve);
+                let median = codes[codes.len() / 2];
+                let white = codes.iter().filter(|&&code| code == 255).count() as f64 / codes.len() as f64;
+                println!("{name}, {curve_name}: median {median}, white {white:.3}");
+                // Nothing is protected at the cost of the median.
+                assert!(
+                    white <= 0.021 || median <= 65,
+                    "{name}, {curve_name}: {white} are white"
+                );
+                let is_black = name == "half";
+                assert!(
+                    is_black || (59..=154).contains(&median),
+                    "{name}, {curve_name}: median {median}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn fireflies_change_little() {
+        let light = |x: u32, y: u32| 0.3 + ((x * 7 + y * 13) % 11) as f32 / 20.0;
+        let plain = picture([128, 128], |x, y| Some(light(x, y)));
+        let fireflies = picture([128, 128], |x, y| {
+            Some(if (x * 131 + y * 71) % 997 == 0 {
+                1e4
+            } else {
+                light(x, y)
+            })
+        });
+        let [a, b] = [plain, fireflies].map(|image| stops(&image, Curve::Agx));
+        assert!((a - b).abs() < 0.05, "{a} and {b}");
+    }
+
+    #[test]
+    fn a_metered_exposure_can_be_given_as_a_number() {
+        let image = picture([16, 16], |x, y| Some(0.37 * (1 + x * y) as f32));
+        let found = stops(&image, Curve::Agx);
+        assert_eq!(found.to_string().parse(), Ok(found));
+        assert!(found.to_string().len() <= 6, "{found}");
+    }
+}

@@ -1,0 +1,91 @@
+//! Quality of a picture in one word: samples, noise level and denoiser together.
+
+use super::{Denoising, OptionGroup, SamplingOptions, names::named, parameters};
+use crate::denoise::Denoiser;
+
+parameters! {
+    /// Samples, noise level and denoiser together.
+    pub struct QualityOptions, heading "", values values {
+        /// Samples, noise level and denoiser together; --spp, --noise and --denoise beat it
+        ///
+        /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01. The denoiser is `oidn` where it is built in, else
+        /// `atrous`. `samples` and `denoise` of the scene file beat its `quality`; the flag `--quality` beats all three.
+        quality: Quality, default "good for a bare OBJ, else none";
+    }
+}
+
+/// How good a picture is to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quality {
+    /// A first look.
+    Draft,
+    /// A picture to show, in seconds.
+    Good,
+    /// Nearly without noise.
+    Final,
+}
+
+named! {
+    Quality: "draft" => Self::Draft, "good" => Self::Good, "final" => Self::Final;
+}
+
+/// Relative error at which a picture of the best quality is finished.
+const FINAL_NOISE: f64 = 0.01;
+
+impl Quality {
+    /// Samples and denoiser.
+    pub fn sampling(self) -> SamplingOptions {
+        let samples = match self {
+            Self::Draft => 4,
+            Self::Good => 16,
+            Self::Final => 2048,
+        };
+        SamplingOptions {
+            samples: Some(samples),
+            denoise: Some(Denoising::By(Denoiser::best())),
+            ..SamplingOptions::default()
+        }
+    }
+
+    /// Relative error at which to stop, if there is one.
+    pub fn noise(self) -> Option<f64> {
+        (self == Self::Final).then_some(FINAL_NOISE)
+    }
+}
+
+impl QualityOptions {
+    /// What the quality says of samples and denoiser where `sampling` does not say it.
+    pub fn under(&self, sampling: SamplingOptions) -> SamplingOptions {
+        match self.quality {
+            Some(quality) => sampling.or(quality.sampling()),
+            None => sampling,
+        }
+    }
+
+    /// Noise level of the quality, unless `sampling` says how many samples are taken.
+    pub fn noise(&self, sampling: &SamplingOptions) -> Option<f64> {
+        self.quality.filter(|_| sampling.samples.is_none())?.noise()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_said_of_samples_beats_the_quality() {
+        let quality = QualityOptions {
+            quality: Some(Quality::Final),
+        };
+        let said = SamplingOptions {
+            samples: Some(7),
+            ..SamplingOptions::default()
+        };
+        let both = quality.under(said);
+        assert_eq!((both.samples, quality.noise(&said)), (Some(7), None));
+        assert_eq!(both.denoise, Some(Denoising::By(Denoiser::best())));
+        let none = SamplingOptions::default();
+        assert_eq!(quality.noise(&none), Some(FINAL_NOISE));
+        assert_eq!(QualityOptions::default().under(said), said);
+    }
+}

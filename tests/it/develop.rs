@@ -1,0 +1,334 @@
+//! `embrasure develop`: pictures of EXR files, of this program and of others.
+
+use crate::support::program::{done, folder, json, printed, refused, run, split, words, write_grey_png};
+use crate::support::{read_channel, read_rgb};
+use ::exr::prelude::{self as exr, WritableImage, f16};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A lit corner, seen by a camera that also sees past it.
+fn scene() -> TempDir {
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\nusemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n[image]\nwidth = 40\nheight = 24\n\
+             [render]\nsamples = 8\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
+}
+
+/// Bytes of a pixel, their number, and all pixels of a PNG.
+fn png_of(path: &Path) -> ([u32; 2], usize, Vec<u8>) {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut codes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut codes).unwrap();
+    let info = reader.info();
+    ([info.width, info.height], info.color_type.samples(), codes)
+}
+
+#[test]
+fn a_render_is_developed_to_the_bytes_of_its_own_pictures() {
+    let folder = scene();
+    let at = folder.path();
+    let same = |a: &str, b: &str| {
+        assert!(
+            fs::read(at.join(a)).unwrap() == fs::read(at.join(b)).unwrap(),
+            "{a} and {b}"
+        )
+    };
+    // A guessed exposure and tone are noted in the file.
+    done(at, &split("render a.obj -q --size 48x40 --spp 4 -o a.exr -o a.png"));
+    done(at, &split("develop -q a.exr -o again.png"));
+    same("a.png", "again.png");
+    // Others are given.
+    done(
+        at,
+        &split("render s.toml -q --exposure -1 --tone aces-hill -o s.exr -o s.png"),
+    );
+    done(
+        at,
+        &split("develop -q s.exr --exposure -1 --tone aces-hill -o again.png"),
+    );
+    same("s.png", "again.png");
+    done(at, &split("render s.toml -q --exposure auto --tone agx -o auto.png"));
+    done(at, &split("develop -q s.exr --exposure auto --tone agx -o again.png"));
+    same("auto.png", "again.png");
+    // Denoised now or then
+    done(at, &split("render s.toml -q --denoise=atrous -o then.exr -o then.png"));
+    done(at, &split("develop -q s.exr --denoise=atrous -o now.exr -o now.png"));
+    same("then.png", "now.png");
+    assert!(read_rgb(&at.join("then.exr")) == read_rgb(&at.join("now.exr")));
+    // Without a name: the best that there is.
+    let said = words(&done(at, &split("develop s.exr --denoise -o best.png")));
+    assert!(said.contains("best.png: tone=srgb exposure=0"), "{said}");
+}
+
+#[test]
+fn channels_are_listed_and_shown() {
+    let folder = scene();
+    let at = folder.path();
+    done(at, &split("render s.toml -q --aov all -o s.exr"));
+    let listed = printed(&done(at, &split("develop s.exr --list")));
+    for line in [
+        "40x24 pixels",
+        "RGB (R G B): light, float",
+        "albedo (R G B): reflectance",
+        "N (X Y Z): directions",
+        "Z: depth",
+        "id (material object): ids",
+        "CryptoObject00 (R G B A): Cryptomatte",
+        "samples: numbers",
+        "variance (R G B): magnitudes",
+    ] {
+        assert!(listed.contains(line), "{line}: {listed}");
+    }
+    let all = json(&done(at, &split("develop s.exr --list --json")));
+    assert_eq!(
+        (&all[0]["name"], &all[0]["window"]),
+        (&"RGB".into(), &serde_json::json!([0, 0, 40, 24]))
+    );
+
+    for layer in all.as_array().unwrap() {
+        let name = layer["name"].as_str().unwrap();
+        done(
+            at,
+            &[
+                "develop",
+                "-q",
+                "s.exr",
+                "--channel",
+                name,
+                "-o",
+                "x.png",
+                "-o",
+                "x.exr",
+            ],
+        );
+        let (size, samples, codes) = png_of(&at.join("x.png"));
+        assert_eq!((size, samples, codes.len()), ([40, 24], 3, 40 * 24 * 3), "{name}");
+    }
+    let pixel = |channel: &str, x: usize, y: usize| {
+        done(at, &["develop", "-q", "s.exr", "--channel", channel, "-o", "x.png"]);
+        let (_, _, codes) = png_of(&at.join("x.png"));
+        <[u8; 3]>::try_from(&codes[3 * (y * 40 + x)..][..3]).unwrap()
+    };
+    // The floor's normal points up, its albedo is as in its material, and beyond it there is nothing.
+    assert_eq!(pixel("N", 20, 14), [128, 255, 128]);
+    assert_eq!(
+        pixel("albedo", 20, 14),
+        [0.5, 0.4, 0.3].map(embrasure::color::srgb::encode_u8)
+    );
+    assert_eq!(
+        (pixel("Z", 0, 0), pixel("id.object", 0, 0), pixel("N", 0, 0)),
+        ([0; 3], [0; 3], [0; 3])
+    );
+    assert_ne!(pixel("id.material", 20, 14), pixel("id.material", 20, 10));
+    // Near is brighter than far.
+    let depth = read_channel(&at.join("s.exr"), "Z");
+    let met = || (0..depth.len()).filter(|&i| depth[i] < 1e9);
+    let near = met().min_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
+    let far = met().max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
+    let brightness = |i: usize| pixel("Z", i % 40, i / 40).iter().map(|&c| u32::from(c)).sum::<u32>();
+    assert!(brightness(near) > brightness(far) + 100);
+    // Data keep their numbers and names in EXR files.
+    done(at, &split("develop -q s.exr --channel N -o n.exr"));
+    assert!(read_channel(&at.join("n.exr"), "N.Y") == read_channel(&at.join("s.exr"), "N.Y"));
+    done(at, &split("develop -q s.exr --channel Z -o z.exr"));
+    assert!(read_channel(&at.join("z.exr"), "Z") == read_channel(&at.join("s.exr"), "Z"));
+}
+
+#[test]
+fn crops_and_scales_are_of_the_whole_picture() {
+    let folder = scene();
+    let at = folder.path();
+    done(at, &split("render s.toml -q -o s.exr"));
+    done(at, &split("develop -q s.exr --channel N --scale 3 -o n.png"));
+    assert_eq!(png_of(&at.join("n.png")).0, [120, 72]);
+    done(at, &split("render s.toml -q --crop 10,4,30,20 -o crop.exr"));
+    done(at, &split("develop -q s.exr --crop 10,4,30,20 -o c.exr -o c.png"));
+    assert!(read_rgb(&at.join("c.exr")) == read_rgb(&at.join("crop.exr")));
+    assert_eq!(png_of(&at.join("c.png")).0, [20, 16]);
+    // A file that is a crop itself, by coordinates of the full image
+    done(at, &split("develop -q crop.exr --crop 12,6,14,9 -o d.exr"));
+    assert_eq!(read_channel(&at.join("d.exr"), "R").len(), 6);
+    let value = |path: &str, i: usize| read_channel(&at.join(path), "G")[i];
+    assert_eq!(value("d.exr", 0), value("s.exr", 6 * 40 + 12));
+
+    for (scale, size) in [
+        ("0.5", [20, 12]),
+        ("2", [80, 48]),
+        ("10x30", [10, 30]),
+        ("0.001", [1, 1]),
+    ] {
+        done(
+            at,
+            &split(&format!("develop -q s.exr --scale {scale} -o x.png -o x.exr")),
+        );
+        assert_eq!(png_of(&at.join("x.png")).0, size, "{scale}");
+        let mean = |path: &str| {
+            let values = read_channel(&at.join(path), "G");
+            values.iter().sum::<f32>() / values.len() as f32
+        };
+        assert!(
+            (mean("x.exr") / mean("s.exr") - 1.0).abs() < 0.02,
+            "{scale}: {} and {}",
+            mean("x.exr"),
+            mean("s.exr")
+        );
+    }
+    // Smaller ones by areas
+    done(at, &split("develop -q s.exr --scale 0.5 -o x.exr"));
+    let (all, half) = (
+        read_channel(&at.join("s.exr"), "R"),
+        read_channel(&at.join("x.exr"), "R"),
+    );
+    let expected = (all[20 * 40 + 8] + all[20 * 40 + 9] + all[21 * 40 + 8] + all[21 * 40 + 9]) / 4.0;
+    assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
+}
+
+/// Writes a file as another renderer does: a part with a name, its layers, half floats, windows that differ.
+fn write_foreign(path: &Path, channels: &[(&str, fn(usize, usize) -> f32)]) {
+    let (width, height) = (6, 4);
+    let list = channels.iter().map(|(name, value)| {
+        let values = (0..width * height)
+            .map(|i| f16::from_f32(value(i % width, i / width)))
+            .collect();
+        exr::AnyChannel::new(*name, exr::FlatSamples::F16(values))
+    });
+    let attributes = exr::LayerAttributes {
+        layer_position: exr::Vec2(3, 2),
+        ..Default::default()
+    };
+    let channels = exr::AnyChannels::sort(list.collect());
+    let layer = exr::Layer::new((width, height), attributes, exr::Encoding::FAST_LOSSLESS, channels);
+    let mut file = exr::Image::from_layer(layer);
+    file.attributes.display_window = exr::IntegerBounds {
+        position: exr::Vec2(1, 1),
+        size: exr::Vec2(10, 8),
+    };
+    file.write().to_file(path).unwrap();
+}
+
+#[test]
+fn files_of_other_renderers_are_developed() {
+    let folder = folder(&[]);
+    let at = folder.path();
+    write_foreign(
+        &at.join("cycles.exr"),
+        &[
+            ("ViewLayer.Combined.R", |x, _| x as f32),
+            ("ViewLayer.Combined.G", |_, y| y as f32),
+            ("ViewLayer.Combined.B", |_, _| 0.5),
+            ("ViewLayer.Combined.A", |x, _| if x < 3 { 0.5 } else { 1.0 }),
+            ("ViewLayer.Depth.Z", |x, _| 1.0 + x as f32),
+            ("ViewLayer.Denoising Albedo.R", |_, _| 0.5),
+            ("ViewLayer.Denoising Albedo.G", |_, _| 0.5),
+            ("ViewLayer.Denoising Albedo.B", |_, _| 0.5),
+        ],
+    );
+    let listed = printed(&done(at, &split("develop cycles.exr --list")));
+    assert!(listed.contains("10x8 pixels, 8 channels"), "{listed}");
+    assert!(
+        listed.contains("ViewLayer.Combined (R G B A): light, half, 6x4 pixels from 2,1"),
+        "{listed}"
+    );
+    done(at, &split("develop -q cycles.exr -o c.png -o c.exr"));
+    let (size, samples, codes) = png_of(&at.join("c.png"));
+    // Straight alpha in the PNG, colours multiplied by it in the EXR
+    assert_eq!((size, samples), ([6, 4], 4));
+    assert_eq!(&codes[4..8], [255, 0, 255, 128]);
+    assert_eq!(read_channel(&at.join("c.exr"), "B")[0], 0.5);
+    assert_eq!(read_channel(&at.join("c.exr"), "A")[0], 0.5);
+    done(at, &split("develop -q cycles.exr --channel depth -o d.png"));
+    assert_eq!(png_of(&at.join("d.png")).1, 3);
+    done(
+        at,
+        &split("develop -q cycles.exr --crop 4,2,6,4 --denoise=gaussian -o g.exr"),
+    );
+    assert_eq!(read_channel(&at.join("g.exr"), "R").len(), 4);
+    // The wavelets ask for more than is there.
+    let said = refused(at, &split("develop cycles.exr --denoise=atrous -o x.png"), 1);
+    assert!(
+        said.contains("cycles.exr") && said.contains("no channel N.X") && said.contains("help:"),
+        "{said}"
+    );
+
+    // Luminance alone; no colours at all
+    write_foreign(&at.join("grey.exr"), &[("Y", |x, _| x as f32 / 8.0)]);
+    done(at, &split("develop -q grey.exr -o y.png"));
+    let (_, samples, codes) = png_of(&at.join("y.png"));
+    assert!(samples == 3 && codes[3] == codes[4] && codes[4] == codes[5] && codes[3] > 0);
+    write_foreign(
+        &at.join("depth.exr"),
+        &[("Z", |x, _| x as f32), ("odd.name", |_, _| f32::NAN)],
+    );
+    let said = refused(at, &split("develop depth.exr -o x.png"), 1);
+    assert!(
+        said.contains("depth.exr: has no layer of colours") && said.contains("there is Z, odd"),
+        "{said}"
+    );
+    done(at, &split("develop -q depth.exr --channel odd -o x.png"));
+}
+
+#[test]
+fn what_cannot_be_developed_is_refused_with_what_can() {
+    let folder = scene();
+    let at = folder.path();
+    done(at, &split("render s.toml -q -o s.exr"));
+    fs::write(at.join("text.exr"), "no picture").unwrap();
+    write_grey_png(&at.join("grey.png"), &[1, 2, 3]);
+    for (line, code, expected) in [
+        ("s.exr", 2, &["--output", "required"][..]),
+        ("gone.exr -o x.png", 1, &["gone.exr", "help:"]),
+        ("text.exr -o x.png", 1, &["text.exr", "EXR", "help:"]),
+        ("grey.png -o x.png", 1, &["grey.png", "EXR", "help:"]),
+        ("s.exr -o x.jpg", 2, &[".jpg", ".png"]),
+        ("s.exr -o s.exr", 2, &["would overwrite"]),
+        ("s.exr -o x.png -o x.png", 2, &["same file"]),
+        (
+            "s.exr -o x.png --channel albedos",
+            1,
+            &["albedos", "did you mean albedo? there is RGB, N, Z"],
+        ),
+        (
+            "s.exr -o x.png --denoise=median",
+            2,
+            &["median", "off, oidn, atrous, gaussian"],
+        ),
+        (
+            "s.exr -o x.png --denoise=atrous --channel N",
+            2,
+            &["N is no picture of light"],
+        ),
+        (
+            "s.exr -o x.png --crop 0,0,41,10",
+            2,
+            &["--crop 0,0,41,10", "inside 0,0,40,24"],
+        ),
+        ("s.exr -o x.png --crop 5,5,5,10", 2, &["holds no pixel"]),
+        ("s.exr -o x.png --scale 0", 2, &["--scale", "0.5"]),
+        ("s.exr -o x.png --scale 0x4", 2, &["--scale 0x4", "1 to 65536"]),
+        ("s.exr -o x.png --scale 99999", 2, &["--scale 99999", "1 to 65536"]),
+        ("s.exr -o x.png --exposure much", 2, &["--exposure much", "or auto"]),
+        ("s.exr -o x.png --tone film", 2, &["--tone film", "agx"]),
+    ] {
+        let said = refused(at, &split(&format!("develop {line}")), code);
+        for words in expected {
+            assert!(said.contains(words), "{line}: {said}");
+        }
+        assert!(!at.join("x.png").exists(), "{line}");
+    }
+    // Names are matched as far as they are plain.
+    let out = run(at, &split("develop s.exr --list -o x.png"));
+    assert_eq!(out.status.code(), Some(2));
+}

@@ -1,0 +1,398 @@
+//! What a render of a bare OBJ is where nobody says it: its files, exposure, tone curve and quality; and flags and keys that say it.
+
+use crate::support::program::{assert_same_bits, done, folder, json, printed, read_json, refused, run, split, words};
+use crate::support::{read_channel, read_rgb, rel_mse};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const MTL: &str = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl wall\nKd 0.7 0.2 0.2\nnewmtl lamp\nKd 0 0 0\nKe 50 50 50\n";
+
+/// A corner of two walls with a small bright lamp in it, as a bare OBJ and as a scene file.
+fn scene() -> TempDir {
+    folder(&[
+        ("a.mtl", MTL),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\nv -0.1 0.9 0\nv 0.1 0.9 0\nv 0.1 0.9 -0.2\n\
+             v -0.1 0.9 -0.2\nusemtl floor\nf 1 2 3 4\nusemtl wall\nf 4 3 6 5\nusemtl lamp\nf 7 10 9 8\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\nvertical_fov = 30\n\
+             [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
+}
+
+/// The camera of the scene file, for the bare OBJ.
+const BARE: &str = "a.obj --position 0,1,4 --look-at 0,0.3,0 --fov 30 --size 40x24";
+
+fn render(at: &Path, line: &str) -> Value {
+    done(at, &split(&format!("render -q --stats s.json {line}")));
+    read_json(&at.join("s.json"))
+}
+
+/// 8-bit codes of a PNG, and its texts.
+fn png_of(path: &Path) -> (Vec<u8>, String) {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut codes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut codes).unwrap();
+    let texts = &reader.info().uncompressed_latin1_text;
+    (
+        codes,
+        texts.iter().map(|t| format!("{}: {}\n", t.keyword, t.text)).collect(),
+    )
+}
+
+/// An attribute of an EXR file.
+fn attribute(path: &Path, name: &str) -> Option<String> {
+    let meta = exr::meta::MetaData::read_from_file(path, false).unwrap();
+    let mut attributes = meta.headers[0].own_attributes.other.iter();
+    attributes
+        .find(|(key, _)| **key == *name)
+        .map(|(_, value)| format!("{value:?}"))
+}
+
+#[test]
+fn a_bare_obj_becomes_a_png_and_an_exr_that_say_how_they_were_exposed() {
+    let folder = scene();
+    let at = folder.path();
+    let out = done(at, &split(&format!("render {BARE} --stats s.json")));
+    let said = words(&out);
+    let stats = read_json(&at.join("s.json"));
+    let stops = stats["exposure"].as_f64().unwrap();
+    assert!(said.contains(&format!("exposure {stops:+} (auto)")), "{said}");
+    assert!(said.contains("-> a.png, a.exr"), "{said}");
+    assert_eq!(stats["spp"], 16, "{stats}");
+    assert_eq!(
+        stats["denoise"]["by"].as_str().unwrap().split(' ').next().unwrap(),
+        if cfg!(feature = "oidn") { "oidn" } else { "atrous" }
+    );
+    let tone = format!("tone=agx exposure={stops}");
+    assert!(
+        png_of(&at.join("a.png"))
+            .1
+            .contains(&format!("embrasure.tone: {tone}\n"))
+    );
+    assert!(attribute(&at.join("a.exr"), "embrasure.tone").unwrap().contains(&tone));
+    assert!(read_channel(&at.join("a.exr"), "raw.G").iter().all(|v| v.is_finite()));
+
+    // Values stay linear and as bright as they are.
+    render(at, &format!("{BARE} --exposure 0 --tone srgb --denoise=off -o b.exr"));
+    assert!(attribute(&at.join("b.exr"), "embrasure.tone").is_none());
+    let raw = ["raw.R", "raw.G", "raw.B"].map(|name| read_channel(&at.join("a.exr"), name));
+    assert!(raw == read_rgb(&at.join("b.exr")));
+
+    // What was metered may be given as a number: the bytes are the same.
+    let bytes = fs::read(at.join("a.png")).unwrap();
+    render(at, &format!("{BARE} --exposure {stops} -o c.png"));
+    assert!(fs::read(at.join("c.png")).unwrap() == bytes);
+    // So they are on one thread, by a second run.
+    render(at, &format!("{BARE} --threads 1 -o d.png"));
+    assert!(fs::read(at.join("d.png")).unwrap() == bytes);
+}
+
+#[test]
+fn flags_and_keys_beat_every_guess_by_itself() {
+    let folder = scene();
+    let at = folder.path();
+    let text = |line: &str| {
+        render(at, &format!("{BARE} --spp 1 {line} -o x.png"));
+        png_of(&at.join("x.png")).1
+    };
+    assert!(text("--exposure 1.5").contains("tone=agx exposure=1.5\n"));
+    assert!(text("--tone srgb --exposure 0").contains("tone=srgb exposure=0\n"));
+    assert!(text("--set image.exposure=-2").contains("tone=agx exposure=-2\n"));
+    assert!(text("--set image.tone=reinhard").contains("tone=reinhard exposure="));
+    // Colours of debug views stand for numbers.
+    assert!(text("--integrator debug").contains("tone=srgb exposure=0\n"));
+
+    let stats = render(at, &format!("{BARE} --spp 3 --denoise=off -o x.exr"));
+    assert_eq!((&stats["spp"], &stats["denoise"]), (&3.into(), &Value::Null));
+    let stats = render(
+        at,
+        &format!("{BARE} --set render.samples=5 --set render.denoise=gaussian -o x.exr"),
+    );
+    assert_eq!(
+        (&stats["spp"], &stats["denoise"]["by"]),
+        (&5.into(), &"gaussian".into())
+    );
+
+    // A scene file that says nothing is as ever.
+    let stats = render(at, "s.toml -o x.exr -o x.png");
+    assert_eq!(
+        (&stats["spp"], &stats["denoise"], &stats["exposure"]),
+        (&4.into(), &Value::Null, &0.0.into())
+    );
+    assert!(png_of(&at.join("x.png")).1.contains("tone=srgb exposure=0\n"));
+}
+
+#[test]
+fn exposure_is_metered_by_flag_or_key_and_the_same_for_resumed_and_merged_pictures() {
+    let folder = scene();
+    let at = folder.path();
+    let stats = render(at, "s.toml --spp 128 --exposure auto -o whole.png -o whole.exr");
+    let stops = &stats["exposure"];
+    assert!(stops.as_f64().is_some_and(|stops| stops != 0.0), "{stats}");
+    // The median of the pixels that show a surface is of middle brightness.
+    let depth = read_channel(&at.join("whole.exr"), "Z");
+    let (codes, _) = png_of(&at.join("whole.png"));
+    let met = codes.chunks_exact(3).zip(&depth).filter(|(_, z)| **z < 1e10);
+    let mut green: Vec<u8> = met.map(|(rgb, _)| rgb[1]).collect();
+    green.sort_unstable();
+    let median = green[green.len() / 2];
+    assert!((60..180).contains(&median), "{median}");
+    assert_eq!(
+        render(at, "s.toml --spp 128 --set image.exposure=auto -o x.png")["exposure"],
+        *stops
+    );
+
+    // Resumed, and joined of samples and of crops
+    render(at, "s.toml --spp 64 --checkpoint c.exr -o x.exr");
+    render(
+        at,
+        "s.toml --spp 128 --checkpoint c.exr --resume --exposure auto -o resumed.png",
+    );
+    for (name, part) in [
+        ("a", "--samples 0..64"),
+        ("b", "--samples 64..128"),
+        ("l", "--crop 0,0,17,24"),
+        ("r", "--crop 17,0,40,24"),
+    ] {
+        render(at, &format!("s.toml --spp 128 {part} -o {name}.exr"));
+    }
+    done(
+        at,
+        &split("merge -q a.exr b.exr --exposure auto -o merged.png -o merged.exr"),
+    );
+    done(at, &split("merge -q l.exr r.exr --exposure auto -o crops.png"));
+    for name in ["resumed.png", "merged.png", "crops.png"] {
+        assert!(
+            fs::read(at.join(name)).unwrap() == fs::read(at.join("whole.png")).unwrap(),
+            "{name}"
+        );
+    }
+    assert_eq!(
+        attribute(&at.join("merged.exr"), "embrasure.tone"),
+        attribute(&at.join("whole.exr"), "embrasure.tone")
+    );
+}
+
+#[test]
+fn what_cannot_be_an_exposure_quality_or_clamp_is_refused_with_what_can() {
+    let folder = scene();
+    let at = folder.path();
+    for (flag, key, value, expected) in [
+        ("--exposure", "image.exposure", "automatic", "from -64 to 64, or auto"),
+        ("--exposure", "image.exposure", "65", "from -64 to 64, or auto"),
+        ("--quality", "render.quality", "best", "there is draft, good, final"),
+        ("--quality", "render.quality", "fnal", "did you mean final?"),
+        (
+            "--clamp-indirect",
+            "render.clamp_indirect",
+            "0",
+            "a number above 0, or off",
+        ),
+        (
+            "--clamp-indirect",
+            "render.clamp_indirect",
+            "-1",
+            "a number above 0, or off",
+        ),
+        (
+            "--clamp-indirect",
+            "render.clamp_indirect",
+            "inf",
+            "a number above 0, or off",
+        ),
+        (
+            "--clamp-indirect",
+            "render.clamp_indirect",
+            "much",
+            "a number above 0, or off",
+        ),
+    ] {
+        let said = refused(at, &["render", "s.toml", flag, value], 2);
+        assert!(
+            said.contains(&format!("{flag} {value}")) && said.contains(expected),
+            "{said}"
+        );
+        let set = format!("{key}={value}");
+        let said = refused(at, &["render", "s.toml", "--set", &set], 2);
+        assert!(said.contains(&set) && said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn default_names_spare_files_of_the_scene_and_of_others() {
+    let folder = scene();
+    let at = folder.path();
+    let line = format!("render {BARE} --spp 1 --denoise=off");
+    // A file of another program
+    fs::write(at.join("a.exr"), "no picture").unwrap();
+    let said = words(&done(at, &split(&line)));
+    assert!(
+        said.contains(
+            "a.exr is there and was not written by this program: the pictures are a.render.png and a.render.exr"
+        ),
+        "{said}"
+    );
+    assert_eq!(fs::read(at.join("a.exr")).unwrap(), b"no picture");
+    assert!(at.join("a.render.png").exists() && !at.join("a.png").exists());
+    fs::remove_file(at.join("a.exr")).unwrap();
+
+    // A texture of that name, which this program has rendered; own pictures are replaced.
+    done(at, &split("render s.toml -q --spp 1 -o a.png"));
+    let texture = fs::read(at.join("a.png")).unwrap();
+    done(at, &split(&format!("{line} -q")));
+    assert!(fs::read(at.join("a.png")).unwrap() != texture);
+    fs::write(at.join("a.png"), &texture).unwrap();
+    fs::write(
+        at.join("a.mtl"),
+        format!("{MTL}\n").replace("Kd 0.5 0.4 0.3\n", "Kd 0.5 0.4 0.3\nmap_Kd a.png\n"),
+    )
+    .unwrap();
+    let said = words(&done(at, &split(&format!("{line} --stats s.json"))));
+    assert!(
+        said.contains("a.png is a file that this scene reads: the pictures are a.render.png"),
+        "{said}"
+    );
+    assert!(
+        read_json(&at.join("s.json"))["warnings"]
+            .to_string()
+            .contains("a.render.png")
+    );
+    assert!(fs::read(at.join("a.png")).unwrap() == texture);
+    // Named outputs are still refused.
+    let said = refused(at, &split(&format!("{line} -o a.png")), 2);
+    assert!(said.contains("would overwrite"), "{said}");
+
+    // Dots of a stem stay; a part of the samples is no picture.
+    fs::copy(at.join("s.toml"), at.join("x.y.toml")).unwrap();
+    done(at, &split("render x.y.toml -q --spp 1"));
+    assert!(at.join("x.y.exr").exists() && !at.join("x.exr").exists());
+    fs::copy(at.join("a.obj"), at.join("part.v2.obj")).unwrap();
+    let stats = render(at, "part.v2.obj --size 8x8 --spp 64 --samples 0..64");
+    assert!(at.join("part.v2.exr").exists() && !at.join("part.v2.png").exists());
+    assert_eq!(stats["denoise"], Value::Null);
+}
+
+#[test]
+fn quality_sets_samples_and_denoiser_and_is_beaten_by_what_says_more() {
+    let folder = scene();
+    let at = folder.path();
+    let best = if cfg!(feature = "oidn") { "oidn" } else { "atrous" };
+    let of = |line: &str| {
+        let stats = render(at, &format!("{line} --size 16x16 -o x.exr"));
+        (
+            stats["spp"].as_u64().unwrap(),
+            stats["denoise"]["by"]
+                .as_str()
+                .unwrap_or("none")
+                .split(' ')
+                .next()
+                .unwrap()
+                .to_string(),
+        )
+    };
+    let (none, best) = ("none".to_string(), best.to_string());
+    assert_eq!(of("s.toml --quality draft"), (4, best.clone()));
+    assert_eq!(of("s.toml --quality good"), (16, best.clone()));
+    assert_eq!(of("s.toml --quality good --spp 2 --denoise=off"), (2, none));
+    // The scene's own samples beat its quality.
+    assert_eq!(of("s.toml --set render.quality=good"), (4, best.clone()));
+    assert_eq!(of("a.obj --set render.quality=draft"), (4, best.clone()));
+    assert_eq!(
+        of("a.obj --set render.quality=draft --quality good"),
+        (16, best.clone())
+    );
+    // The best ends at its noise level, which nobody asked for where samples are given.
+    let line = "s.toml --quality final --size 4x4 --max-depth 0 -o x.exr";
+    let stats = render(at, line);
+    assert!(stats["noise"]["level"] == 0.01 && stats["spp"] == 2048, "{stats}");
+    let stats = render(at, &format!("{line} --noise 0.5"));
+    assert_eq!(stats["noise"]["level"], 0.5, "{stats}");
+    let stats = render(at, &format!("{line} --spp 3"));
+    assert!(stats["noise"].is_null() && stats["spp"] == 3, "{stats}");
+}
+
+#[test]
+fn the_clamp_limits_indirect_light_alone_and_is_told() {
+    let folder = scene();
+    let at = folder.path();
+    let picture = |name: &str, flags: &str| {
+        render(at, &format!("s.toml --spp 64 {flags} -o {name}"));
+        read_rgb(&at.join(name))
+    };
+    let sum = |picture: &[Vec<f32>; 3]| picture.iter().flatten().map(|&v| f64::from(v)).sum::<f64>();
+    for reuse in ["", "--reuse none"] {
+        let plain = picture("plain.exr", reuse);
+        let off = picture("off.exr", &format!("{reuse} --clamp-indirect off"));
+        let high = picture("high.exr", &format!("{reuse} --clamp-indirect 1e6"));
+        let low = picture("low.exr", &format!("{reuse} --clamp-indirect 0.01"));
+        let direct = picture("direct.exr", &format!("{reuse} --max-depth 1"));
+        assert!(plain == off);
+        // A limit that nothing reaches changes roundings at most.
+        assert!(rel_mse(&high, &plain) < 1e-10);
+        // A low one takes nearly all indirect light, and nothing of the rest.
+        let [plain, low, direct] = [&plain, &low, &direct].map(sum);
+        assert!(
+            low < 0.97 * plain && low > 0.999 * direct && low < direct + 0.02 * 40.0 * 24.0 * 3.0,
+            "{plain}, {low}, {direct}"
+        );
+    }
+    let low = at.join("low.exr");
+    assert!(
+        attribute(&low, "embrasure.settings")
+            .unwrap()
+            .contains("clamp_indirect=0.01")
+    );
+    assert!(
+        attribute(&low, "embrasure.bias")
+            .unwrap()
+            .contains("clamp_indirect=0.01")
+    );
+    assert!(attribute(&at.join("plain.exr"), "embrasure.bias").is_none());
+
+    // Comparisons say so, and other renders' states do not fit.
+    let out = run(at, &split("compare plain.exr low.exr"));
+    assert!(
+        printed(&out).contains("low.exr is biased by clamp_indirect=0.01"),
+        "{}",
+        printed(&out)
+    );
+    let compared = json(&run(at, &split("compare plain.exr low.exr --json")));
+    assert_eq!(compared["biased_by"]["image"], "clamp_indirect=0.01");
+    assert!(compared["biased_by"]["reference"].is_null());
+    render(at, "s.toml --spp 64 --checkpoint c.exr -o x.exr");
+    let said = refused(
+        at,
+        &split("render s.toml --spp 128 --clamp-indirect 5 --checkpoint c.exr --resume -o x.exr"),
+        1,
+    );
+    assert!(said.contains("clamp_indirect=off and clamp_indirect=5"), "{said}");
+    for samples in ["0..64", "64..128"] {
+        let name = &samples[..1];
+        render(
+            at,
+            &format!("s.toml --spp 128 --clamp-indirect 0.5 --samples {samples} -o part{name}.exr"),
+        );
+    }
+    done(at, &split("merge -q part0.exr part6.exr -o merged.exr"));
+    render(at, "s.toml --spp 128 --set render.clamp_indirect=0.5 -o whole.exr");
+    assert_same_bits(&at.join("whole.exr"), &at.join("merged.exr"));
+    assert!(attribute(&at.join("merged.exr"), "embrasure.bias").is_some());
+    // Methods that do not read it say so.
+    let out = done(
+        at,
+        &split("render s.toml --spp 1 --integrator direct --clamp-indirect 5 -o x.exr"),
+    );
+    assert!(
+        words(&out).contains("--clamp-indirect: direct does not use it"),
+        "{}",
+        words(&out)
+    );
+}

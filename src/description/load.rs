@@ -15,7 +15,7 @@ use crate::geometry::Mesh;
 use crate::light::LightGroupId;
 use crate::material::{Map, Material, MaterialId};
 use crate::math::Affine3A;
-use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
+use crate::scene::{BuildError, PrototypeId, RECTANGLE_NAME, Scene, SceneBuilder, SceneReport};
 use crate::texture::{Channel, TextureId};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -282,6 +282,15 @@ impl<'a> Loader<'a> {
             if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
+            // A rectangle brings its material.
+            let here = self.file.error(light.kind.span(), "");
+            let place = here.position.map(|position| (here.file, position));
+            self.materials
+                .resize_with(self.builder.material_count(), || MaterialSource {
+                    name: RECTANGLE_NAME.into(),
+                    obj: None,
+                    place: place.clone(),
+                });
         }
         if !self.is_over() {
             self.warn_of_idle_materials();

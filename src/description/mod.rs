@@ -6,6 +6,7 @@
 mod light_group_section;
 mod light_section;
 mod load;
+mod made_lights;
 mod map_section;
 mod material_section;
 mod option_section;
@@ -15,7 +16,7 @@ mod scene_file;
 mod unknown_key;
 
 pub use light_group_section::LightGroupSection;
-pub use light_section::{LightSection, Rotation};
+pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };

@@ -5,6 +5,7 @@
 //! the place of a value tells who set it.
 
 use serde::Deserialize;
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 
@@ -17,9 +18,9 @@ pub(super) struct Overrides(Vec<Override>);
 
 #[derive(Clone, Debug)]
 struct Override {
-    /// `KEY=VALUE`, as the user wrote it.
+    /// The flag, as the user wrote it.
     written: String,
-    /// The same as TOML, behind blanks.
+    /// The same as TOML, behind blanks; empty where it is not a key that is set.
     toml: String,
     /// Number of these blanks.
     start: usize,
@@ -38,7 +39,7 @@ impl Overrides {
             let toml = " ".repeat(start) + &toml;
             let before = std::mem::replace(&mut start, toml.len() + 1);
             Ok(Override {
-                written: written.clone(),
+                written: format!("--set {written}"),
                 toml,
                 start: before,
             })
@@ -46,7 +47,18 @@ impl Overrides {
         overrides.collect::<Result<_, _>>().map(Self)
     }
 
-    /// The override that set the value at `byte`, as the user wrote it; `None` if the file did.
+    /// A place behind all others for what another flag sets, over a file of `bytes`.
+    pub fn add_flag(&mut self, bytes: usize, written: String) -> Range<usize> {
+        let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
+        self.0.push(Override {
+            written,
+            toml: String::new(),
+            start,
+        });
+        start..start
+    }
+
+    /// The flag that set the value at `byte`, as the user wrote it; `None` if the file did.
     pub fn at(&self, byte: usize) -> Option<&str> {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).map(|i| self.0[i].written.as_str())
@@ -183,8 +195,13 @@ mod tests {
             c: Spanned<f32>,
         }
         let read: Spans = overrides.read("a=3\n\nc=4  ").unwrap();
-        assert_eq!(overrides.at(read.a.span().start), Some("a=1"));
-        assert_eq!(overrides.at(read.b.span().start), Some("b=x"));
+        assert_eq!(overrides.at(read.a.span().start), Some("--set a=1"));
+        assert_eq!(overrides.at(read.b.span().start), Some("--set b=x"));
+        let mut overrides = overrides;
+        let places = ["--env sky", "--sun 1,2"].map(|flag| overrides.add_flag(10, flag.into()).start);
+        assert_eq!(overrides.at(places[0]), Some("--env sky"));
+        assert_eq!(overrides.at(places[1]), Some("--sun 1,2"));
+        assert_eq!(overrides.at(read.b.span().start), Some("--set b=x"));
         assert_eq!((overrides.at(read.c.span().start), read.c.span()), (None, 7..8));
     }
 }

@@ -217,7 +217,7 @@ impl SceneFile {
                 return (FileError::new(path, message).help(help), None);
             };
             let error = match overrides.at(start) {
-                Some(written) => FileError::new(path, format!("--set {written}: {message}")),
+                Some(flag) => FileError::new(path, format!("{flag}: {message}")),
                 None => FileError::new(path, message).at(Position::of_byte(&text, start)),
             };
             (error.help(help), Some(start))
@@ -307,8 +307,8 @@ impl SceneFile {
 
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
-        if let Some(written) = self.overrides.at(span.start) {
-            return self.whole(format!("--set {written}: {}", message.into()));
+        if let Some(flag) = self.overrides.at(span.start) {
+            return self.whole(format!("{flag}: {}", message.into()));
         }
         FileError::new(&self.path, message).at(self.position(span.start))
     }
@@ -329,6 +329,11 @@ impl SceneFile {
             line: lines_before + 1,
             ..place
         }
+    }
+
+    /// The place of values that the flag `written` sets, such as `--env sky`: errors of them name it.
+    pub fn flag_span(&mut self, written: impl Into<String>) -> Range<usize> {
+        self.overrides.add_flag(self.text.len(), written.into())
     }
 
     /// Something about the scene as a whole.

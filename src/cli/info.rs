@@ -6,13 +6,16 @@ use crate::description::{Loaded, load_scene};
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{Settings, forecast};
+use crate::session::{CameraSettings, Settings, forecast};
 use serde_json::json;
 use std::process::ExitCode;
 
 /// Prints what is in a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
-    let file = read_scene(&args.scene, &args.load)?;
+    let mut file = read_scene(&args.scene, &args.load)?;
+    let camera = CameraSettings::of(&file);
+    args.light.apply(&mut file, &camera);
+    args.light.apply_key_light(&mut file, &camera);
     let Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
     let settings = Settings::of(&file);
@@ -45,6 +48,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "spot": count("spot"),
             "constant": count("constant"),
             "environment": count("environment"),
+            "sky": count("sky"),
+            "studio": count("studio"),
         },
         "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
             "name": name,

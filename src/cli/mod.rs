@@ -25,6 +25,7 @@ mod info;
 mod job;
 mod keeper;
 mod lab;
+mod light_flags;
 mod man;
 mod merge;
 mod outputs;

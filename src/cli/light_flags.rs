@@ -3,7 +3,7 @@
 use crate::color::srgb;
 use crate::description::{DEFAULT_SUN, LightSection, SceneFile};
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
-use crate::math::Vec3;
+use crate::math::{Horizon, Vec3};
 use crate::options::nearest;
 use crate::session::CameraSettings;
 use std::ops::Range;
@@ -67,20 +67,23 @@ pub(super) struct SunFlag {
 
 impl LightFlags {
     /// Changes the sections of `file`: `--env` takes the place of all its environments, and `--sun` is one more light, and the place of the sun in each
-    /// sky. Up is that of `camera`.
+    /// sky. The front of a studio is where the camera stands, as far as that is known. Up is +z where that is the axis nearest to the camera's up, and +y elsewhere.
     pub fn apply(&self, file: &mut SceneFile, camera: &CameraSettings) {
-        let up = camera.up.filter(|up| *up != Vec3::Y);
+        let up = camera.up.filter(|up| is_nearest_to_z(*up)).map(|_| Vec3::Z);
         if let Some(EnvFlag { written, env }) = &self.env {
             let span = file.flag_span(format!("--env {written}"));
             file.light.retain(|light| !light.is_environment());
-            file.light.push(env.section(span, up));
+            let back = camera.position.zip(camera.look_at).map(|(position, at)| position - at);
+            let front = back.and_then(|back| Horizon::new(up.unwrap_or(Vec3::Y)).azimuth(back));
+            file.light.push(env.section(span, up, front.unwrap_or(0.0)));
         }
         if let Some(SunFlag { written, at, strength }) = &self.sun {
             let span = file.flag_span(format!("--sun {written}"));
             let skies = file.light.iter_mut().filter(|light| light.kind.get_ref() == "sky");
-            let mut turbidity = DEFAULT_TURBIDITY;
+            let (mut turbidity, mut up) = (DEFAULT_TURBIDITY, up);
             for sky in skies {
                 sky.sun = Some(Spanned::new(span.clone(), *at));
+                up = sky.up.as_ref().map_or(up, |up| Some(Vec3::from(*up.get_ref())));
                 turbidity = sky.turbidity.as_ref().map_or(turbidity, |t| *t.get_ref());
             }
             let sun = LightSection::sun(span, *at, *strength, turbidity, up);
@@ -98,8 +101,13 @@ impl LightFlags {
     }
 }
 
+/// Whether +z is the axis nearest to a camera's up. Cameras that roll or look straight down have other axes there, and the sky stays above +y.
+fn is_nearest_to_z(up: Vec3) -> bool {
+    up.z > up.x.abs() && up.z > up.y.abs()
+}
+
 impl Env {
-    fn section(&self, span: Range<usize>, up: Option<Vec3>) -> LightSection {
+    fn section(&self, span: Range<usize>, up: Option<Vec3>, front: f32) -> LightSection {
         match self {
             // Paths on the command line are relative to the current folder, those of scene files to theirs.
             Self::File(path) => {
@@ -107,7 +115,7 @@ impl Env {
                 LightSection::environment(span, path)
             }
             Self::Color(color) => LightSection::constant(span, *color),
-            Self::Studio => LightSection::studio(span, 0.0, up),
+            Self::Studio => LightSection::studio(span, front, up),
             Self::Sky => LightSection::sky(span, DEFAULT_SUN, up),
         }
     }
@@ -128,7 +136,7 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
                 Some(numbers) => Env::Color(linear_color(&numbers)?),
                 None if text.contains(['.', '/', '\\']) => Env::File(text.into()),
                 None => {
-                    let near = nearest(text, ["studio", "sky", "white", "black"].into_iter());
+                    let near = nearest(text, ["studio", "sky", "white", "black"]);
                     let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
                     return Err(format!(
                         "{near}an .hdr or .exr file, white, black, a number, R,G,B, #rrggbb, studio or sky is expected"
@@ -261,7 +269,7 @@ mod tests {
             key_light: Some(1.5),
         };
         let camera = CameraSettings {
-            up: Some(Vec3::Z),
+            up: Some(Vec3::new(0.1, 0.2, 1.5)),
             ..CameraSettings::default()
         };
         flags.apply(&mut file, &camera);
@@ -276,6 +284,21 @@ mod tests {
         assert_eq!(sky.up.as_ref().unwrap().get_ref(), &[0.0, 0.0, 1.0]);
         assert!(sun.direction.is_some());
         assert_eq!(key.irradiance.as_ref().unwrap().get_ref(), &[1.5; 3]);
+        // A studio turns with the camera.
+        let studio = LightFlags {
+            env: Some(parse_env("studio").unwrap()),
+            ..LightFlags::default()
+        };
+        for (position, front) in [(Vec3::new(5.0, 1.0, 0.0), 90.0), (Vec3::new(0.0, 9.0, 0.0), 0.0)] {
+            let mut file = SceneFile::of_obj(Path::new("a.obj"));
+            let camera = CameraSettings {
+                position: Some(position),
+                look_at: Some(Vec3::ZERO),
+                ..CameraSettings::default()
+            };
+            studio.apply(&mut file, &camera);
+            assert_eq!(file.light[0].front.as_ref().unwrap().get_ref(), &front);
+        }
         // Errors name the flag.
         let error = file.error(sky.kind.span(), "no");
         assert_eq!(error.message, "--env sky: no");

@@ -1,4 +1,4 @@
-use super::{Quat, Vec3};
+use super::{DVec3, Quat, Vec3};
 
 /// Directions by azimuth and elevation above a horizontal plane.
 ///
@@ -14,12 +14,12 @@ impl Horizon {
     /// Above the plane whose normal is the unit vector `up`.
     pub fn new(up: Vec3) -> Self {
         // The half-way vector of +y and `up` gives the shortest rotation; its length vanishes for −y.
-        let half = Vec3::Y + up;
+        let half = DVec3::Y + up.as_dvec3().normalize();
         let rotation = match half.length_squared() > 1e-10 {
             true => {
                 let half = half.normalize();
-                let axis = Vec3::Y.cross(half);
-                Quat::from_xyzw(axis.x, axis.y, axis.z, half.y).normalize()
+                let axis = DVec3::Y.cross(half);
+                Quat::from_xyzw(axis.x as f32, axis.y as f32, axis.z as f32, half.y as f32).normalize()
             }
             false => Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
         };
@@ -37,6 +37,12 @@ impl Horizon {
         let (sin, cos) = f64::from(elevation).to_radians().sin_cos();
         let w = [cos * sin_azimuth, sin, cos * cos_azimuth].map(|x| x as f32);
         (self.rotation * Vec3::from(w)).normalize()
+    }
+
+    /// Azimuth of a direction of any length, degrees from −180 to 180; `None` where it is vertical or no direction.
+    pub fn azimuth(&self, direction: Vec3) -> Option<f32> {
+        let w = self.rotation.inverse() * direction.try_normalize()?;
+        (w.x.hypot(w.z) > 1e-4).then(|| w.x.atan2(w.z).to_degrees())
     }
 }
 
@@ -66,6 +72,21 @@ mod tests {
         // Near the exception too
         let up = Vec3::new(1e-3, -1.0, 0.0).normalize();
         at(up, 0.0, 90.0, up);
+    }
+
+    #[test]
+    fn directions_have_azimuths() {
+        for up in [Vec3::Y, Vec3::Z, Vec3::new(0.3, -0.8, 0.5).normalize()] {
+            let horizon = Horizon::new(up);
+            for azimuth in [-170.0, -45.0, 0.0, 90.0, 135.0] {
+                for elevation in [-60.0, 0.0, 80.0] {
+                    let found = horizon.azimuth(3.0 * horizon.direction(azimuth, elevation)).unwrap();
+                    assert!((found - azimuth).abs() < 1e-3, "{azimuth} {elevation}: {found}");
+                }
+            }
+            assert_eq!(horizon.azimuth(2.0 * up), None);
+            assert_eq!((horizon.azimuth(Vec3::ZERO), horizon.azimuth(Vec3::NAN)), (None, None));
+        }
     }
 
     #[test]

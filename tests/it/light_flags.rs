@@ -12,10 +12,10 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-const OBJECT: &str = "version = 1\n[camera]\nposition = [0, 0.5, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 10\n\
+const OBJECT: &str = "version = 1\n[camera]\nposition = [0, 2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 40\n\
                       [image]\nwidth = 8\nheight = 8\n[render]\nsamples = 64\n[[object]]\nobj = 'a.obj'\n";
-/// A wide floor of albedo 0.5 in the plane y = 0, seen from above. Lights are behind it in the file.
-const FLOOR: &str = "mtllib a.mtl\nusemtl grey\nv -9 0 9\nv 9 0 9\nv 9 0 -9\nv -9 0 -9\nf 1 2 3 4\n";
+/// A floor of albedo 0.5 in the plane y = 0, which fills the view from above. Lights are behind it in the file.
+const FLOOR: &str = "mtllib a.mtl\nusemtl grey\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nf 1 2 3 4\n";
 const GREY: &str = "newmtl grey\nKd 0.5 0.5 0.5\n";
 
 /// A floor in this light, as `s.toml`.
@@ -111,7 +111,7 @@ fn a_sun_of_angle_0_is_parallel_light() {
     assert_same_bits(&plain.path().join("x.exr"), &zero.path().join("x.exr"));
     // A disc can be met by rays, single directions cannot.
     let wide = floor(&format!("{light}angle = 10\n"));
-    let refusal = refused(plain.path(), &split("render s.toml --integrator naive"), 1);
+    let refusal = refused(plain.path(), &split("render s.toml --integrator naive"), 2);
     assert!(refusal.contains("directional light cannot be met"), "{refusal}");
     done(wide.path(), &split("render s.toml --integrator naive --spp 1"));
 }
@@ -145,10 +145,10 @@ fn the_sky_turns_with_its_sun_and_its_up() {
         let folder = floor("[[light]]\ntype = 'sky'\nsun = [0, 30]\nup = [0, 0, 1]\n");
         means(
             folder.path(),
-            &format!("--position 0,1,0 --look-at {at} --up 1,0,0 --fov 30 --spp 16"),
+            &format!("--position 5,1,0 --look-at {at} --up 1,0,0 --fov 30 --spp 16"),
         )[1]
     };
-    let [towards, away, ground] = ["0,0.134,0.5", "0,1.866,0.5", "0,1.5,-1"].map(z_up);
+    let [towards, away, ground] = ["5,0.134,0.5", "5,1.866,0.5", "5,1.5,-1"].map(z_up);
     assert!(towards > 3.0 * away && ground < away, "{towards} {away} {ground}");
 }
 
@@ -166,13 +166,13 @@ fn a_rectangle_lights_one_side() {
         let quarter = (a / ra * f64::atan(b / ra) + b / rb * f64::atan(a / rb)) / (2.0 * PI);
         0.5 * 9.0 * 4.0 * quarter
     };
-    let flags = "--spp 256 --max-depth 1 --fov 1 --aov lights";
+    let flags = "--spp 256 --max-depth 1 --position 0,0.5,0 --fov 1 --aov lights";
     assert_close("rectangle", means(down.path(), flags), [expected; 3], 0.02);
     let grouped = read_channel(&down.path().join("x.exr"), "light_lamp.R");
     assert!(grouped.iter().all(|&v| v > 0.0));
     // It hides what is behind it, and shines to one side only.
     let up = lamp("[0, 1, 0]");
-    assert_eq!(means(up.path(), "--spp 16 --max-depth 1"), [0.0; 3]);
+    assert_eq!(means(up.path(), "--spp 16 --max-depth 1 --position 0,0.5,0"), [0.0; 3]);
     let info = json(&done(down.path(), &split("info s.toml --json")));
     assert_eq!(info["lights"]["triangle"], 2);
     assert_eq!(info["materials"][1]["name"], "rectangle light");
@@ -190,7 +190,7 @@ fn wrong_keys_and_values_are_named() {
     for (light, key, words) in [
         (sky, "sun = [0, 91]", ["sky light: sun is [0, 91]", "-90 and 90"]),
         (sky, "sun = [nan, 5]", ["sky light: sun is [NaN, 5]", "finite"]),
-        (sky, "sun = 5", ["sun", "array of length 2"]),
+        (sky, "sun = 5", ["integer `5`", "array of length 2"]),
         (sky, "turbidity = 1", ["turbidity is 1", "2 (very clear) and 10"]),
         (sky, "turbidity = 11", ["turbidity is 11", "2 (very clear) and 10"]),
         (sky, "up = [0, 0, 0]", ["sky light: up is [0, 0, 0]", "not zero"]),
@@ -376,6 +376,13 @@ fn suns_and_key_lights_are_added() {
         );
         assert_eq!(key[0], key[1]);
     }
+    // Where the camera has +z up, the sky has too.
+    let z_up = |env: &str| luminance(means(dark.path(), &format!("{env} --up 0,0.1,1 {flags}")));
+    let said = floor("[[light]]\ntype = 'sky'\nup = [0, 0, 1]\n");
+    assert_eq!(
+        z_up("--env sky"),
+        luminance(means(said.path(), &format!("--up 0,0.1,1 {flags}")))
+    );
     // The camera's flags turn it.
     let side = means(dark.path(), &format!("--key-light --position 0,0.5,0.5 {flags}"));
     assert!(side != means(dark.path(), &format!("--key-light {flags}")));

@@ -330,7 +330,7 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
     let said = refused(
         above.path(),
         &split("render scene/s.toml --env e.exr --spp 1 -o e.exr"),
-        1,
+        2,
     );
     assert!(said.contains("e.exr"), "{said}");
     let bare = refused(folder.path(), &split("render a.obj --env none.hdr --spp 1"), 1);

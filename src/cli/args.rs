@@ -1,6 +1,7 @@
 use super::camera_flags::CameraArgs;
 use super::exr_args::ExrArgs;
 use super::flags::{Flags, NameParser, value_parser};
+use super::light_flags::LightFlags;
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_folder, parse_level, parse_list, parse_range,
     parse_scene_output, parse_share, parse_size,
@@ -47,7 +48,7 @@ impl Args {
             false => arg,
         };
         let mut command = Self::command().mut_subcommands(|command| command.mut_args(negative));
-        let words = with_denoisers(words.into_iter().map(Into::into));
+        let words = with_values(words.into_iter().map(Into::into));
         let matches = command.try_get_matches_from_mut(words)?;
         // Refusals of values say what to write instead; the usage would say no more.
         Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
@@ -57,17 +58,20 @@ impl Args {
     }
 }
 
-/// `words` with `--denoise NAME` as `--denoise=NAME`. The flag may stand alone, and clap would take the name for a scene. A scene has a `.` in its name, a filter
-/// has none.
-fn with_denoisers(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
-    const FLAG: &str = "--denoise";
+/// `words` with `--denoise NAME` as `--denoise=NAME`, and `--key-light STRENGTH` likewise. These flags may stand alone, and clap would take the value for a
+/// scene. A scene has a `.` in its name, a filter has none; a strength is a number.
+fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let is_filter = |word: &str| !word.is_empty() && !word.starts_with('-') && !word.contains(['.', '/', '\\']);
+    let is_number = |word: &str| word.parse::<f32>().is_ok();
     let mut joined: Vec<OsString> = Vec::new();
     let mut is_over = false;
     for word in words {
-        let is_name = word
-            .to_str()
-            .is_some_and(|w| !w.is_empty() && !w.starts_with('-') && !w.contains(['.', '/', '\\']));
-        match joined.last_mut().filter(|last| !is_over && is_name && *last == FLAG) {
+        let is_value = |flag: &OsString| match (flag.to_str(), word.to_str()) {
+            (Some("--denoise"), Some(word)) => is_filter(word),
+            (Some("--key-light"), Some(word)) => is_number(word),
+            _ => false,
+        };
+        match joined.last_mut().filter(|last| !is_over && is_value(last)) {
             Some(flag) => {
                 flag.push("=");
                 flag.push(word);
@@ -324,6 +328,9 @@ pub(super) struct SceneArgs {
 
     #[command(flatten)]
     pub load: LoadArgs,
+
+    #[command(flatten)]
+    pub light: LightFlags,
 }
 
 #[derive(Debug, Parser)]
@@ -561,6 +568,9 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub load: LoadArgs,
+
+    #[command(flatten)]
+    pub light: LightFlags,
 
     #[command(flatten)]
     pub tone: Flags<ToneOptions>,

@@ -12,7 +12,7 @@ use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::options::Backend;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{AccelTask, FoundCamera, all_threads, forecast, thread_pool};
+use crate::session::{AccelTask, CameraSettings, FoundCamera, all_threads, forecast, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -76,6 +76,9 @@ impl Report {
         let Some(mut file) = file else { return Ok(None) };
         file.patch_materials(&args.load.material)?;
         set_load(&mut file, &args.load);
+        let camera = CameraSettings::of(&file);
+        args.light.apply(&mut file, &camera);
+        args.light.apply_key_light(&mut file, &camera);
         Ok(Some(file))
     }
 

@@ -7,13 +7,16 @@ use crate::guess::CameraGuess;
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{FoundCamera, Settings, all_threads, forecast, thread_pool};
+use crate::session::{CameraSettings, FoundCamera, Settings, all_threads, forecast, thread_pool};
 use serde_json::json;
 use std::process::ExitCode;
 
 /// Prints what is in a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
-    let file = read_scene(&args.scene, &args.load)?;
+    let mut file = read_scene(&args.scene, &args.load)?;
+    let camera = CameraSettings::of(&file);
+    args.light.apply(&mut file, &camera);
+    args.light.apply_key_light(&mut file, &camera);
     let Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     let bounds = scene.bounds();
     let settings = Settings::of(&file);
@@ -49,6 +52,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "spot": count("spot"),
             "constant": count("constant"),
             "environment": count("environment"),
+            "sky": count("sky"),
+            "studio": count("studio"),
         },
         "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
             "name": name,

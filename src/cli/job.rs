@@ -58,10 +58,12 @@ impl Job {
     }
 
     /// Resolves everything for a scene file that was read.
-    pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
+    pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         let options = options(args, &scene);
         let settings = settings(args, &scene, &options)?;
         settings.check()?;
+        args.light.apply(&mut scene, &settings.camera);
+        args.light.apply_key_light(&mut scene, &settings.camera);
         Ok(Self {
             warnings: idle_flags(&settings.method(), &args.integrator.0),
             shown_warnings: args.warnings,

@@ -32,6 +32,7 @@ mod init;
 mod job;
 mod keeper;
 mod lab;
+mod light_flags;
 mod man;
 mod merge;
 mod outputs;

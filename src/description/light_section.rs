@@ -1,45 +1,57 @@
-use super::environment::{environment_bytes, read_environment};
+use super::environment::{BYTES_OF_A_NEW_TEXEL, environment_bytes, read_environment};
 use super::light_group_section::light_group;
 use super::memory::Allowance;
 use super::{FileError, SceneFile};
+use crate::light::STUDIO_SIZE;
+use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
-use crate::scene::{BuildError, SceneBuilder};
+use crate::scene::{BuildError, RectangleParameters, SceneBuilder, SkyParameters, StudioParameters};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 /// `[[light]]`; which keys belong to it depends on its type.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightSection {
-    /// `point`, `directional`, `spot`, `constant` or `environment`.
+    /// One of [`LightSection::TYPES`].
     #[serde(rename = "type")]
     pub kind: Spanned<String>,
     /// Name of the group that the light is in, if it is in one.
     pub group: Option<Spanned<String>>,
-    /// Of a point or spot light.
+    /// Of a point or spot light; the middle of a rectangle.
     pub position: Option<Spanned<[f32; 3]>>,
     /// Of a point or spot light, W/sr.
     pub intensity: Option<Spanned<[f32; 3]>>,
-    /// In which a directional or spot light travels.
+    /// In which a directional or spot light travels; normal of the side of a rectangle that emits.
     pub direction: Option<Spanned<[f32; 3]>>,
     /// What a spot light shines at, in place of `direction`.
     pub look_at: Option<Spanned<[f32; 3]>>,
-    /// Half-angle of a spot light's cone, degrees.
+    /// Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees.
     pub angle: Option<Spanned<f32>>,
     /// Half-angle at which a spot light begins to fall off, degrees.
     pub falloff: Option<Spanned<f32>>,
     /// Of a directional light, W·m⁻² on a surface that faces it.
     pub irradiance: Option<Spanned<[f32; 3]>>,
-    /// Of a constant environment, W·sr⁻¹·m⁻².
+    /// Of a constant environment or a rectangle, W·sr⁻¹·m⁻².
     pub radiance: Option<Spanned<[f32; 3]>>,
     /// Picture of an environment, latitude and longitude.
     pub image: Option<Spanned<PathBuf>>,
-    /// Factor of an environment's picture.
+    /// Factor of the radiance of an environment, a sky or a studio.
     pub scale: Option<Spanned<f32>>,
     /// Rotation of an environment, degrees.
     pub rotate: Option<Spanned<Rotation>>,
+    /// Azimuth and elevation of a sky's sun, degrees.
+    pub sun: Option<Spanned<[f32; 2]>>,
+    /// Haze of a sky.
+    pub turbidity: Option<Spanned<f32>>,
+    /// Up in a sky or a studio, and along the height of a rectangle.
+    pub up: Option<Spanned<[f32; 3]>>,
+    /// Azimuth at which the camera stands in a studio, degrees.
+    pub front: Option<Spanned<f32>>,
+    /// Width and height of a rectangle.
+    pub size: Option<Spanned<[f32; 2]>>,
 }
 
 /// Degrees about +y, or about the fixed x, y and z axes in this order.
@@ -54,8 +66,55 @@ pub enum Rotation {
 
 /// Where a spot light falls off, as a share of its angle, if it does not say.
 const DEFAULT_FALLOFF: f32 = 0.8;
+/// Azimuth and elevation of the sun of a sky that does not say, degrees: to the left of a camera at azimuth 0, and half way up.
+pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
+    /// All types of lights.
+    pub const TYPES: [&str; 8] = [
+        "point",
+        "directional",
+        "spot",
+        "constant",
+        "environment",
+        "sky",
+        "studio",
+        "rectangle",
+    ];
+
+    /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
+    /// ([`SceneFile::flag_span`]).
+    pub fn of_type(kind: &str, span: Range<usize>) -> Self {
+        Self {
+            kind: Spanned::new(span, kind.to_string()),
+            group: None,
+            position: None,
+            intensity: None,
+            direction: None,
+            look_at: None,
+            angle: None,
+            falloff: None,
+            irradiance: None,
+            radiance: None,
+            image: None,
+            scale: None,
+            rotate: None,
+            sun: None,
+            turbidity: None,
+            up: None,
+            front: None,
+            size: None,
+        }
+    }
+
+    /// Whether the light is an environment: it has a radiance in every direction.
+    pub fn is_environment(&self) -> bool {
+        matches!(
+            self.kind.get_ref().as_str(),
+            "constant" | "environment" | "sky" | "studio"
+        )
+    }
+
     /// Adds the light to `builder`; what cannot be is an error at its place in `file`.
     pub(super) fn add_to(
         &self,
@@ -74,10 +133,11 @@ impl LightSection {
                 builder.add_point_light(position.into(), intensity.into())
             }
             "directional" => {
-                self.allow(file, &["direction", "irradiance"])?;
+                self.allow(file, &["direction", "irradiance", "angle"])?;
                 let direction = self.required(file, "direction", &self.direction)?;
                 let irradiance = self.required(file, "irradiance", &self.irradiance)?;
-                builder.add_directional_light(direction.into(), irradiance.into())
+                let angle = self.angle.as_ref().map_or(0.0, |angle| *angle.get_ref());
+                builder.add_sun(direction.into(), irradiance.into(), angle)
             }
             "spot" => {
                 self.allow(
@@ -117,18 +177,69 @@ impl LightSection {
                     place.help(error.help.as_deref().unwrap_or(help))
                 })?;
                 allowance.kept += environment_bytes(image.texels.len() as u64);
-                let scale = self.scale.as_ref().map_or(1.0, |s| *s.get_ref());
-                builder.add_environment(image, scale, self.rotation())
+                builder.add_environment(image, self.factor(), self.rotation())
+            }
+            "sky" => {
+                self.allow(file, &["sun", "turbidity", "up", "scale"])?;
+                self.reserve(file, SKY_SIZE, allowance)?;
+                builder.add_sky(&SkyParameters {
+                    sun: self.sun.as_ref().map_or(DEFAULT_SUN, |sun| *sun.get_ref()),
+                    turbidity: self.turbidity.as_ref().map_or(DEFAULT_TURBIDITY, |t| *t.get_ref()),
+                    up: self.up_or_y(),
+                    scale: self.factor(),
+                })
+            }
+            "studio" => {
+                self.allow(file, &["up", "front", "scale"])?;
+                self.reserve(file, STUDIO_SIZE, allowance)?;
+                builder.add_studio(&StudioParameters {
+                    up: self.up_or_y(),
+                    front: self.front.as_ref().map_or(0.0, |front| *front.get_ref()),
+                    scale: self.factor(),
+                })
+            }
+            "rectangle" => {
+                self.allow(file, &["position", "direction", "size", "up", "radiance"])?;
+                builder.add_rectangle(&RectangleParameters {
+                    position: self.required(file, "position", &self.position)?.into(),
+                    direction: self.required(file, "direction", &self.direction)?.into(),
+                    size: self.required(file, "size", &self.size)?,
+                    up: self.up.as_ref().map(|up| Vec3::from(*up.get_ref())),
+                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
+                })
             }
             other => {
                 let error = file.error(self.kind.span(), format!("unknown type of light `{other}`"));
-                return Err(error.help("there are point, directional, spot, constant and environment"));
+                let [types @ .., last] = Self::TYPES;
+                return Err(error.help(format!("there are {} and {last}", types.join(", "))));
             }
         };
         added.map_err(|error| {
             let span = self.span_of(&error).unwrap_or(self.kind.span());
             file.error(span, error.to_string()).help("correct the value")
         })
+    }
+
+    /// Sets memory aside for a picture of that size, which is made and not read.
+    fn reserve(&self, file: &SceneFile, size: [usize; 2], allowance: &mut Allowance) -> Result<(), FileError> {
+        let texels = (size[0] * size[1]) as u64;
+        let checked = allowance.check(Path::new(""), texels * BYTES_OF_A_NEW_TEXEL);
+        checked.map_err(|error| FileError {
+            help: error.help,
+            ..file.error(self.kind.span(), error.message)
+        })?;
+        allowance.kept += environment_bytes(texels);
+        Ok(())
+    }
+
+    /// Factor of the radiance; 1 if nothing is said.
+    fn factor(&self) -> f32 {
+        self.scale.as_ref().map_or(1.0, |scale| *scale.get_ref())
+    }
+
+    /// Up; +y if nothing is said.
+    fn up_or_y(&self) -> Vec3 {
+        self.up.as_ref().map_or(Vec3::Y, |up| Vec3::from(*up.get_ref()))
     }
 
     fn rotation(&self) -> Quat {
@@ -140,7 +251,7 @@ impl LightSection {
     }
 
     /// Every key but `type` and `group`, which all lights may have, with its place if it is there.
-    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 11] {
+    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 16] {
         fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
             value.as_ref().map(Spanned::span)
         }
@@ -156,6 +267,11 @@ impl LightSection {
             ("image", span(&self.image)),
             ("scale", span(&self.scale)),
             ("rotate", span(&self.rotate)),
+            ("sun", span(&self.sun)),
+            ("turbidity", span(&self.turbidity)),
+            ("up", span(&self.up)),
+            ("front", span(&self.front)),
+            ("size", span(&self.size)),
         ]
     }
 
@@ -180,10 +296,10 @@ impl LightSection {
     }
 
     fn required<T: Copy>(&self, file: &SceneFile, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
-        let example = if size_of::<T>() == size_of::<f32>() {
-            "NUMBER"
-        } else {
-            "[ , , ]"
+        let example = match size_of::<T>() / size_of::<f32>() {
+            1 => "NUMBER",
+            2 => "[ , ]",
+            _ => "[ , , ]",
         };
         value
             .as_ref()

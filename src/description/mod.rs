@@ -10,6 +10,7 @@ mod in_order;
 mod light_group_section;
 mod light_section;
 mod load;
+mod made_lights;
 mod map_section;
 mod material_section;
 mod option_section;
@@ -24,7 +25,7 @@ mod write;
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
-pub use light_section::{LightSection, Rotation};
+pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };

@@ -5,6 +5,7 @@
 //! the place of a value tells who set it.
 
 use serde::Deserialize;
+use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 
@@ -22,7 +23,7 @@ pub(super) struct Overrides(Vec<Override>);
 struct Override {
     /// Flag and value, as the user wrote them.
     written: String,
-    /// Key and value as TOML, behind blanks.
+    /// Key and value as TOML, behind blanks; empty where it is not a key that is set.
     toml: String,
     /// Number of these blanks.
     start: usize,
@@ -66,7 +67,7 @@ impl Overrides {
         let toml = key_and_value(&written[dot + 1..])
             .filter(|_| !glob.is_empty())
             .ok_or(())?;
-        let start = self.0.last().map_or(bytes, |last| last.toml.len()) + 1;
+        let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
             written: format!("--material {written}"),
             toml: " ".repeat(start) + &toml,
@@ -83,7 +84,19 @@ impl Overrides {
             .filter_map(|o| Some((o.materials.as_deref()?, o.toml.as_str())))
     }
 
-    /// The override that set the value at `byte`, with its flag as the user wrote it; `None` if the file did.
+    /// A place behind all others for what another flag sets, over a file of `bytes`.
+    pub fn add_flag(&mut self, bytes: usize, written: String) -> Range<usize> {
+        let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
+        self.0.push(Override {
+            written,
+            toml: String::new(),
+            start,
+            materials: None,
+        });
+        start..start
+    }
+
+    /// The flag that set the value at `byte`, as the user wrote it; `None` if the file did.
     pub fn at(&self, byte: usize) -> Option<&str> {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).map(|i| self.0[i].written.as_str())
@@ -261,6 +274,11 @@ mod tests {
         }
         let read: Spans = overrides.read("a=3\n\nc=4  ").unwrap();
         assert_eq!(overrides.at(read.a.span().start), Some("--set a=1"));
+        assert_eq!(overrides.at(read.b.span().start), Some("--set b=x"));
+        let mut overrides = overrides;
+        let places = ["--env sky", "--sun 1,2"].map(|flag| overrides.add_flag(10, flag.into()).start);
+        assert_eq!(overrides.at(places[0]), Some("--env sky"));
+        assert_eq!(overrides.at(places[1]), Some("--sun 1,2"));
         assert_eq!(overrides.at(read.b.span().start), Some("--set b=x"));
         assert_eq!((overrides.at(read.c.span().start), read.c.span()), (None, 7..8));
     }

@@ -356,6 +356,11 @@ impl SceneFile {
         }
     }
 
+    /// The place of values that the flag `written` sets, such as `--env sky`: errors of them name it.
+    pub fn flag_span(&mut self, written: impl Into<String>) -> Range<usize> {
+        self.overrides.add_flag(self.text.len(), written.into())
+    }
+
     /// Something about the scene as a whole.
     pub fn whole(&self, message: impl Into<String>) -> FileError {
         let obj = self.object.first().map(|o| o.obj.get_ref().as_path());

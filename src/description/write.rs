@@ -50,21 +50,7 @@ impl CameraSection {
 impl LightSection {
     /// The light of a scene in which nothing else emits: white, from everywhere.
     pub fn default_light() -> Self {
-        Self {
-            kind: said("constant".into()),
-            group: None,
-            position: None,
-            intensity: None,
-            direction: None,
-            look_at: None,
-            angle: None,
-            falloff: None,
-            irradiance: None,
-            radiance: Some(said([1.0; 3])),
-            image: None,
-            scale: None,
-            rotate: None,
-        }
+        Self::constant(0..0, [1.0; 3])
     }
 }
 

@@ -103,6 +103,7 @@ impl Light {
             Self::Point(light) => light.sample_emission(u_direction),
             Self::Constant(light) => light.sample_emission(u_position, u_direction, world),
             Self::Directional(light) => light.sample_emission(u_position, world),
+            Self::Sun(light) => light.sample_emission(u_position, u_direction, world),
             Self::Spot(light) => light.sample_emission(u_direction),
             Self::Environment(light) => light.sample_emission(u_position, u_direction, world)?,
         };
@@ -120,6 +121,7 @@ impl Light {
             Self::Point(light) => [1.0, light.emission_pdf()],
             Self::Constant(light) => of_disk(light.pdf()),
             Self::Directional(_) => of_disk(1.0),
+            Self::Sun(light) => of_disk(light.pdf(-w)),
             Self::Spot(light) => [1.0, light.emission_pdf(w)],
             Self::Environment(light) => of_disk(light.pdf(-w)),
         }

@@ -27,19 +27,45 @@ pub struct EnvironmentLight {
     rotation: Quat,
     distribution: Distribution2D,
     mean: Spectrum,
+    /// Where the picture is from, which changes no light.
+    kind: EnvironmentKind,
+}
+
+/// Where the picture of an environment is from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EnvironmentKind {
+    /// A file, or the program's own code.
+    #[default]
+    Picture,
+    /// A model of the daylight sky.
+    Sky,
+    /// The lamps of a studio.
+    Studio,
+}
+
+impl EnvironmentKind {
+    /// The type of such a light, as users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Picture => "environment",
+            Self::Sky => "sky",
+            Self::Studio => "studio",
+        }
+    }
 }
 
 encode_fields!(LatLongImage { width, height, texels });
 
 impl Encode for EnvironmentLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The others follow from these.
+        // The others follow from these, or change no light.
         let Self {
             image,
             scale,
             rotation,
             distribution: _,
             mean: _,
+            kind: _,
         } = self;
         image.encode(sink);
         scale.encode(sink);
@@ -76,7 +102,18 @@ impl EnvironmentLight {
             image,
             scale,
             rotation,
+            kind: EnvironmentKind::Picture,
         }
+    }
+
+    /// The same with a picture of that origin.
+    pub fn of_kind(self, kind: EnvironmentKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Where its picture is from.
+    pub fn kind(&self) -> EnvironmentKind {
+        self.kind
     }
 
     /// The picture.

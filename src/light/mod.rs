@@ -9,7 +9,8 @@
 //!
 //! A new light takes a variant of [`Light`] with its module, its encoding for the scene hash (`encode_fields!`), an `add_…` function of
 //! `scene/builder.rs`, and a section in `description/light_section.rs`; the compiler asks for all arms of a `match`. A light that rays can meet also
-//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`).
+//! needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`). A light that can be a picture of latitude and longitude needs no variant: as `sky` and
+//! `studio` do, its module makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] of an [`EnvironmentKind`] of it.
 //!
 //! Moving lamps are made for their time at each sample. An emitting triangle keeps its normal and the largest ray offset of its points, so that the
 //! end of a shadow ray costs a product.
@@ -23,7 +24,10 @@ mod groups;
 mod light_grid;
 mod point;
 mod selection;
+pub mod sky;
 mod spot;
+mod studio;
+mod sun;
 mod textured;
 mod tree;
 mod triangle;
@@ -32,11 +36,13 @@ pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
 pub use emission::Emission;
 pub use emission_selection::EmissionSelection;
-pub use environment::{EnvironmentLight, LatLongImage};
+pub use environment::{EnvironmentKind, EnvironmentLight, LatLongImage};
 pub use groups::{LightGroupId, LightGroups};
 pub use point::PointLight;
 pub use selection::{LightSelection, SelectionMode};
 pub use spot::SpotLight;
+pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
+pub use sun::SunLight;
 pub use textured::TexturedTriangle;
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 
@@ -108,6 +114,8 @@ pub enum Light {
     Constant(ConstantLight),
     /// Parallel light.
     Directional(DirectionalLight),
+    /// Light from a disc at infinity.
+    Sun(SunLight),
     /// A cone of light from a point.
     Spot(SpotLight),
     /// Radiance by direction.
@@ -141,6 +149,10 @@ impl Encode for Light {
                 sink(&[7]);
                 light.encode(sink);
             }
+            Self::Sun(light) => {
+                sink(&[8]);
+                light.encode(sink);
+            }
         }
     }
 }
@@ -156,6 +168,7 @@ impl Light {
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
+            Self::Sun(light) => Some(light.sample(u)),
             Self::Spot(light) => light.sample(p),
             Self::Environment(light) => light.sample(u),
         }
@@ -169,6 +182,7 @@ impl Light {
             Self::MovingTriangle(light) => light.at(time).pdf(p, q, wi),
             Self::Textured(light) => light.at(time).pdf(p, q, wi),
             Self::Constant(light) => light.pdf(),
+            Self::Sun(light) => light.pdf(wi),
             Self::Environment(light) => light.pdf(wi),
             Self::Point(_) | Self::Directional(_) | Self::Spot(_) => 0.0,
         }
@@ -180,7 +194,12 @@ impl Light {
             Self::Triangle(light) => Some(light.normal()),
             Self::MovingTriangle(light) => Some(light.at(time).normal()),
             Self::Textured(light) => Some(light.at(time).normal()),
-            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Spot(_) | Self::Environment(_) => None,
+            Self::Point(_)
+            | Self::Constant(_)
+            | Self::Directional(_)
+            | Self::Sun(_)
+            | Self::Spot(_)
+            | Self::Environment(_) => None,
         }
     }
 
@@ -192,6 +211,7 @@ impl Light {
             | Self::MovingTriangle(_)
             | Self::Textured(_)
             | Self::Constant(_)
+            | Self::Sun(_)
             | Self::Environment(_) => false,
         }
     }
@@ -202,9 +222,9 @@ impl Light {
             Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
-            Self::Directional(_) => "directional",
+            Self::Directional(_) | Self::Sun(_) => "directional",
             Self::Spot(_) => "spot",
-            Self::Environment(_) => "environment",
+            Self::Environment(light) => light.kind().name(),
         }
     }
 
@@ -218,6 +238,7 @@ impl Light {
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),
+            Self::Sun(light) => light.power(scene_radius),
             Self::Spot(light) => light.power(),
             Self::Environment(light) => light.power(scene_radius),
         }
@@ -231,7 +252,7 @@ impl Light {
             Self::Textured(light) => Some(light.bounds()),
             Self::Point(light) => Some(LightBounds::isotropic(light.position, light.intensity.luminance())),
             Self::Spot(light) => Some(light.bounds()),
-            Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => None,
+            Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => None,
         }
     }
 
@@ -242,7 +263,7 @@ impl Light {
             Self::MovingTriangle(light) => light.irradiance(region),
             Self::Textured(light) => light.irradiance(region),
             Self::Spot(light) => light.irradiance(region),
-            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Environment(_) => {
+            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => {
                 self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds))
             }
         }
@@ -255,6 +276,10 @@ impl Light {
         let irradiance = self.power(scene_radius) / disk;
         match self {
             Self::Directional(light) => irradiance * region.cosine(-light.direction, 0.0) as f64,
+            Self::Sun(light) => {
+                let (wi, spread) = light.cone();
+                irradiance * region.cosine(wi, spread) as f64
+            }
             // Only lights at infinity ask.
             _ => 0.25 * irradiance,
         }

@@ -6,6 +6,7 @@ mod encode;
 pub mod float;
 mod frame;
 pub mod hash;
+mod horizon;
 mod list;
 mod ray;
 mod transform;
@@ -19,6 +20,7 @@ pub use frame::Frame;
 /// 8 % less time, and Embree's 16-byte loads of a last vertex stay inside the array.
 pub use glam::Vec3A as Vec3;
 pub use glam::{Affine3A, DAffine3, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4};
+pub use horizon::Horizon;
 pub(crate) use list::list;
 pub use ray::Ray;
 pub use transform::{affine_from_rows, affine_from_trs, rotation_from_degrees};

@@ -97,8 +97,15 @@ pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
 /// Uniform direction of the cone about +z whose half-angle has the cosine `cos`. Density [`uniform_cone_pdf`].
 pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
-    // 1 − z, which keeps its digits in narrow cones, and the sine by it
-    let depth = u.x * (1.0 - cos);
+    uniform_cap(u, 1.0 - cos)
+}
+
+/// Uniform direction of the cap about +z whose depth, 1 − cos of its half-angle, is `depth`. Density [`uniform_cap_pdf`].
+///
+/// Narrow caps keep the digits of their size, which their cosine does not have.
+pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
+    // 1 − z, and the sine by it
+    let depth = u.x * depth;
     let r = (depth * (2.0 - depth)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
     Vec3::new(r * cos_phi, r * sin_phi, 1.0 - depth)
@@ -106,7 +113,12 @@ pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
 
 /// Density of [`uniform_cone`] per solid angle within the cone, `1 / 2π (1 − cos)`.
 pub fn uniform_cone_pdf(cos: f32) -> f32 {
-    0.5 * FRAC_1_PI / (1.0 - cos)
+    uniform_cap_pdf(1.0 - cos)
+}
+
+/// Density of [`uniform_cap`] per solid angle within the cap, `1 / 2π depth`.
+pub fn uniform_cap_pdf(depth: f32) -> f32 {
+    0.5 * FRAC_1_PI / depth
 }
 
 /// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.

@@ -1,7 +1,7 @@
 use super::freeze::{bounds_of, place_textures};
+use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::validate::{
-    BuildError, check_environment, check_extent, check_group_name, check_light, check_material, check_mesh,
-    check_placement, check_position, check_spot, remove_degenerate, unit,
+    BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
 };
 use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement};
@@ -178,12 +178,22 @@ impl SceneBuilder {
         self.light_group = group;
     }
 
+    /// The group that lights are put into.
+    pub(super) fn current_light_group(&self) -> Option<LightGroupId> {
+        self.light_group
+    }
+
+    /// Number of materials that were added.
+    pub(crate) fn material_count(&self) -> usize {
+        self.materials.len()
+    }
+
     /// Puts what surfaces of `material` emit into a group.
     pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
         self.material_groups.insert(material, group);
     }
 
-    fn add_light(&mut self, light: Light) {
+    pub(super) fn add_light(&mut self, light: Light) {
         self.lights.push((light, self.light_group));
     }
 
@@ -241,7 +251,7 @@ impl SceneBuilder {
 
     /// Adds an environment whose radiance is that of `image` times `scale`, turned by `rotation`.
     pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
-        check_environment(&image, scale, rotation)?;
+        check_environment("environment", &image, scale, rotation)?;
         let light = EnvironmentLight::new(image, scale, rotation);
         self.add_light(Light::Environment(Box::new(light)));
         Ok(())

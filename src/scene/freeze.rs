@@ -113,7 +113,10 @@ impl SceneBuilder {
 
         let ids = (0..scene.lights.len() as u32).map(LightId);
         scene.infinite_lights = ids
-            .filter(|id| matches!(scene.lights[id.0 as usize], Light::Constant(_) | Light::Environment(_)))
+            .filter(|id| {
+                let light = &scene.lights[id.0 as usize];
+                matches!(light, Light::Constant(_) | Light::Sun(_) | Light::Environment(_))
+            })
             .collect();
         // A scene without extent still has a sky of some power.
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);

@@ -6,9 +6,12 @@
 
 mod builder;
 mod freeze;
+mod light_checks;
+mod made_lights;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use made_lights::{RECTANGLE_NAME, RectangleParameters, SkyParameters, StudioParameters};
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
@@ -415,6 +418,7 @@ impl Scene {
             | Light::Point(_)
             | Light::Constant(_)
             | Light::Directional(_)
+            | Light::Sun(_)
             | Light::Spot(_)
             | Light::Environment(_) => return None,
         };
@@ -431,6 +435,8 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
+                // Beside its disc black, and yet one of those that are counted
+                Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
                 // No ray can meet it, or it has a place.
                 Light::Directional(_)
                 | Light::Triangle(_)

@@ -5,11 +5,10 @@
 //! margin to the scales at which pictures were wrong (docs/benchmarks.md, "Range of scales").
 
 use crate::bsdf::Fresnel;
-use crate::color::Spectrum;
 use crate::geometry::{Mesh, Placement, triangle_area};
-use crate::light::{LatLongImage, LightGroups};
+use crate::light::LightGroups;
 use crate::material::{Gloss, Material};
-use crate::math::{Affine3A, Bounds3, Quat, Vec3, list};
+use crate::math::{Affine3A, Bounds3, Vec3, list};
 use thiserror::Error;
 
 /// Letters of a light group's name at most: its channels, `light_NAME.R`, then keep to the 31 bytes that all readers of EXR know.
@@ -23,7 +22,7 @@ pub(super) const MAX_COORDINATE: f32 = 1e10;
 const MIN_EXTENT: f32 = 1e-9;
 
 /// How far lights may be from the origin, and the scene from an instance in units of the instanced object.
-const MAX_REACH: f32 = 1e15;
+pub(super) const MAX_REACH: f32 = 1e15;
 
 /// Why a scene cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -343,84 +342,11 @@ pub(super) fn check_material(material: &Material) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// An error about `key` of a light of the type `light`.
-fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'static str) -> BuildError {
-    BuildError::BadLight {
-        light,
-        key,
-        value,
-        rule,
-    }
-}
-
-/// Checks that a light's place is one.
-pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
-    if position.is_finite() && position.abs().max_element() <= MAX_REACH {
-        return Ok(());
-    }
-    let value = list(&position.to_array());
-    Err(bad_light(
-        light,
-        "position",
-        value,
-        "coordinates must be finite and 1e15 at most",
-    ))
-}
-
-/// The unit vector along a light's direction.
-pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
-    let value = || list(&direction.to_array());
-    let bad = || bad_light(light, "direction", value(), "must be finite and not zero");
-    direction.try_normalize().ok_or_else(bad)
-}
-
-/// Checks what a light sends out.
-pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
-    if value.is_valid() {
-        return Ok(());
-    }
-    let value = list(&value.to_array());
-    let rule = "every channel must be a finite number, 0 or more";
-    Err(bad_light(light, key, value, rule))
-}
-
-/// Checks the half-angles of a spot light's cone, degrees.
-pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
-    let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
-    if !(angle > 0.0 && angle <= 90.0) {
-        return bad("angle", angle, "must be above 0 and 90 degrees at most");
-    }
-    if !(falloff >= 0.0 && falloff <= angle) {
-        return bad("falloff", falloff, "must lie between 0 and the angle");
-    }
-    Ok(())
-}
-
-/// Checks the picture of an environment, and how it is placed.
-pub(super) fn check_environment(image: &LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
-    let bad = |key, value, rule| Err(bad_light("environment", key, value, rule));
-    if !(scale.is_finite() && scale >= 0.0) {
-        return bad("scale", scale.to_string(), "must be a finite number, 0 or more");
-    }
-    if !rotation.is_finite() {
-        return bad("rotate", f32::NAN.to_string(), "must be finite");
-    }
-    let count = image.texels.len();
-    if count == 0 || count != image.width * image.height {
-        let rule = "must have a texel in each row and column";
-        return bad("image", count.to_string(), rule);
-    }
-    if let Some(texel) = image.texels.iter().find(|t| !t.is_valid()) {
-        let value = list(&texel.to_array());
-        return bad("image", value, "every texel must be finite and 0 or more");
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::SceneBuilder;
     use super::*;
+    use crate::color::Spectrum;
 
     #[test]
     fn materials_that_cannot_be_are_refused() {

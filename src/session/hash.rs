@@ -38,7 +38,7 @@ mod tests {
     use crate::description::{SceneFile, load_scene};
     use crate::light::{
         ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
-        SpotLight,
+        SpotLight, SunLight,
     };
     use crate::material::{Gloss, Map, Material};
     use crate::math::{Quat, UVec2, Vec2, Vec3};
@@ -208,6 +208,10 @@ mod tests {
                 cos_outer: 0.125,
                 ..SPOT
             }),
+            Light::Sun(SunLight::new(Vec3::Y, irradiance, 1.0)),
+            Light::Sun(SunLight::new(Vec3::X, irradiance, 1.0)),
+            Light::Sun(SunLight::new(Vec3::Y, red, 1.0)),
+            Light::Sun(SunLight::new(Vec3::Y, irradiance, 2.0)),
             environment(1.0, 1.0, Quat::IDENTITY),
             environment(2.0, 1.0, Quat::IDENTITY),
             environment(1.0, 2.0, Quat::IDENTITY),

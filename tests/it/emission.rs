@@ -84,6 +84,9 @@ fn moved() -> [Vec3; 3] {
     [a, c, b]
 }
 
+/// Diameter of the sun's disc, degrees.
+const SUN_ANGLE: f32 = 40.0;
+
 /// A light and the corners of its triangle, if it is one.
 struct Case {
     name: &'static str,
@@ -150,6 +153,7 @@ fn cases() -> Vec<Case> {
             }),
             None,
         ),
+        case("sun", Light::Sun(SunLight::new(downwards, color, SUN_ANGLE)), None),
         case(
             "environment",
             Light::Environment(Box::new(EnvironmentLight::new(map(), 2.0, rotation))),
@@ -184,7 +188,7 @@ impl Case {
     fn is_infinite(&self) -> bool {
         matches!(
             self.light,
-            Light::Constant(_) | Light::Directional(_) | Light::Environment(_)
+            Light::Constant(_) | Light::Directional(_) | Light::Sun(_) | Light::Environment(_)
         )
     }
 }
@@ -284,7 +288,7 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
             assert!((0..SAMPLES).all(|i| sample(i).is_some()));
         } else {
             let pdf = |w| light.emission_pdfs(ng, w, TIME, &WORLD)[1] as f64;
-            let has_edges = matches!(light, Light::Spot(_) | Light::Environment(_));
+            let has_edges = matches!(light, Light::Spot(_) | Light::Sun(_) | Light::Environment(_));
             let outcome = chi_square(SAMPLES, sample, pdf, has_edges);
             eprintln!("{}: directions {outcome:?}", case.name);
             assert!(outcome.p_value > level, "{}: {outcome:?}", case.name);
@@ -398,6 +402,10 @@ fn power(case: &Case) -> [f64; 3] {
         }
         Light::Constant(_) => color.map(|c| 4.0 * PI * disk * c),
         Light::Directional(_) => color.map(|c| disk * c),
+        Light::Sun(_) => {
+            let half = f64::from(0.5 * SUN_ANGLE).to_radians();
+            color.map(|c| disk * 2.0 * (1.0 - half.cos()) / half.sin().powi(2) * c)
+        }
         Light::Environment(light) => {
             let mut sum = [0.0; 3];
             let n = 1000;

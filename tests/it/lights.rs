@@ -10,7 +10,7 @@ use embrasure::light::*;
 use embrasure::material::{Map, Material};
 use embrasure::math::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
-use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::scene::{RectangleParameters, Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 
 fn at(index: u32) -> Vec2 {
@@ -63,7 +63,21 @@ fn met(w: Vec3) -> Option<Vec3> {
 #[test]
 fn directions_follow_their_densities() {
     const SAMPLES: u32 = 1_000_000;
-    let level = sidak(0.01, 5);
+    let level = sidak(0.01, 8);
+    for angle in [1.0, 12.0, 180.0] {
+        let sun = SunLight::new(Vec3::new(0.2, -0.7, 0.4).normalize(), Spectrum::ONE, angle);
+        let light = Light::Sun(sun);
+        let sample = |i| {
+            let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
+            // Roundings put hardly any direction beside the disc.
+            let known = (sun.pdf(s.wi), sun.radiance(s.wi)) == (s.pdf, s.radiance);
+            assert!(known || i % 100 != 0, "{angle}: {}", s.wi);
+            Some(s.wi)
+        };
+        let outcome = chi_square(SAMPLES, sample, |w| sun.pdf(w) as f64, true);
+        assert!(outcome.p_value > level, "sun of {angle}: {outcome:?}");
+        assert!((outcome.integral - 1.0).abs() < 5e-3, "sun of {angle}: {outcome:?}");
+    }
     for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
         let triangle = triangle(sampling);
         let light = Light::Triangle(triangle);
@@ -179,6 +193,29 @@ fn irradiance_is_what_formulas_say() {
             .unwrap()
     });
     check("directional", sun, 3.0 * 2.0 / 5f64.sqrt());
+    for angle in [0.01, 0.53, 30.0] {
+        // All of the disc is above the floor, and its mean direction that of its middle.
+        let sun = floor_radiance(|b| {
+            b.add_sun(Vec3::new(1.0, -2.0, 0.0), Spectrum::splat(3.0), angle)
+                .unwrap()
+        });
+        check("sun", sun, 3.0 * 2.0 / 5f64.sqrt());
+    }
+    let rectangle = floor_radiance(|b| {
+        let rectangle = RectangleParameters {
+            position: Vec3::new(0.0, 2.0, 0.0),
+            direction: Vec3::NEG_Y,
+            size: [2.0, 1.0],
+            up: None,
+            radiance: Spectrum::splat(4.0),
+        };
+        b.add_rectangle(&rectangle).unwrap();
+    });
+    // Four times a quarter of it, whose corner is above the point: Howell's catalogue of view factors, B-4
+    let (a, b) = (0.5, 0.25);
+    let (ra, rb) = (1f64.hypot(a), 1f64.hypot(b));
+    let quarter = (a / ra * (b / ra).atan() + b / rb * (a / rb).atan()) / (2.0 * PI);
+    check("rectangle", rectangle, 4.0 * PI * 4.0 * quarter);
     let spot = |towards: Vec3| {
         floor_radiance(|b| {
             b.add_spot_light(Vec3::new(0.0, 2.0, 0.0), towards, Spectrum::splat(8.0), 30.0, 20.0)

@@ -30,6 +30,7 @@ mod hostile_files;
 mod irradiance_cache;
 mod iterations;
 mod library;
+mod light_flags;
 mod light_groups;
 mod lights;
 mod metropolis;

@@ -16,7 +16,7 @@ use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
 use crate::light::LightGroupId;
 use crate::material::MaterialId;
-use crate::scene::{BuildError, PrototypeId, Scene, SceneBuilder, SceneReport};
+use crate::scene::{BuildError, PrototypeId, RECTANGLE_NAME, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -299,6 +299,16 @@ impl<'a> Loader<'a> {
             if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
+            // A rectangle brings its material.
+            let here = self.file.error(light.kind.span(), "");
+            let place = here.position.map(|position| (here.file, position));
+            self.materials
+                .resize_with(self.builder.material_count(), || MaterialSource {
+                    name: RECTANGLE_NAME.into(),
+                    obj: None,
+                    place: place.clone(),
+                    found: FileMaterial::default_of(RECTANGLE_NAME),
+                });
         }
         if !self.is_over() {
             self.warn_of_idle_materials();

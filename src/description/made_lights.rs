@@ -1,0 +1,147 @@
+//! `[[light]]` sections that are written by the program: by flags, and where a scene says nothing of its light.
+
+use super::LightSection;
+use crate::color::Spectrum;
+use crate::light::sky::sun_color;
+use crate::math::{Horizon, Vec3};
+use crate::scene::RectangleParameters;
+use std::ops::Range;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// Diameter of the sun's disc, degrees.
+const SUN_ANGLE: f32 = 0.53;
+/// Azimuth and elevation of a key light as the camera sees it, and the diameter of its disc, degrees.
+const KEY_LIGHT: [f32; 3] = [-40.0, 40.0, 30.0];
+
+/// Sections at the bytes `span` of a file, where errors of them are told ([`super::SceneFile::flag_span`]). Angles are degrees, as [`Horizon`] counts them;
+/// `up` is +y where it is `None`.
+impl LightSection {
+    /// An environment of the same `radiance` everywhere.
+    pub fn constant(span: Range<usize>, radiance: [f32; 3]) -> Self {
+        Self {
+            radiance: Some(Spanned::new(span.clone(), radiance)),
+            ..Self::of_type("constant", span)
+        }
+    }
+
+    /// A picture of latitude and longitude.
+    pub fn environment(span: Range<usize>, image: PathBuf) -> Self {
+        Self {
+            image: Some(Spanned::new(span.clone(), image)),
+            ..Self::of_type("environment", span)
+        }
+    }
+
+    /// A daylight sky with its sun at this azimuth and elevation.
+    pub fn sky(span: Range<usize>, sun: [f32; 2], up: Option<Vec3>) -> Self {
+        Self {
+            sun: Some(Spanned::new(span.clone(), sun)),
+            up: up.map(|up| Spanned::new(span.clone(), up.to_array())),
+            ..Self::of_type("sky", span)
+        }
+    }
+
+    /// A studio for a camera at the azimuth `front`.
+    pub fn studio(span: Range<usize>, front: f32, up: Option<Vec3>) -> Self {
+        Self {
+            front: Some(Spanned::new(span.clone(), front)),
+            up: up.map(|up| Spanned::new(span.clone(), up.to_array())),
+            ..Self::of_type("studio", span)
+        }
+    }
+
+    /// The sun at this azimuth and elevation: `strength` is the luminance of the irradiance, W·m⁻², of a surface that faces it, and its colour that of
+    /// sunlight through air of that turbidity.
+    pub fn sun(span: Range<usize>, at: [f32; 2], strength: f32, turbidity: f32, up: Option<Vec3>) -> Self {
+        let towards = horizon(up).direction(at[0], at[1]);
+        Self::directional(span, -towards, sun_color(at[1], turbidity) * strength, SUN_ANGLE)
+    }
+
+    /// Soft light of `irradiance` W·m⁻² from the upper left of a camera that stands in the direction `back` from what it looks at; azimuth 0 where that is
+    /// `None`.
+    pub fn key_light(span: Range<usize>, back: Option<Vec3>, up: Option<Vec3>, irradiance: f32) -> Self {
+        let towards = key_direction(back, up);
+        Self::directional(span, -towards, Spectrum::splat(irradiance), KEY_LIGHT[2])
+    }
+
+    /// Light that travels in `direction` from a disc of the diameter `angle`.
+    pub fn directional(span: Range<usize>, direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
+        Self {
+            direction: Some(Spanned::new(span.clone(), direction.to_array())),
+            irradiance: Some(Spanned::new(span.clone(), irradiance.to_array())),
+            angle: Some(Spanned::new(span.clone(), angle)),
+            ..Self::of_type("directional", span)
+        }
+    }
+
+    /// A rectangle that emits.
+    pub fn rectangle(span: Range<usize>, rectangle: &RectangleParameters) -> Self {
+        let vector = |v: Vec3| Some(Spanned::new(span.clone(), v.to_array()));
+        Self {
+            position: vector(rectangle.position),
+            direction: vector(rectangle.direction),
+            size: Some(Spanned::new(span.clone(), rectangle.size)),
+            up: rectangle.up.and_then(vector),
+            radiance: Some(Spanned::new(span.clone(), rectangle.radiance.to_array())),
+            ..Self::of_type("rectangle", span)
+        }
+    }
+}
+
+/// The horizon of `up`; that of +y where this is none.
+fn horizon(up: Option<Vec3>) -> Horizon {
+    Horizon::new(up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y))
+}
+
+/// Unit vector to the key light.
+fn key_direction(back: Option<Vec3>, up: Option<Vec3>) -> Vec3 {
+    let horizon = horizon(up);
+    let [front, side, top] = [
+        horizon.direction(0.0, 0.0),
+        horizon.direction(90.0, 0.0),
+        horizon.direction(0.0, 90.0),
+    ];
+    // The camera's frame: back, right and above
+    let back = back.and_then(Vec3::try_normalize).unwrap_or(front);
+    let right = top.cross(back).try_normalize().unwrap_or(side);
+    let above = back.cross(right);
+    let [azimuth, elevation] = [KEY_LIGHT[0], KEY_LIGHT[1]].map(f32::to_radians);
+    let across = azimuth.sin() * right + azimuth.cos() * back;
+    (elevation.cos() * across + elevation.sin() * above).normalize_or(front)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Left, above and in front of what is looked at, whichever way the camera looks.
+    #[test]
+    fn the_key_light_comes_from_the_upper_left() {
+        let close = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
+        let angle = 40f32.to_radians();
+        let expected = Vec3::new(-angle.cos() * angle.sin(), angle.sin(), angle.cos() * angle.cos());
+        close(key_direction(None, None), expected);
+        close(key_direction(Some(5.0 * Vec3::Z), None), expected);
+        let behind = Vec3::new(-expected.x, expected.y, -expected.z);
+        close(key_direction(Some(Vec3::NEG_Z), None), behind);
+        let z_up = Vec3::new(expected.x, -expected.z, expected.y);
+        close(key_direction(Some(Vec3::NEG_Y), Some(Vec3::Z)), z_up);
+        // Straight down, and what cannot be a camera
+        for (back, up) in [(Vec3::Y, Vec3::Y), (Vec3::ZERO, Vec3::ZERO), (Vec3::NAN, Vec3::NAN)] {
+            assert!(key_direction(Some(back), Some(up)).is_normalized());
+        }
+    }
+
+    #[test]
+    fn suns_shine_from_where_they_are() {
+        let sun = LightSection::sun(0..0, [90.0, 30.0], 2.0, 3.0, Some(Vec3::Z));
+        let direction = Vec3::from(*sun.direction.unwrap().get_ref());
+        assert!(
+            direction.distance(Vec3::new(-0.75f32.sqrt(), 0.0, -0.5)) < 1e-6,
+            "{direction}"
+        );
+        let irradiance = Spectrum::from(*sun.irradiance.unwrap().get_ref());
+        assert!((irradiance.luminance() - 2.0).abs() < 1e-5);
+    }
+}

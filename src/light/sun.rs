@@ -1,0 +1,129 @@
+use super::{Emission, LightSample};
+use crate::color::Spectrum;
+use crate::math::{Ball, Frame, Vec2, Vec3, encode_fields};
+use crate::sampling::warp::{uniform_cap, uniform_cap_pdf};
+use std::f64::consts::PI;
+
+/// Light from a disc infinitely far away, of the same radiance all over it: a sun that has a size.
+///
+/// The disc is kept by the depth of its cap, 1 − cos of its half-angle α, which has all its digits where the cosine of a narrow cone has lost them.
+#[derive(Clone, Copy, Debug)]
+pub struct SunLight {
+    /// Unit direction in which the light of the disc's centre travels, world space.
+    direction: Vec3,
+    /// Radiance of the disc, W·sr⁻¹·m⁻².
+    radiance: Spectrum,
+    /// 1 − cos α = 2 sin² (α / 2).
+    depth: f32,
+}
+
+encode_fields!(SunLight {
+    direction,
+    radiance,
+    depth,
+});
+
+impl SunLight {
+    /// Light that travels in the unit vector `direction`, of `irradiance` W·m⁻² on a surface that faces it, from a disc of the diameter `angle`: degrees,
+    /// above 0 and 180 at most.
+    pub fn new(direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
+        let half = (0.5 * f64::from(angle)).to_radians();
+        // E = ∫ L cos dω over the cone = π L sin² α
+        let factor = 1.0 / (PI * half.sin().powi(2));
+        Self {
+            direction,
+            radiance: Spectrum::from(irradiance.to_array().map(|e| (f64::from(e) * factor) as f32)),
+            depth: (2.0 * (0.5 * half).sin().powi(2)) as f32,
+        }
+    }
+
+    /// Radiance from the unit direction `wi`: that of the disc, or none beside it.
+    pub fn radiance(&self, wi: Vec3) -> Spectrum {
+        match self.is_met(wi) {
+            true => self.radiance,
+            false => Spectrum::ZERO,
+        }
+    }
+
+    /// Density per solid angle of the direction `wi`.
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        match self.is_met(wi) {
+            true => uniform_cap_pdf(self.depth),
+            false => 0.0,
+        }
+    }
+
+    /// Whether the disc lies in the direction `wi`. Of unit vectors, half the squared distance is one minus the cosine, without its cancellation.
+    fn is_met(&self, wi: Vec3) -> bool {
+        0.5 * (wi + self.direction).length_squared() <= self.depth
+    }
+
+    /// Draws a direction uniform in the disc's solid angle.
+    pub(super) fn sample(&self, u: Vec2) -> LightSample {
+        LightSample {
+            wi: Frame::from_z(-self.direction).to_world(uniform_cap(u, self.depth)),
+            radiance: self.radiance,
+            pdf: uniform_cap_pdf(self.depth),
+            is_delta: false,
+            target: None,
+        }
+    }
+
+    /// Draws light that comes into `world`.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
+        let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction);
+        Emission::from_infinity(-wi, radiance, pdf, u_position, world)
+    }
+
+    /// What crosses disks of the scene's radius, each perpendicular to its light: `π r² · 2π (1 − cos α) L`.
+    pub(super) fn power(&self, scene_radius: f32) -> f64 {
+        2.0 * (PI * f64::from(scene_radius)).powi(2) * f64::from(self.depth) * f64::from(self.radiance.luminance())
+    }
+
+    /// The direction of its centre, away from surfaces, and the sine of its half-angle.
+    pub(super) fn cone(&self) -> (Vec3, f32) {
+        (-self.direction, (self.depth * (2.0 - self.depth)).max(0.0).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ∫ L cos dω over a grid of samples is the irradiance that was asked for, whatever the size.
+    #[test]
+    fn irradiance_is_kept() {
+        let direction = Vec3::new(0.3, -0.9, 0.2).normalize();
+        for angle in [0.01, 0.53, 10.0, 90.0, 180.0] {
+            let sun = SunLight::new(direction, Spectrum::rgb(3.0, 1.0, 0.5), angle);
+            let n = 400;
+            let (mut sum, mut inside) = (0.0, 0);
+            for i in 0..n * n {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                let sample = sun.sample(u);
+                sum += f64::from(sample.wi.dot(-direction) * sample.radiance.to_array()[0] / sample.pdf);
+                inside += u32::from(sun.pdf(sample.wi) == sample.pdf);
+            }
+            let irradiance = sum / f64::from(n * n);
+            assert!((irradiance / 3.0 - 1.0).abs() < 1e-4, "{angle}: {irradiance}");
+            // Roundings of the direction put hardly any sample beside the disc.
+            assert!(f64::from(inside) > 0.995 * f64::from(n * n), "{angle}: {inside}");
+        }
+    }
+
+    #[test]
+    fn what_lies_beside_the_disc_is_black() {
+        let sun = SunLight::new(Vec3::NEG_Y, Spectrum::ONE, 10.0);
+        let at = |degrees: f32| sun.radiance(Vec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0));
+        let expected = 1.0 / (PI * 5f64.to_radians().sin().powi(2));
+        assert!((f64::from(at(4.99).max_component()) / expected - 1.0).abs() < 1e-5);
+        assert!(at(5.01).is_black() && at(180.0).is_black());
+        // Its power is that of parallel light but for the mean cosine of the cone.
+        let parallel = super::super::DirectionalLight {
+            direction: Vec3::NEG_Y,
+            irradiance: Spectrum::ONE,
+        };
+        let mean_cosine = 0.5 * (1.0 + 5f64.to_radians().cos());
+        assert!((sun.power(2.0) * mean_cosine / parallel.power(2.0) - 1.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,100 @@
+use super::{DVec3, Quat, Vec3};
+
+/// Directions by azimuth and elevation above a horizontal plane.
+///
+/// With +y up, azimuth 0 is +z, where a camera without rotation stands, and azimuths grow towards +x: counter-clockwise seen from above. Another up axis
+/// turns all of it the shortest way from +y, which keeps what lies across both axes: with +z up, azimuth 0 is −y, and +x stays at 90°. With −y up it turns
+/// about +x.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Horizon {
+    rotation: Quat,
+}
+
+impl Horizon {
+    /// Above the plane whose normal is the unit vector `up`.
+    pub fn new(up: Vec3) -> Self {
+        // The half-way vector of +y and `up` gives the shortest rotation; its length vanishes for −y.
+        let half = DVec3::Y + up.as_dvec3().normalize();
+        let rotation = match half.length_squared() > 1e-10 {
+            true => {
+                let half = half.normalize();
+                let axis = DVec3::Y.cross(half);
+                Quat::from_xyzw(axis.x as f32, axis.y as f32, axis.z as f32, half.y as f32).normalize()
+            }
+            false => Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+        };
+        Self { rotation }
+    }
+
+    /// From the frame in which +y is up to the world.
+    pub fn rotation(&self) -> Quat {
+        self.rotation
+    }
+
+    /// The unit vector at `azimuth` and `elevation`, degrees.
+    pub fn direction(&self, azimuth: f32, elevation: f32) -> Vec3 {
+        let (sin_azimuth, cos_azimuth) = f64::from(azimuth).to_radians().sin_cos();
+        let (sin, cos) = f64::from(elevation).to_radians().sin_cos();
+        let w = [cos * sin_azimuth, sin, cos * cos_azimuth].map(|x| x as f32);
+        (self.rotation * Vec3::from(w)).normalize()
+    }
+
+    /// Azimuth of a direction of any length, degrees from −180 to 180; `None` where it is vertical or no direction.
+    pub fn azimuth(&self, direction: Vec3) -> Option<f32> {
+        let w = self.rotation.inverse() * direction.try_normalize()?;
+        (w.x.hypot(w.z) > 1e-4).then(|| w.x.atan2(w.z).to_degrees())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn azimuths_are_counted_from_where_cameras_stand() {
+        let at = |up, azimuth, elevation, expected: Vec3| {
+            let w = Horizon::new(up).direction(azimuth, elevation);
+            assert!(w.distance(expected) < 1e-6, "{up} {azimuth} {elevation}: {w}");
+        };
+        at(Vec3::Y, 0.0, 0.0, Vec3::Z);
+        at(Vec3::Y, 90.0, 0.0, Vec3::X);
+        at(Vec3::Y, -90.0, 0.0, Vec3::NEG_X);
+        at(Vec3::Y, 180.0, 0.0, Vec3::NEG_Z);
+        at(Vec3::Y, 70.0, 90.0, Vec3::Y);
+        at(Vec3::Y, 0.0, 30.0, Vec3::new(0.0, 0.5, 0.75f32.sqrt()));
+        at(Vec3::Z, 0.0, 0.0, Vec3::NEG_Y);
+        at(Vec3::Z, 90.0, 0.0, Vec3::X);
+        at(Vec3::Z, 90.0, 90.0, Vec3::Z);
+        at(Vec3::X, 0.0, 0.0, Vec3::Z);
+        at(Vec3::NEG_Y, 0.0, 0.0, Vec3::NEG_Z);
+        at(Vec3::NEG_Y, 90.0, 0.0, Vec3::X);
+        at(Vec3::NEG_Y, 0.0, 90.0, Vec3::NEG_Y);
+        // Near the exception too
+        let up = Vec3::new(1e-3, -1.0, 0.0).normalize();
+        at(up, 0.0, 90.0, up);
+    }
+
+    #[test]
+    fn directions_have_azimuths() {
+        for up in [Vec3::Y, Vec3::Z, Vec3::new(0.3, -0.8, 0.5).normalize()] {
+            let horizon = Horizon::new(up);
+            for azimuth in [-170.0, -45.0, 0.0, 90.0, 135.0] {
+                for elevation in [-60.0, 0.0, 80.0] {
+                    let found = horizon.azimuth(3.0 * horizon.direction(azimuth, elevation)).unwrap();
+                    assert!((found - azimuth).abs() < 1e-3, "{azimuth} {elevation}: {found}");
+                }
+            }
+            assert_eq!(horizon.azimuth(2.0 * up), None);
+            assert_eq!((horizon.azimuth(Vec3::ZERO), horizon.azimuth(Vec3::NAN)), (None, None));
+        }
+    }
+
+    #[test]
+    fn up_is_up() {
+        for up in [Vec3::X, Vec3::NEG_Z, Vec3::new(0.3, -0.8, 0.5).normalize()] {
+            let horizon = Horizon::new(up);
+            assert!((horizon.rotation() * Vec3::Y).distance(up) < 1e-6);
+            assert!(horizon.direction(123.0, 0.0).dot(up).abs() < 1e-6);
+        }
+    }
+}

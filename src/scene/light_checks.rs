@@ -1,0 +1,110 @@
+//! Checks of lights: what a light cannot be is an error that names its key.
+
+use super::validate::{BuildError, MAX_REACH};
+use crate::color::Spectrum;
+use crate::light::LatLongImage;
+use crate::math::{Quat, Vec3, list};
+
+/// Narrowest disc of a directional light, degrees.
+const MIN_ANGLE: f32 = 0.01;
+
+/// An error about `key` of a light of the type `light`.
+pub(super) fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'static str) -> BuildError {
+    BuildError::BadLight {
+        light,
+        key,
+        value,
+        rule,
+    }
+}
+
+/// Checks that a light's place is one.
+pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), BuildError> {
+    if position.is_finite() && position.abs().max_element() <= MAX_REACH {
+        return Ok(());
+    }
+    let value = list(&position.to_array());
+    Err(bad_light(
+        light,
+        "position",
+        value,
+        "coordinates must be finite and 1e15 at most",
+    ))
+}
+
+/// The unit vector along a light's direction.
+pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
+    unit_of(light, "direction", direction)
+}
+
+/// The unit vector along the vector `key` of a light.
+pub(super) fn unit_of(light: &'static str, key: &'static str, vector: Vec3) -> Result<Vec3, BuildError> {
+    let value = || list(&vector.to_array());
+    let bad = || bad_light(light, key, value(), "must be finite and not zero");
+    vector.try_normalize().ok_or_else(bad)
+}
+
+/// Checks that a number of a light is one.
+pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -> Result<(), BuildError> {
+    match value.is_finite() {
+        true => Ok(()),
+        false => Err(bad_light(light, key, value.to_string(), "must be finite")),
+    }
+}
+
+/// Checks the diameter of the disc of a directional light, degrees. Directions are rounded to about 10⁻⁵ degrees, which narrower discs would show.
+pub(super) fn check_angle(angle: f32) -> Result<(), BuildError> {
+    if angle == 0.0 || (MIN_ANGLE..=180.0).contains(&angle) {
+        return Ok(());
+    }
+    let rule = "the diameter of its disc must be 0, or 0.01 to 180 degrees";
+    Err(bad_light("directional", "angle", angle.to_string(), rule))
+}
+
+/// Checks what a light sends out.
+pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectrum) -> Result<(), BuildError> {
+    if value.is_valid() {
+        return Ok(());
+    }
+    let value = list(&value.to_array());
+    let rule = "every channel must be a finite number, 0 or more";
+    Err(bad_light(light, key, value, rule))
+}
+
+/// Checks the half-angles of a spot light's cone, degrees.
+pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
+    let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
+    if !(angle > 0.0 && angle <= 90.0) {
+        return bad("angle", angle, "must be above 0 and 90 degrees at most");
+    }
+    if !(falloff >= 0.0 && falloff <= angle) {
+        return bad("falloff", falloff, "must lie between 0 and the angle");
+    }
+    Ok(())
+}
+
+/// Checks the picture of an environment, and how it is placed.
+pub(super) fn check_environment(
+    light: &'static str,
+    image: &LatLongImage,
+    scale: f32,
+    rotation: Quat,
+) -> Result<(), BuildError> {
+    let bad = |key, value, rule| Err(bad_light(light, key, value, rule));
+    if !(scale.is_finite() && scale >= 0.0) {
+        return bad("scale", scale.to_string(), "must be a finite number, 0 or more");
+    }
+    if !rotation.is_finite() {
+        return bad("rotate", f32::NAN.to_string(), "must be finite");
+    }
+    let count = image.texels.len();
+    if count == 0 || count != image.width * image.height {
+        let rule = "must have a texel in each row and column";
+        return bad("image", count.to_string(), rule);
+    }
+    if let Some(texel) = image.texels.iter().find(|t| !t.is_valid()) {
+        let value = list(&texel.to_array());
+        return bad("image", value, "every texel must be finite and 0 or more");
+    }
+    Ok(())
+}

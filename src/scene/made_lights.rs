@@ -1,0 +1,162 @@
+//! Lights that the builder makes of a few numbers: skies, studios, suns with a size, and rectangles.
+
+use super::SceneBuilder;
+use super::light_checks::{bad_light, check_angle, check_environment, check_light, check_number, unit, unit_of};
+use super::validate::{BuildError, MAX_COORDINATE};
+use crate::color::Spectrum;
+use crate::geometry::Mesh;
+use crate::light::sky::{Sky, TURBIDITIES};
+use crate::light::{EnvironmentKind, EnvironmentLight, LatLongImage, Light, SunLight, studio_image};
+use crate::material::Material;
+use crate::math::{Horizon, Quat, Vec3, list};
+
+/// Name of the material of a rectangle that emits, and of the object that it is.
+pub const RECTANGLE_NAME: &str = "rectangle light";
+
+/// A daylight sky. Angles are degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkyParameters {
+    /// Azimuth of the sun about `up`, and its elevation, −90 to 90 ([`Horizon`]).
+    pub sun: [f32; 2],
+    /// Haze, within [`TURBIDITIES`].
+    pub turbidity: f32,
+    /// Direction of the zenith, of any length.
+    pub up: Vec3,
+    /// Factor of its radiance.
+    pub scale: f32,
+}
+
+/// Soft lamps around a subject.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StudioParameters {
+    /// Direction upwards, of any length.
+    pub up: Vec3,
+    /// Azimuth about `up` at which the camera stands, degrees ([`Horizon`]).
+    pub front: f32,
+    /// Factor of its radiance.
+    pub scale: f32,
+}
+
+/// A rectangle that emits on one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RectangleParameters {
+    /// Its middle.
+    pub position: Vec3,
+    /// Normal of the side that emits, of any length.
+    pub direction: Vec3,
+    /// Width and height, scene units.
+    pub size: [f32; 2],
+    /// Which way its height goes, of any length; `None` for +y, or +z where `direction` is along that.
+    pub up: Option<Vec3>,
+    /// Radiance of that side, W·sr⁻¹·m⁻².
+    pub radiance: Spectrum,
+}
+
+impl SceneBuilder {
+    /// Adds light from a disc at infinity: it travels in `direction` with `irradiance` W·m⁻² on a surface that faces it, and the disc is `angle` degrees
+    /// wide, 0.01 to 180. With 0 it is the parallel light of [`SceneBuilder::add_directional_light`].
+    pub fn add_sun(&mut self, direction: Vec3, irradiance: Spectrum, angle: f32) -> Result<(), BuildError> {
+        check_angle(angle)?;
+        if angle == 0.0 {
+            return self.add_directional_light(direction, irradiance);
+        }
+        let direction = unit("directional", direction)?;
+        check_light("directional", "irradiance", irradiance)?;
+        self.add_light(Light::Sun(SunLight::new(direction, irradiance, angle)));
+        Ok(())
+    }
+
+    /// Adds a daylight sky without the sun's disc, and the ground below it ([`crate::light::sky`]).
+    pub fn add_sky(&mut self, sky: &SkyParameters) -> Result<(), BuildError> {
+        let up = unit_of("sky", "up", sky.up)?;
+        let [azimuth, elevation] = sky.sun;
+        if !(azimuth.is_finite() && (-90.0..=90.0).contains(&elevation)) {
+            let rule = "the azimuth must be finite, and the elevation lie between -90 and 90 degrees";
+            return Err(bad_light("sky", "sun", list(&sky.sun), rule));
+        }
+        let [min, max] = TURBIDITIES;
+        if !(min..=max).contains(&sky.turbidity) {
+            let rule = "must lie between 2 (very clear) and 10 (hazy)";
+            return Err(bad_light("sky", "turbidity", sky.turbidity.to_string(), rule));
+        }
+        // The picture's sun stands above −z, at azimuth 180.
+        let turn = Quat::from_rotation_y((azimuth.rem_euclid(360.0) - 180.0).to_radians());
+        let rotation = Horizon::new(up).rotation() * turn;
+        let image = Sky::new(elevation, sky.turbidity).image();
+        self.add_environment_of(EnvironmentKind::Sky, image, sky.scale, rotation)
+    }
+
+    /// Adds the lamps and the wall of a studio ([`studio_image`]).
+    pub fn add_studio(&mut self, studio: &StudioParameters) -> Result<(), BuildError> {
+        let up = unit_of("studio", "up", studio.up)?;
+        check_number("studio", "front", studio.front)?;
+        let turn = Quat::from_rotation_y(studio.front.rem_euclid(360.0).to_radians());
+        let rotation = Horizon::new(up).rotation() * turn;
+        self.add_environment_of(EnvironmentKind::Studio, studio_image(), studio.scale, rotation)
+    }
+
+    fn add_environment_of(
+        &mut self,
+        kind: EnvironmentKind,
+        image: LatLongImage,
+        scale: f32,
+        rotation: Quat,
+    ) -> Result<(), BuildError> {
+        check_environment(kind.name(), &image, scale, rotation)?;
+        let light = EnvironmentLight::new(image, scale, rotation).of_kind(kind);
+        self.add_light(Light::Environment(Box::new(light)));
+        Ok(())
+    }
+
+    /// Adds a rectangle that emits: two triangles of a black material, an object of its own in the light group that was begun last.
+    pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
+        const NAME: &str = "rectangle";
+        let direction = unit(NAME, rectangle.direction)?;
+        let [width, height] = rectangle.size;
+        if ![width, height].iter().all(|side| side.is_finite() && *side > 0.0) {
+            let rule = "width and height must be finite and above 0";
+            return Err(bad_light(NAME, "size", list(&rectangle.size), rule));
+        }
+        check_light(NAME, "radiance", rectangle.radiance)?;
+        let across = |up: Vec3| {
+            up.cross(direction)
+                .try_normalize()
+                .filter(|_| up.cross(direction).length() > 1e-4)
+        };
+        let right = match rectangle.up {
+            Some(up) => {
+                let bad = || bad_light(NAME, "up", list(&up.to_array()), "must not be along the direction");
+                across(unit_of(NAME, "up", up)?).ok_or_else(bad)?
+            }
+            None => across(Vec3::Y).or_else(|| across(Vec3::Z)).unwrap_or(Vec3::X),
+        };
+        let (right, up) = (0.5 * width * right, 0.5 * height * direction.cross(right));
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let corners = corners.map(|[x, y]| rectangle.position + x * right + y * up);
+        let is_within = |corner: &Vec3| corner.is_finite() && corner.abs().max_element() <= MAX_COORDINATE;
+        if !corners.iter().all(is_within) {
+            let value = list(&rectangle.position.to_array());
+            return Err(bad_light(
+                NAME,
+                "position",
+                value,
+                "corners must be finite and within 1e10",
+            ));
+        }
+        let material = self.add_material(Material {
+            name: RECTANGLE_NAME.into(),
+            emission: rectangle.radiance,
+            ..Material::default()
+        })?;
+        if let Some(group) = self.current_light_group() {
+            self.group_material(material, group);
+        }
+        self.begin_object(RECTANGLE_NAME);
+        let mesh = Mesh {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        };
+        self.add_mesh(mesh, material)
+    }
+}

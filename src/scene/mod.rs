@@ -6,9 +6,11 @@
 
 mod builder;
 mod freeze;
+mod ground;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use ground::{Ground, GroundPlane};
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
@@ -78,6 +80,7 @@ pub struct Scene {
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
+    ground: Option<Ground>,
 }
 
 impl Scene {
@@ -120,6 +123,12 @@ impl Scene {
     /// Which lights are told apart.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
+    }
+
+    /// The plane that catches shadows, if there is one. Bounds do not include it.
+    #[inline(always)]
+    pub fn ground(&self) -> Option<&Ground> {
+        self.ground.as_ref()
     }
 
     /// Box around all vertices, at all times.

@@ -1,4 +1,5 @@
 use super::flags::{Flags, NameParser, value_parser};
+use super::ground_args::GroundArgs;
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_level, parse_list, parse_range, parse_share,
     parse_size,
@@ -6,7 +7,8 @@ use super::values::{
 use crate::io::{Compression, LoadParameters};
 use crate::options::names::named;
 use crate::options::{
-    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, SamplingOptions, ToneOptions,
+    Backend, BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, SamplingOptions,
+    ToneOptions,
 };
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -471,6 +473,12 @@ pub(super) struct RenderArgs {
     pub filter: Flags<FilterOptions>,
 
     #[command(flatten)]
+    pub background: Flags<BackgroundOptions>,
+
+    #[command(flatten)]
+    pub ground: GroundArgs,
+
+    #[command(flatten)]
     pub sampling: Flags<SamplingOptions>,
 
     #[command(flatten)]
@@ -541,7 +549,7 @@ pub(super) struct ExrArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
     pub compression: Option<Compression>,
 
-    /// Layers of EXR files to hold as half floats: picture (R G B), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
+    /// Layers of EXR files to hold as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
     /// float32 [default: none]
     #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
     pub half: Vec<String>,

@@ -32,7 +32,8 @@ impl Job {
     }
 
     /// Resolves everything for a scene file that was read.
-    pub fn of_scene(args: &RenderArgs, scene: SceneFile) -> Result<Self, CliError> {
+    pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
+        args.ground.apply(&mut scene);
         let settings = settings(args, &scene)?;
         settings.check()?;
         Ok(Self {
@@ -56,6 +57,7 @@ fn settings(args: &RenderArgs, scene: &SceneFile) -> Result<Settings, CliError> 
             height: Some(height),
         }),
         filter: args.filter.0.or(scene.options.filter),
+        background: args.background.0.or(scene.options.background),
         tone: args.tone.0.or(scene.options.tone),
         sampling: args.sampling.0.or(scene.options.sampling),
         integrator: args.integrator.0.or(scene.options.integrator),

@@ -21,6 +21,7 @@ mod documentation;
 mod error;
 mod explain;
 mod flags;
+mod ground_args;
 mod info;
 mod job;
 mod keeper;

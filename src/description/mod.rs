@@ -3,6 +3,7 @@
 //! `scene_file` reads the file, the `*_section` modules are its parts, `placement` resolves where objects stand, and `load` reads the named files and
 //! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
+mod ground_section;
 mod light_group_section;
 mod light_section;
 mod load;
@@ -14,6 +15,7 @@ mod placement;
 mod scene_file;
 mod unknown_key;
 
+pub use ground_section::{Albedo, GroundSection};
 pub use light_group_section::LightGroupSection;
 pub use light_section::{LightSection, Rotation};
 pub use load::{

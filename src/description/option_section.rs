@@ -12,11 +12,16 @@ use toml::Spanned;
 #[serde(transparent)]
 pub(super) struct OptionSection(BTreeMap<Spanned<String>, Spanned<Scalar>>);
 
+/// Numbers of a list at most that a value may have.
+const MAX_LIST: usize = 16;
+
 /// A value as it was written.
 #[derive(Debug)]
 enum Scalar {
     String(String),
     Number(String),
+    /// Numbers with commas between them.
+    List(String),
     Other(&'static str),
 }
 
@@ -25,6 +30,7 @@ impl Scalar {
         match self {
             Self::String(text) => Input::String(text),
             Self::Number(text) => Input::Number(text),
+            Self::List(text) => Input::List(text),
             Self::Other(text) => Input::Other(text),
         }
     }
@@ -128,6 +134,14 @@ impl<'de> Deserialize<'de> for Scalar {
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Scalar, A::Error> {
+                let mut numbers = Vec::new();
+                while numbers.len() < MAX_LIST {
+                    match list.next_element()? {
+                        Some(Scalar::Number(number)) => numbers.push(number),
+                        Some(_) => break,
+                        None => return Ok(Scalar::List(numbers.join(", "))),
+                    }
+                }
                 while list.next_element::<IgnoredAny>()?.is_some() {}
                 Ok(Scalar::Other("a list"))
             }

@@ -2,8 +2,10 @@ use super::input::read_bytes;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::unknown_key::parser_error;
-use super::{FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position};
-use crate::options::{FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
+use super::{
+    FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position,
+};
+use crate::options::{BackgroundOptions, FilterOptions, IntegratorOptions, SamplingOptions, SizeOptions, ToneOptions};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -37,6 +39,8 @@ pub struct SceneFile {
     /// Lights besides emitting triangles.
     #[serde(default)]
     pub light: Vec<LightSection>,
+    /// The plane that catches shadows, if there is one.
+    pub ground: Option<GroundSection>,
     /// Groups of emitting materials.
     #[serde(default)]
     pub light_group: Vec<LightGroupSection>,
@@ -64,6 +68,8 @@ pub struct SceneOptions {
     pub size: SizeOptions,
     /// Reconstruction filter.
     pub filter: FilterOptions,
+    /// What camera rays see where they leave the scene.
+    pub background: BackgroundOptions,
     /// How PNG files show the picture.
     pub tone: ToneOptions,
     /// Samples, and what computes them.
@@ -290,12 +296,13 @@ impl SceneFile {
         let SceneOptions {
             size,
             filter,
+            background,
             tone,
             sampling,
             integrator,
             load,
         } = &mut options;
-        self.image.read("image", self, &mut [size, filter, tone])?;
+        self.image.read("image", self, &mut [size, filter, background, tone])?;
         self.render.read("render", self, &mut [sampling, integrator, load])?;
         Ok(options)
     }

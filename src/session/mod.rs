@@ -33,9 +33,10 @@ pub(crate) use settings::all_threads;
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
-use crate::integrator::World;
+use crate::integrator::{Backdrop, World};
 use crate::io::{LoadObserver, MemoryLimit, in_words};
 use crate::lint::Forecast;
+use crate::math::Vec3;
 use crate::scene::Scene;
 use std::path::PathBuf;
 
@@ -45,6 +46,7 @@ pub struct Session {
     scene: Scene,
     camera: Camera,
     filter: Filter,
+    backdrop: Backdrop,
     scene_hash: String,
     warnings: Vec<String>,
     /// Files that the scene was read from.
@@ -63,6 +65,9 @@ impl Session {
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
         let limit = MemoryLimit::of(file.load.max_memory);
+        if file.ground.is_some() {
+            settings.method().check_catching()?;
+        }
         // Before anything is read; groups of lights are not known yet.
         check_pixels(&settings, 0, limit)?;
         let pool = thread_pool(settings.threads)?;
@@ -76,9 +81,11 @@ impl Session {
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
         let (description, camera) = settings.camera_of(file, &scene)?;
+        method.check_ground(&scene)?;
         warnings.extend(method.check_lights(&scene)?);
         warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
+            backdrop: backdrop(&settings, &description.parameters),
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             settings,
@@ -108,9 +115,11 @@ impl Session {
         };
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
+        method.check_ground(&scene)?;
         let mut warnings: Vec<String> = method.check_lights(&scene)?.into_iter().collect();
         warnings.extend(method.check_motion(&scene, &camera));
         Ok(Self {
+            backdrop: backdrop(&settings, &description.parameters),
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             camera,
@@ -197,7 +206,16 @@ impl Session {
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
             strategies: self.settings.aovs.contains(&Aov::Strategies),
+            backdrop: self.backdrop,
         }
+    }
+}
+
+/// What camera rays see where they leave the scene; up is that of the camera.
+fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
+    Backdrop {
+        background: settings.background,
+        up: camera.up.normalize_or(Vec3::Y),
     }
 }
 
@@ -290,10 +308,15 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
         true => Film::feature_bytes(crop),
         false => 0,
     };
+    let alpha = match settings.has_alpha() {
+        true => Film::alpha_bytes(crop),
+        false => 0,
+    };
     let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
     let all = [
         features,
+        alpha,
         error_map,
         denoising,
         Film::aov_bytes(crop, &settings.aovs),

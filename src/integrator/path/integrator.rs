@@ -137,6 +137,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 (Some(hit), false) => Some(world.vertex(&hit, &path.ray, &later)),
             };
 
+            // A camera ray that leaves the scene sees the background
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+                break;
+            }
+
             // Add emitted light, weighed against the light samples of the previous vertex
             let mut emitted = R::default();
             let met = hit.as_ref().zip(vertex.as_ref());
@@ -150,7 +155,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 break;
             };
             if depth == 0 {
-                out.first_surface(world.first_surface(&hit, &vertex));
+                world.see(&hit, &vertex, &path.ray, out);
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
@@ -256,7 +261,7 @@ impl<S: Sampler> CameraPacket<S> {
         let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-        if world.scene.has_alpha() {
+        if world.lets_pass(RayKind::Camera) {
             for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
                 *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
             }

@@ -57,8 +57,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         method.describe()
     );
     story.lines.iter().for_each(|line| outln!("{line}"));
-    if let Some(view) = story.view {
-        let (radiance, background) = view.finish(story.radiance);
+    if let Some((radiance, background)) = story.view.and_then(|view| view.finish(story.radiance)) {
         outln!(
             "seen {}, share of a transparent background {background}",
             list(&radiance.to_array())
@@ -163,7 +162,7 @@ impl Sink for Listener<'_, '_> {
                 CameraView::Ground(shadow) => {
                     let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));
                     format!(
-                        "  sees the ground: its light times {factor}, plus {base}, is the share of light that arrives"
+                        "  sees the ground: its light times {factor} plus {base} is the share of light that arrives"
                     )
                 }
             });

@@ -94,12 +94,15 @@ pub struct Shadow<R> {
 }
 
 impl<R: Gathered> CameraView<R> {
-    /// The sample that has found `radiance`: its light, and the share in which it sees a transparent background. What is no light stays as it is, and covers
-    /// the pixel.
-    pub fn finish(&self, radiance: R) -> (R, f32) {
-        if !radiance.sum().is_valid() {
-            return (radiance, 0.0);
-        }
+    /// The sample that has found `radiance`: its light, and the share in which it sees a transparent background; `None` where a value is not finite. On the
+    /// ground the light, or the share, may be negative, since missing light is.
+    pub fn finish(&self, radiance: R) -> Option<(R, f32)> {
+        let (radiance, share) = self.seen(radiance);
+        let is_finite = radiance.sum().to_array().iter().all(|v| v.is_finite()) && share.is_finite();
+        is_finite.then_some((radiance, share))
+    }
+
+    fn seen(&self, radiance: R) -> (R, f32) {
         match self {
             Self::Nothing => (radiance, 1.0),
             Self::Ground(shadow) => match shadow.background {
@@ -110,8 +113,7 @@ impl<R: Gathered> CameraView<R> {
                 }
                 None => {
                     let share = radiance.sum() * shadow.factor + shadow.base;
-                    let share = Some(share.luminance()).filter(|share| share.is_finite());
-                    (R::default(), share.unwrap_or(0.0))
+                    (R::default(), share.luminance())
                 }
             },
         }
@@ -148,10 +150,17 @@ mod tests {
             })
         };
         let blue = Spectrum::rgb(0.0, 0.5, 1.0);
-        let (seen, uncovered) = shadow(Some(blue)).finish(Spectrum::splat(0.125));
+        let (seen, uncovered) = shadow(Some(blue)).finish(Spectrum::splat(0.125)).unwrap();
         assert_eq!((seen, uncovered), (Spectrum::rgb(0.0, 0.375, 0.75), 0.0));
-        let (seen, uncovered) = shadow(None).finish(Spectrum::splat(0.125));
+        let (seen, uncovered) = shadow(None).finish(Spectrum::splat(0.125)).unwrap();
         assert!(seen.is_black() && (uncovered - 0.75).abs() < 1e-6);
-        assert_eq!(CameraView::Nothing.finish(Spectrum::ZERO), (Spectrum::ZERO, 1.0));
+        assert_eq!(CameraView::Nothing.finish(Spectrum::ZERO), Some((Spectrum::ZERO, 1.0)));
+        // Light that is missing counts as negative light.
+        let (seen, _) = shadow(Some(blue)).finish(Spectrum::splat(-0.125)).unwrap();
+        assert_eq!(seen, Spectrum::rgb(0.0, -0.125, -0.25));
+        for wrong in [f32::NAN, f32::INFINITY] {
+            assert_eq!(shadow(None).finish(Spectrum::splat(wrong)), None);
+            assert_eq!(shadow(Some(blue)).finish(Spectrum::splat(wrong)), None);
+        }
     }
 }

@@ -6,6 +6,7 @@ use super::vertex::Vertex;
 use super::world::World;
 use super::{Gathered, Sink};
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::film::{Features, FirstSurface};
 use crate::geometry::Hit;
 use crate::light::LightSampleContext;
@@ -14,17 +15,25 @@ use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
     /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background.
+    ///
+    /// Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
+    /// does so only if it `can_miss`, and for lights of which it knows what is missing.
     #[inline(always)]
-    pub(super) fn see(&self, hit: &Hit, vertex: &Vertex, ray: &Ray, out: &mut impl Sink) {
+    pub(super) fn see(&self, hit: &Hit, vertex: &Vertex, ray: &Ray, can_miss: bool, out: &mut impl Sink) -> bool {
         out.first_surface(self.first_surface(hit, vertex));
         if let Some(ground) = self.scene.ground().filter(|ground| ground.is_at(hit)) {
-            self.see_ground(ground, vertex, ray, out);
+            let is_missing = can_miss && ground.knows_missing_light() && self.scene.light_selection().all().is_none();
+            self.see_ground(ground, vertex, (ray, is_missing), out);
+            return is_missing;
         }
+        false
     }
 
     #[inline(never)]
-    fn see_ground<S: Sink>(&self, ground: &Ground, vertex: &Vertex, ray: &Ray, out: &mut S) {
+    fn see_ground<S: Sink>(&self, ground: &Ground, vertex: &Vertex, (ray, is_missing): (&Ray, bool), out: &mut S) {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
+        // Less what is missing of all light
+        let base = if is_missing { Spectrum::ONE } else { base };
         out.camera_view(CameraView::Ground(Shadow {
             factor,
             base,

@@ -255,8 +255,8 @@ impl<'a, R: Gathered> Piece<'a, R> {
                     integrator.sample(prepared, self.key, &mut sampler, &mut self);
                     let mut radiance = std::mem::take(&mut self.radiance);
                     if let Some(view) = self.view.take() {
-                        let background;
-                        (radiance, background) = view.finish(radiance);
+                        let (seen, background) = view.finish(radiance).unwrap_or_default();
+                        radiance = seen;
                         if background != 0.0 && self.target.crop.contains(pixel) {
                             self.backgrounds.push((pixel, background * self.weight));
                         }

@@ -31,10 +31,17 @@ impl<'a, R: Default> PixelSample<'a, R> {
 }
 
 impl<R: Gathered> PixelSample<'_, R> {
-    /// Puts what the camera ray has seen of the background and the ground to the light that the integrator has found.
-    pub(super) fn finish(&mut self) {
-        if let Some(view) = self.view.take() {
-            (self.radiance, self.background) = view.finish(self.radiance);
+    /// Puts what the camera ray has seen of the background and the ground to the light that the integrator has found. Gives whether the sample is valid.
+    pub(super) fn finish(&mut self) -> bool {
+        let Some(view) = self.view.take() else {
+            return self.radiance.sum().is_valid();
+        };
+        match view.finish(self.radiance) {
+            Some(seen) => {
+                (self.radiance, self.background) = seen;
+                true
+            }
+            None => false,
         }
     }
 }

@@ -181,8 +181,7 @@ fn render_tile<R: Traced, S: Sampler>(
             let rays_before = statistics.rays.total();
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
-                sample.finish();
-                if !sample.radiance.sum().is_valid() {
+                if !sample.finish() {
                     if !is_cropped(key.pixel()) {
                         statistics.drop_sample(DroppedSample {
                             key,
@@ -190,7 +189,6 @@ fn render_tile<R: Traced, S: Sampler>(
                         });
                     }
                     sample.radiance = R::default();
-                    sample.background = 0.0;
                 }
                 let place = i * group.len() / count;
                 let features = sample.surface.and_then(|surface| surface.features);

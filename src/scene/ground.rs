@@ -4,6 +4,9 @@
 //! `E₀` without it. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` gives the factor to the share.
 //! Where nothing is near, the share is 1 in the mean and the ground cannot be told from the background.
 //!
+//! - The path tracer counts the direct light that is missing, `E − E₀`, and not that which arrives: a point from which nothing is near shows the background
+//!   without any noise. Samples may then be negative, and their mean is not, but for noise. Next to a lamp of finite size this is not done: what the lamp
+//!   would send from behind a surface is not known where a ray meets that surface.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. That of finite lights is computed for each point, without visibility:
 //!   a lamp that is part of the scene lights the ground around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
 //! - Towards the rim the share fades to 1, so that no edge shows.
@@ -167,6 +170,8 @@ pub struct Ground {
     irradiance: Spectrum,
     /// Lights whose irradiance depends on the point.
     finite: Vec<LightId>,
+    /// Whether no ray can meet a light of finite size.
+    knows_missing_light: bool,
 }
 
 encode_fields!(PlacedPlane {
@@ -195,6 +200,7 @@ impl Ground {
             plane,
             irradiance: Spectrum::ZERO,
             finite: Vec::new(),
+            knows_missing_light: true,
         };
         for (id, light) in (0..).map(LightId).zip(lights) {
             if light.power(1.0) == 0.0 {
@@ -202,7 +208,10 @@ impl Ground {
             }
             match (light.is_infinite(), light.irradiance_at(plane.point, plane.normal, 0.0)) {
                 (true, Some(irradiance)) => ground.irradiance += irradiance,
-                (false, Some(_)) => ground.finite.push(id),
+                (false, Some(_)) => {
+                    ground.finite.push(id);
+                    ground.knows_missing_light &= light.is_delta();
+                }
                 (_, None) => return Err(BuildError::UnknownIrradiance),
             }
         }
@@ -234,6 +243,12 @@ impl Ground {
     /// Radius at which shadows have faded, scene units.
     pub fn radius(&self) -> f32 {
         self.plane.radius
+    }
+
+    /// Whether a ray that meets a surface tells the light that would have come from its direction without the scene: what lamps would send from behind the
+    /// surface is not known.
+    pub fn knows_missing_light(&self) -> bool {
+        self.knows_missing_light
     }
 
     /// Irradiance of the plane by infinitely distant lights, without the scene.

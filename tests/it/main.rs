@@ -13,6 +13,7 @@ mod agreement;
 mod aovs;
 mod awkward_obj;
 mod backends;
+mod background;
 mod bidirectional;
 mod bsdf;
 mod check;

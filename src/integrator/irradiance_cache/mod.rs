@@ -96,7 +96,9 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             // Sample lights
             let u = VertexNumbers::draw(sampler, depth, self.path.roulette);
             let light_samples = if depth == 0 { self.path.light_samples } else { 1 };
-            let (mut direct, shadow) = self.path.sample_lights(vertex, (key, sampler), u.light.as_ref(), out);
+            let (mut direct, shadow) = self
+                .path
+                .sample_lights(vertex, (key, sampler, u.light.as_ref()), false, out);
             direct += shadow.arrives(world, out);
             radiance += direct * path.beta;
 

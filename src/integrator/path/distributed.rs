@@ -70,7 +70,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         strategy.emitted(world.scene, ray, prev, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            world.see(hit, vertex, ray, out);
+            world.see(hit, vertex, ray, false, out);
         }
         if branch.depth >= self.max_depth {
             return;

@@ -37,7 +37,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             if depth == 0 {
-                world.see(&hit, &vertex, &ray, out);
+                world.see(&hit, &vertex, &ray, false, out);
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.

@@ -73,7 +73,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         strategy.emitted(world.scene, ray, None, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            world.see(hit, vertex, ray, out);
+            world.see(hit, vertex, ray, false, out);
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {
             return;

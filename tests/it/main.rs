@@ -24,6 +24,7 @@ mod denoise;
 mod emission;
 mod exr_files;
 mod fuzz_corpus;
+mod ground;
 mod hostile_files;
 mod irradiance_cache;
 mod iterations;

@@ -162,7 +162,7 @@ impl<R: Gathered> Direct<R> {
     }
 
     /// The light of this sample that does not arrive, as negative light. Light that is known stays as it is.
-    pub fn as_missing(self) -> Self {
+    pub fn into_missing(self) -> Self {
         match self {
             Self::Unless(ray, radiance) => Self::Missing(ray, radiance),
             other => other,

@@ -233,7 +233,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let u = LightNumbers::draw(&sampler, 0);
             let mut next = Direct::sample(world, vertex, strategy, count, &u, out);
             if is_missing {
-                next = next.as_missing();
+                next = next.into_missing();
             }
             radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
         }

@@ -120,6 +120,16 @@ impl Method {
         Err(InvalidSetting::new("background", value, help))
     }
 
+    /// Whether the method shows other backgrounds than the lights, such as a transparent one.
+    pub fn shows_backgrounds(&self) -> bool {
+        shows_background(self.kind())
+    }
+
+    /// Whether the method shows a ground that catches shadows.
+    pub fn catches_shadows(&self) -> bool {
+        self.check_catching().is_ok()
+    }
+
     /// An error where the method cannot show a ground that catches shadows.
     pub(in crate::session) fn check_catching(&self) -> Result<(), Error> {
         if !catches_shadows(self.kind()) {

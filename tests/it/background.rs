@@ -295,7 +295,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
             said.contains("shows the lights alone") && said.contains("path, naive, whitted"),
             "{said}"
         );
-        let said = run("", &format!("--integrator {name} --ground"), 1);
+        let said = run("", &format!("--integrator {name} --ground"), 2);
         assert!(said.contains("--no-ground") && said.contains("path, naive"), "{said}");
     }
     for flags in [
@@ -304,7 +304,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
         "--integrator irradiance-cache",
         "--max-depth 0",
     ] {
-        let said = run("[ground]", flags, 1);
+        let said = run("[ground]", flags, 2);
         assert!(
             said.contains("ground") && said.contains("help: use --no-ground"),
             "{said}"
@@ -313,7 +313,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
     let said = run(
         "[[light]]\ntype = \"point\"\nposition = [0, 5, 0]\nintensity = [1, 1, 1]",
         "--ground --integrator naive",
-        1,
+        2,
     );
     assert!(said.contains("point light") && said.contains("--no-ground"), "{said}");
 

@@ -1,6 +1,7 @@
 use super::camera_flags::CameraArgs;
 use super::exr_args::ExrArgs;
 use super::flags::{Flags, NameParser, value_parser};
+use super::ground_args::GroundArgs;
 use super::light_flags::LightFlags;
 use super::values::{
     parse_address, parse_bytes, parse_chance, parse_duration, parse_folder, parse_level, parse_list, parse_range,
@@ -10,7 +11,8 @@ use super::warnings::ShownWarnings;
 use crate::io::LoadParameters;
 use crate::options::names::named;
 use crate::options::{
-    Backend, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, QualityOptions, SamplingOptions, ToneOptions,
+    Backend, BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, MaxDepth, QualityOptions,
+    SamplingOptions, ToneOptions,
 };
 use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -556,6 +558,12 @@ pub(super) struct RenderArgs {
 
     #[command(flatten)]
     pub filter: Flags<FilterOptions>,
+
+    #[command(flatten)]
+    pub background: Flags<BackgroundOptions>,
+
+    #[command(flatten)]
+    pub ground: GroundArgs,
 
     #[command(flatten)]
     pub sampling: Flags<SamplingOptions>,

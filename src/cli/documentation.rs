@@ -2,8 +2,8 @@
 
 use crate::io::LoadParameters;
 use crate::options::{
-    FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, QualityOptions, SamplingOptions,
-    SizeOptions, ToneOptions,
+    BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, QualityOptions,
+    SamplingOptions, SizeOptions, ToneOptions,
 };
 use std::fs;
 use std::path::Path;
@@ -37,6 +37,7 @@ fn documented(page: &str) -> String {
         [
             rows("image", SizeOptions::PARAMETERS),
             rows("image", FilterOptions::PARAMETERS),
+            rows("image", BackgroundOptions::PARAMETERS),
             rows("image", ToneOptions::PARAMETERS),
             rows("render", SamplingOptions::PARAMETERS),
             rows("render", QualityOptions::PARAMETERS),
@@ -102,6 +103,7 @@ fn help_is_short() {
     let groups = [
         SizeOptions::PARAMETERS,
         FilterOptions::PARAMETERS,
+        BackgroundOptions::PARAMETERS,
         ToneOptions::PARAMETERS,
         SamplingOptions::PARAMETERS,
         QualityOptions::PARAMETERS,

@@ -8,7 +8,7 @@ pub(super) struct ExrArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
     pub compression: Option<Compression>,
 
-    /// Layers of EXR files to hold as half floats: picture (R G B), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
+    /// Layers of EXR files to hold as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
     /// float32 [default: none]
     #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
     pub half: Vec<String>,

@@ -59,6 +59,7 @@ impl Job {
 
     /// Resolves everything for a scene file that was read.
     pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
+        args.ground.apply(&mut scene);
         let options = options(args, &scene);
         let settings = settings(args, &scene, &options)?;
         settings.check()?;
@@ -105,6 +106,7 @@ fn options(args: &RenderArgs, scene: &SceneFile) -> SceneOptions {
             height: Some(height),
         }),
         filter: args.filter.0.or(scene.options.filter),
+        background: args.background.0.or(scene.options.background),
         tone: args.tone.0.or(scene.options.tone),
         sampling: args.quality.0.under(args.sampling.0).or(scene.options.sampling),
         quality: scene.options.quality,

@@ -27,6 +27,7 @@ mod error;
 mod explain;
 mod exr_args;
 mod flags;
+mod ground_args;
 mod info;
 mod init;
 mod job;

@@ -2,7 +2,7 @@ use super::error::CliError;
 use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
 use crate::film::{FirstSurface, Rect};
-use crate::integrator::{RayKind, RaySink, Sink};
+use crate::integrator::{CameraView, RayKind, RaySink, Sink};
 use crate::math::{UVec2, list};
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
@@ -36,6 +36,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         kinds: Vec::new(),
         weight: 1.0,
         radiance: Spectrum::ZERO,
+        view: None,
         lines: Vec::new(),
     });
     let recorded: &dyn Accel = &recorder;
@@ -56,6 +57,13 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         method.describe()
     );
     story.lines.iter().for_each(|line| outln!("{line}"));
+    if let Some((radiance, background)) = story.view.and_then(|view| view.finish(story.radiance)) {
+        outln!(
+            "seen {}, share of a transparent background {background}",
+            list(&radiance.to_array())
+        );
+        story.radiance = radiance;
+    }
     if story.weight != 1.0 {
         outln!("times the filter's weight, {}", story.weight);
     }
@@ -85,6 +93,8 @@ struct Story<'a> {
     kinds: Vec<(RayKind, bool)>,
     weight: f32,
     radiance: Spectrum,
+    /// What the camera ray has seen of the background or the ground.
+    view: Option<CameraView<Spectrum>>,
     lines: Vec<String>,
 }
 
@@ -140,6 +150,23 @@ impl Sink for Listener<'_, '_> {
         if self.told {
             story.lines.push(format!("  adds {}", list(&radiance.to_array())));
             story.radiance += radiance;
+        }
+    }
+
+    fn camera_view(&mut self, view: CameraView<Spectrum>) {
+        let mut story = self.story.borrow_mut();
+        story.take_rays();
+        if self.told {
+            story.lines.push(match view {
+                CameraView::Nothing => "  sees the transparent background".into(),
+                CameraView::Ground(shadow) => {
+                    let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));
+                    format!(
+                        "  sees the ground: its light times {factor} plus {base} is the share of light that arrives"
+                    )
+                }
+            });
+            story.view = Some(view);
         }
     }
 

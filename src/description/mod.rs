@@ -6,6 +6,7 @@
 mod camera_section;
 mod find_texture;
 mod glob;
+mod ground_section;
 mod in_order;
 mod light_group_section;
 mod light_section;
@@ -23,6 +24,7 @@ mod unknown_key;
 mod write;
 
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
+pub use ground_section::{Albedo, GroundSection};
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{DEFAULT_SUN, LightSection, Rotation};

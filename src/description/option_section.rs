@@ -13,12 +13,16 @@ use toml::Spanned;
 #[serde(transparent)]
 pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 
+/// Numbers of a list at most that a value may have.
+const MAX_LIST: usize = 16;
+
 /// A value as it was written.
 #[derive(Clone, Debug)]
 enum Scalar {
     String(String),
     Number(String),
-    List(Vec<Scalar>),
+    /// Values, and as numbers with commas between them, if they are a few numbers.
+    List(Vec<Scalar>, Option<String>),
     Other(&'static str),
 }
 
@@ -27,7 +31,8 @@ impl Scalar {
         match self {
             Self::String(text) => Input::String(text),
             Self::Number(text) => Input::Number(text),
-            Self::List(_) => Input::Other("a list"),
+            Self::List(_, None) => Input::Other("a list"),
+            Self::List(_, Some(numbers)) => Input::List(numbers),
             Self::Other(text) => Input::Other(text),
         }
     }
@@ -74,7 +79,7 @@ impl OptionSection {
         let list = strings.into_iter().map(Scalar::String).collect();
         let entry = (
             Spanned::new(0..0, key.to_string()),
-            Spanned::new(0..0, Scalar::List(list)),
+            Spanned::new(0..0, Scalar::List(list, None)),
         );
         self.0.0.push(entry);
     }
@@ -92,7 +97,7 @@ impl OptionSection {
             _ => None,
         };
         let strings = match value.get_ref() {
-            Scalar::List(list) => list.iter().map(string).collect(),
+            Scalar::List(list, _) => list.iter().map(string).collect(),
             scalar => string(scalar).map(|text| vec![text]),
         };
         Some((strings, value.span()))
@@ -152,7 +157,7 @@ impl Serialize for Scalar {
         match self {
             Self::String(text) => serializer.serialize_str(text),
             Self::Other(text) => serializer.serialize_str(text),
-            Self::List(list) => serializer.collect_seq(list),
+            Self::List(list, _) => serializer.collect_seq(list),
             // Whole numbers of 64 bits would lose bits as floats, and floats are read as 32 bits.
             Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
                 (Ok(number), ..) => serializer.serialize_i64(number),
@@ -207,7 +212,13 @@ impl<'de> Deserialize<'de> for Scalar {
                 while let Some(scalar) = list.next_element()? {
                     scalars.push(scalar);
                 }
-                Ok(Scalar::List(scalars))
+                let number = |scalar: &Scalar| match scalar {
+                    Scalar::Number(text) => Some(text.clone()),
+                    _ => None,
+                };
+                let numbers: Option<Vec<String>> = scalars.iter().take(MAX_LIST + 1).map(number).collect();
+                let numbers = numbers.filter(|numbers| numbers.len() <= MAX_LIST);
+                Ok(Scalar::List(scalars, numbers.map(|numbers| numbers.join(", "))))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Scalar, A::Error> {

@@ -4,9 +4,12 @@ use super::option_section::OptionSection;
 use super::overrides::Overrides;
 use super::unknown_key::parser_error;
 use super::{
-    CameraSection, FileError, LightGroupSection, LightSection, LoadOptions, LoadParameters, MaterialSection, Position,
+    CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, LoadParameters,
+    MaterialSection, Position,
 };
-use crate::options::{FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions};
+use crate::options::{
+    BackgroundOptions, FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -43,6 +46,8 @@ pub struct SceneFile {
     /// Lights besides emitting triangles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
+    /// The plane that catches shadows, if there is one.
+    pub ground: Option<GroundSection>,
     /// Groups of emitting materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
@@ -73,6 +78,8 @@ pub struct SceneOptions {
     pub size: SizeOptions,
     /// Reconstruction filter.
     pub filter: FilterOptions,
+    /// What camera rays see where they leave the scene.
+    pub background: BackgroundOptions,
     /// How PNG files show the picture.
     pub tone: ToneOptions,
     /// Samples, and what computes them.
@@ -282,13 +289,15 @@ impl SceneFile {
         let SceneOptions {
             size,
             filter,
+            background,
             tone,
             sampling,
             quality,
             integrator,
             load,
         } = &mut options;
-        self.image.read("image", self, &mut [size, filter, tone], &[])?;
+        self.image
+            .read("image", self, &mut [size, filter, background, tone], &[])?;
         self.render.read(
             "render",
             self,

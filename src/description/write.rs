@@ -65,6 +65,7 @@ impl SceneFile {
         let SceneOptions {
             size,
             filter,
+            background,
             tone,
             sampling,
             quality,
@@ -73,7 +74,7 @@ impl SceneFile {
         } = options;
         file.version = Some(said(VERSION));
         file.options = *options;
-        file.image = OptionSection::of(&[size, filter, tone]);
+        file.image = OptionSection::of(&[size, filter, background, tone]);
         file.render = OptionSection::of(&[sampling, quality, integrator, load]);
         file.texture_dirs = self.all_texture_dirs()?;
         file.camera = Some(CameraSection::of(camera));

@@ -5,6 +5,9 @@ use std::borrow::Cow;
 /// What the channel `Z` holds where no surface was met; finite, because not every tool reads infinities.
 pub const Z_BACKGROUND: f32 = 1e10;
 
+/// Name of the channel of coverage.
+const ALPHA: &str = "A";
+
 /// One channel of an image, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -89,6 +92,12 @@ impl Image {
                 channel.values[index] = develop(sums);
             }
         }
+        if film.has_alpha() && count > CHANNELS.len() {
+            channels.push(Channel {
+                name: ALPHA.into(),
+                values: crop.pixels().map(|pixel| film.alpha(pixel).unwrap_or(0.0)).collect(),
+            });
+        }
         Self {
             resolution: film.resolution(),
             crop,
@@ -114,6 +123,11 @@ impl Image {
     /// The channel called `name`.
     pub fn channel(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|c| c.name == name)
+    }
+
+    /// Coverage of each pixel, row by row from the top, where the background is transparent: `R G B` are premultiplied by it.
+    pub fn alpha(&self) -> Option<&[f32]> {
+        self.channel(ALPHA).map(|channel| channel.values.as_slice())
     }
 
     /// Linear red, green and blue of each pixel, row by row from the top.

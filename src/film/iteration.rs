@@ -13,6 +13,8 @@ pub struct Iteration {
     /// Parts of the light that are summed by themselves, and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
+    /// Share in which each pixel sees a transparent background; empty where the film does not sum it.
+    background: Vec<f64>,
 }
 
 /// What one sample of a pixel is so far.
@@ -31,6 +33,10 @@ impl Iteration {
             pixels: vec![IterationPixel::default(); crop.area() as usize],
             parts: film.parts(),
             part_sums: vec![[0.0; 3]; crop.area() as usize * film.parts()],
+            background: match film.has_alpha() {
+                true => vec![0.0; crop.area() as usize],
+                false => Vec::new(),
+            },
         }
     }
 
@@ -67,6 +73,23 @@ impl Iteration {
         if let Some(index) = self.index(pixel) {
             self.pixels[index].surface = Some(surface);
         }
+    }
+
+    /// Notes the share in which the sample of `pixel` sees a transparent background.
+    pub fn see_background(&mut self, pixel: UVec2, share: f64) {
+        let index = self.index(pixel);
+        if let Some(value) = index.and_then(|index| self.background.get_mut(index)) {
+            *value = share;
+        }
+    }
+
+    /// Share in which `pixel` sees a transparent background.
+    pub(super) fn background(&self, pixel: UVec2) -> f64 {
+        let index = self.index(pixel);
+        index
+            .and_then(|index| self.background.get(index))
+            .copied()
+            .unwrap_or(0.0)
     }
 
     pub(super) fn pixel(&self, pixel: UVec2) -> IterationPixel {

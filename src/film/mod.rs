@@ -135,6 +135,38 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
+    /// This film, which also sums the share in which each pixel sees a transparent background: it develops a channel `A`.
+    pub fn with_alpha(mut self) -> Self {
+        self.tiles.iter_mut().for_each(Tile::sum_background);
+        self
+    }
+
+    /// Whether the film develops a channel `A`.
+    pub fn has_alpha(&self) -> bool {
+        self.tiles.first().is_some_and(Tile::has_background)
+    }
+
+    /// Coverage of `pixel` by surfaces, 0 to 1; `None` where it is not summed.
+    ///
+    /// The share of the background is summed, and not that of surfaces: over a background of constant radiance, the pixel is that of an opaque
+    /// render also where the weights of a filter with negative lobes do not sum to 1.
+    pub fn alpha(&self, pixel: UVec2) -> Option<f32> {
+        let tile = self.tile_at(pixel)?;
+        let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
+        let seen = background.to_f64() / samples.max(1) as f64;
+        Some(if samples == 0 {
+            0.0
+        } else {
+            (1.0 - seen).clamp(0.0, 1.0) as f32
+        })
+    }
+
+    /// Bytes that coverage takes in all pixels of this crop, with its channel.
+    pub fn alpha_bytes(crop: Rect) -> u64 {
+        crop.area()
+            .saturating_mul((size_of::<Fixed>() + size_of::<f32>()) as u64)
+    }
+
     /// Size of the full image.
     pub fn resolution(&self) -> UVec2 {
         self.resolution
@@ -196,6 +228,10 @@ impl Film {
             for (own, light) in tile.part_sums_mut(pixel).iter_mut().zip(light) {
                 *own = own.plus(*light);
             }
+            let background = other.tile_at(pixel).and_then(|tile| tile.background(pixel));
+            if let (Some(own), Some(background)) = (tile.background_mut(pixel), background) {
+                *own = own.plus(background);
+            }
         }
     }
 
@@ -212,6 +248,9 @@ impl Film {
                 }
                 for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(iteration.part_sums(pixel)) {
                     *sum = sum.plus(PartSum(part.map(Fixed::new)));
+                }
+                if let Some(sum) = tile.background_mut(pixel) {
+                    *sum = sum.plus(Fixed::new(iteration.background(pixel)));
                 }
                 if let Some(sums) = tile.sums_mut(pixel) {
                     sums.add_alone(sample.radiance, sample.surface.as_ref());

@@ -80,6 +80,9 @@ const FEATURES: [&str; FeatureSums::SUMS] = ["P.X", "P.Y", "P.Z", "uv.U", "uv.V"
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];
 
+/// Name of the sum of the share of a transparent background.
+const BACKGROUND: &str = "background";
+
 /// Words of one part of the light.
 const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 
@@ -88,6 +91,8 @@ const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 pub struct StateLayout {
     /// Parts of the light that are summed by themselves.
     parts: usize,
+    /// Whether the share of a transparent background is summed.
+    has_background: bool,
     /// How many objects and how many materials a pixel may name, where there are features.
     levels: Option<[usize; 2]>,
 }
@@ -99,6 +104,7 @@ impl StateLayout {
         let most = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
         Self {
             parts: film.parts(),
+            has_background: film.has_alpha(),
             levels: film
                 .has_features()
                 .then(|| [most(|f| &f.objects), most(|f| &f.materials)]),
@@ -115,6 +121,7 @@ impl StateLayout {
         let parts = (0..).take_while(|i| names.contains(&format!("light.{i}.R.0"))).count();
         let layout = Self {
             parts,
+            has_background: names.contains(&format!("{BACKGROUND}.0")),
             levels: has_features.then_some(levels),
         };
         let wanted = layout.names();
@@ -124,6 +131,11 @@ impl StateLayout {
     /// Parts of the light that are summed by themselves.
     pub fn parts(&self) -> usize {
         self.parts
+    }
+
+    /// Whether the share of a transparent background is summed.
+    pub fn has_background(&self) -> bool {
+        self.has_background
     }
 
     /// Whether there are features.
@@ -136,6 +148,9 @@ impl StateLayout {
         let mut names = Accumulator::word_names();
         names.push("target".into());
         let words = |name: &str| [0, 1, 2, 3].map(|i| format!("{name}.{i}"));
+        if self.has_background {
+            names.extend(words(BACKGROUND));
+        }
         let of_part = |part: usize| ["R", "G", "B"].map(|c| format!("light.{part}.{c}"));
         names.extend((0..self.parts).flat_map(of_part).flat_map(|name| words(&name)));
         if let Some(levels) = self.levels {
@@ -149,10 +164,15 @@ impl StateLayout {
 
     /// Puts all words of `pixel` in `tile`, in the order of [`StateLayout::names`], behind what `words` has. The tile's film is the one that this is of.
     pub fn append(&self, tile: &Tile, pixel: UVec2, words: &mut Vec<u32>) {
-        debug_assert!(tile.parts() == self.parts && tile.has_features() == self.has_features());
+        debug_assert!(
+            tile.parts() == self.parts
+                && tile.has_background() == self.has_background
+                && tile.has_features() == self.has_features()
+        );
         let sums = tile.sums(pixel).map(Accumulator::to_words);
         words.extend(sums.unwrap_or([0; Accumulator::WORDS]));
         words.push(tile.target());
+        words.extend(tile.background(pixel).iter().flat_map(|sum| sum.to_words()));
         let light = tile.part_sums(pixel).iter().flat_map(|PartSum(sum)| sum);
         words.extend(light.flat_map(|sum| sum.to_words()));
         let (Some(features), Some(levels)) = (tile.features(pixel), self.levels) else {
@@ -176,6 +196,13 @@ impl StateLayout {
             *sums = Accumulator::from_words(own);
         }
         let fixed = |words: &[u32]| Fixed::from_words([words[0], words[1], words[2], words[3]]);
+        let further = match (tile.background_mut(pixel), further.split_first_chunk()) {
+            (Some(sum), Some((words, further))) => {
+                *sum = Fixed::from_words(*words);
+                further
+            }
+            _ => further,
+        };
         let (light, features) = further.split_at(self.parts * LIGHT_WORDS);
         let parts = light.chunks_exact(LIGHT_WORDS);
         for (PartSum(sum), words) in tile.part_sums_mut(pixel).iter_mut().zip(parts) {
@@ -237,7 +264,7 @@ mod tests {
         let size = UVec2::new(3, 2);
         let empty = || {
             let film = Film::new(size, Rect::full(size));
-            film.with_features().with_parts(2)
+            film.with_features().with_parts(2).with_alpha()
         };
         let mut film = empty();
         let tile = &mut film.tiles_mut()[0];
@@ -254,6 +281,7 @@ mod tests {
                 material: 1,
             });
             tile.features_mut(pixel).unwrap().add(&features);
+            *tile.background_mut(pixel).unwrap() = Fixed::new(0.3 - i as f64);
         }
         let layout = StateLayout::of_film(&film);
         let names = layout.names();
@@ -271,6 +299,7 @@ mod tests {
             let [a, b] = [&film, &read].map(|film| film.tile_at(pixel).unwrap());
             assert_eq!(a.part_sums(pixel), b.part_sums(pixel));
             assert_eq!(a.features(pixel), b.features(pixel));
+            assert_eq!(a.background(pixel), b.background(pixel));
         }
     }
 }

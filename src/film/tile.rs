@@ -1,4 +1,4 @@
-use super::{Accumulator, FeatureSums, PartSum};
+use super::{Accumulator, FeatureSums, Fixed, PartSum};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
 
@@ -71,6 +71,8 @@ pub struct Tile {
     /// Parts of the light that are told apart, and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
+    /// Sums of the samples that see a transparent background: one a pixel, or none.
+    background: Vec<Fixed>,
 }
 
 impl Tile {
@@ -85,6 +87,7 @@ impl Tile {
             features: Vec::new(),
             parts: 0,
             part_sums: Vec::new(),
+            background: Vec::new(),
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
     }
@@ -151,6 +154,27 @@ impl Tile {
     fn part_range(&self, pixel: UVec2) -> Range<usize> {
         let n = self.parts;
         self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
+    }
+
+    /// Sums the share of a transparent background, from now on.
+    pub(super) fn sum_background(&mut self) {
+        self.background = vec![Fixed::default(); self.pixels.len()];
+    }
+
+    /// Whether the share of a transparent background is summed.
+    pub fn has_background(&self) -> bool {
+        !self.background.is_empty()
+    }
+
+    /// Sum over the samples of `pixel` of the share in which each sees a transparent background, if that is summed.
+    pub fn background(&self, pixel: UVec2) -> Option<Fixed> {
+        self.background.get(self.index(pixel)?).copied()
+    }
+
+    /// The sum of [`Tile::background`], to add to it.
+    pub fn background_mut(&mut self, pixel: UVec2) -> Option<&mut Fixed> {
+        let index = self.index(pixel)?;
+        self.background.get_mut(index)
     }
 
     /// Samples that each pixel has.

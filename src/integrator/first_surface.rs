@@ -1,13 +1,84 @@
-//! Auxiliary channels of the first surface along a camera path: albedo, normal and depth of every picture, and what `--aov` adds (`film/aov.rs`).
+//! What the camera sees first: the auxiliary channels of the first surface (albedo, normal and depth of every picture, and what `--aov` adds,
+//! `film/aov.rs`), the background, and the ground (`background.rs`).
 
+use super::background::{Background, CameraView, Shadow};
 use super::vertex::Vertex;
 use super::world::World;
+use super::{Gathered, Sink};
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::film::{Features, FirstSurface};
 use crate::geometry::Hit;
-use crate::math::Vec2;
+use crate::light::LightSampleContext;
+use crate::math::{Ray, Vec2};
+use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
+    /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background.
+    ///
+    /// Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
+    /// does so only if it `can_miss`, and for lights of which it knows what is missing.
+    #[inline(always)]
+    pub(super) fn see(&self, hit: &Hit, vertex: &Vertex, ray: &Ray, can_miss: bool, out: &mut impl Sink) -> bool {
+        out.first_surface(self.first_surface(hit, vertex));
+        if let Some(ground) = self.scene.ground().filter(|ground| ground.is_at(hit)) {
+            let is_missing = can_miss && ground.knows_missing_light() && self.scene.light_selection().all().is_none();
+            self.see_ground(ground, vertex, (ray, is_missing), out);
+            return is_missing;
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn see_ground<S: Sink>(&self, ground: &Ground, vertex: &Vertex, (ray, is_missing): (&Ray, bool), out: &mut S) {
+        let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
+        // Less what is missing of all light
+        let base = if is_missing { Spectrum::ONE } else { base };
+        out.camera_view(CameraView::Ground(Shadow {
+            factor,
+            base,
+            background: self.behind(ray),
+        }));
+    }
+
+    /// Light of the background along `ray`; `None` where it is transparent.
+    fn behind<R: Gathered>(&self, ray: &Ray) -> Option<R> {
+        let (background, up) = (self.backdrop.background, self.backdrop.up);
+        if background == Background::Transparent {
+            return None;
+        }
+        if let Some(radiance) = background.radiance(ray.direction, up) {
+            return Some(radiance.into());
+        }
+        let mut sum = R::default();
+        for light in self
+            .scene
+            .escaped(LightSampleContext::any_side(ray.origin), ray.direction)
+        {
+            sum += R::of_light(light.radiance, light.id, self.scene);
+        }
+        Some(sum)
+    }
+
+    /// Adds the background along `ray`, a camera ray that leaves the scene, to `out`. `false`: it is the light that such a ray meets, which the
+    /// integrator adds.
+    #[inline(always)]
+    pub(super) fn see_background(&self, ray: &Ray, out: &mut impl Sink) -> bool {
+        if self.backdrop.background == Background::Light {
+            return false;
+        }
+        self.see_other_background(ray, out);
+        true
+    }
+
+    #[inline(never)]
+    fn see_other_background(&self, ray: &Ray, out: &mut impl Sink) {
+        match self.behind(ray) {
+            Some(radiance) => out.radiance(radiance),
+            None => out.camera_view(CameraView::Nothing),
+        }
+    }
+
     /// First surface of a camera path: `vertex`, which is at `hit`.
     pub(super) fn first_surface(&self, hit: &Hit, vertex: &Vertex) -> FirstSurface {
         FirstSurface {

@@ -3,6 +3,7 @@
 //! One folder for each family of methods: `path`, `bidirectional`, `photon`, `metropolis` and `irradiance_cache`. All of them use the modules at the
 //! top. Families may use `path` and `bidirectional`; these two use no other family.
 
+mod background;
 mod bidirectional;
 mod first_surface;
 mod gathered;
@@ -15,6 +16,7 @@ mod search_radius;
 mod vertex;
 mod world;
 
+pub use background::{Backdrop, Background, CameraView, Shadow};
 pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
 pub use bidirectional::light_tracing::LightIntegrator;
 pub use gathered::{ByGroup, Gathered};
@@ -94,6 +96,9 @@ pub trait Sink: RaySink {
 
     /// Notes what the camera sees first.
     fn first_surface(&mut self, surface: FirstSurface);
+
+    /// Notes that the camera ray sees a transparent background or the ground, with which the sample is to be finished.
+    fn camera_view(&mut self, _view: CameraView<Self::Radiance>) {}
 }
 
 /// Dynamic dispatch, for what is not compiled once more for a sink of its own.
@@ -110,6 +115,10 @@ impl<R: Gathered> Sink for &mut (dyn Sink<Radiance = R> + '_) {
 
     fn first_surface(&mut self, surface: FirstSurface) {
         (**self).first_surface(surface);
+    }
+
+    fn camera_view(&mut self, view: CameraView<R>) {
+        (**self).camera_view(view);
     }
 }
 

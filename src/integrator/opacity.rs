@@ -228,6 +228,7 @@ mod tests {
                 filter: &Filter::BOX,
                 features: false,
                 strategies: false,
+                backdrop: Default::default(),
             });
         };
         show(&BruteForce::new(scene));

@@ -7,6 +7,7 @@
 //!
 //! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
 
+use super::background::Backdrop;
 use super::opacity::{OpacityWalk, stops};
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
@@ -42,6 +43,8 @@ pub struct World<'a, A> {
     pub features: bool,
     /// Whether bidirectional methods tell their strategies apart.
     pub strategies: bool,
+    /// What camera rays see where they leave the scene.
+    pub backdrop: Backdrop,
 }
 
 // Derived, these would ask the same of `A`, of which there is only a reference.
@@ -61,6 +64,7 @@ impl<'a, A: Accel> World<'a, A> {
             filter,
             features,
             strategies,
+            backdrop,
             ..
         } = self;
         World {
@@ -70,6 +74,7 @@ impl<'a, A: Accel> World<'a, A> {
             filter,
             features,
             strategies,
+            backdrop,
         }
     }
 
@@ -143,7 +148,10 @@ impl<'a, A: Accel> World<'a, A> {
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
         let ray = self.camera_ray(key, None, sampler, out);
-        let hit = self.intersect(&ray, RayKind::Camera, out)?;
+        let Some(hit) = self.intersect(&ray, RayKind::Camera, out) else {
+            self.see_background(&ray, out);
+            return None;
+        };
         let vertex = self.vertex(&hit, &ray, slot);
         out.first_surface(self.first_surface(&hit, &vertex));
         Some((hit, vertex))
@@ -154,14 +162,20 @@ impl<'a, A: Accel> World<'a, A> {
     pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
-        if self.scene.has_alpha() {
+        if self.lets_pass(kind) {
             return self.first_opaque(*ray, hit, kind, out);
         }
         hit
     }
 
+    /// Whether surfaces may let rays of this kind pass straight on.
+    #[inline(always)]
+    pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
+        self.scene.has_alpha() || (kind == RayKind::Camera && self.scene.ground().is_some())
+    }
+
     /// The first surface along `ray` that is opaque where the ray meets it; `first` is the ray's closest hit. A surface of opacity α stops the
-    /// share α of all rays, by [`stops`].
+    /// share α of all rays, by [`stops`]. The ground stops no camera ray from below.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -170,15 +184,20 @@ impl<'a, A: Accel> World<'a, A> {
         kind: RayKind,
         out: &mut impl RaySink,
     ) -> Option<Hit> {
+        let is_below = |hit: &Hit| {
+            let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
+            kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
+        };
+        let stops = |hit: &Hit| !is_below(hit) && stops(hit, &ray, self.scene.opacity(hit));
         let mut hit = first?;
         // Most surfaces are opaque, and no walk begins.
-        if stops(&hit, &ray, self.scene.opacity(&hit)) {
+        if stops(&hit) {
             return Some(hit);
         }
         let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
         while let Some(next) = walk.next(kind, out) {
             hit = next;
-            if stops(&hit, &ray, self.scene.opacity(&hit)) {
+            if stops(&hit) {
                 return Some(hit);
             }
         }

@@ -281,6 +281,9 @@ impl Opened {
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
         let mut bytes = Film::bytes(self.crop) + Film::part_bytes(self.crop, self.layout.parts());
+        if self.layout.has_background() {
+            bytes += Film::alpha_bytes(self.crop);
+        }
         if self.layout.has_features() {
             bytes += Film::feature_bytes(self.crop);
         }
@@ -289,6 +292,9 @@ impl Opened {
         let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
         film = film.with_parts(self.layout.parts());
+        if self.layout.has_background() {
+            film = film.with_alpha();
+        }
         if self.layout.has_features() {
             film = film.with_features();
         }

@@ -266,7 +266,7 @@ pub struct ExrFormat {
 }
 
 impl ExrFormat {
-    /// Layers that may be held as half floats. `picture` is `R G B`, `lights` are those of all light groups. Not among them are depths and variances,
+    /// Layers that may be held as half floats. `picture` is `R G B` and `A`, `lights` are those of all light groups. Not among them are depths and variances,
     /// which leave the range of a half float, and counts, ids and mattes, which leave its whole numbers.
     pub const HALF_LAYERS: &[&str] = &["picture", "raw", "albedo", "N", "P", "uv", "motion", "error", "lights"];
 
@@ -275,7 +275,7 @@ impl ExrFormat {
         let layer = match channel.rsplit_once('.') {
             Some((layer, _)) if layer.starts_with("light_") => "lights",
             Some((layer, _)) => layer,
-            None if ["R", "G", "B"].contains(&channel) => "picture",
+            None if ["R", "G", "B", "A"].contains(&channel) => "picture",
             None => channel,
         };
         match Self::HALF_LAYERS.contains(&layer) && self.half.contains(&layer) {
@@ -506,7 +506,7 @@ mod tests {
             ..ExrFormat::default()
         };
         let is_half = |channel| format.kind(channel) == exr::SampleType::F16;
-        assert!(["R", "N.X", "light_key.G"].into_iter().all(is_half));
+        assert!(["R", "A", "N.X", "light_key.G"].into_iter().all(is_half));
         assert!(
             !["Z", "raw.R", "samples", "id.object", "CryptoObject00.R"]
                 .into_iter()

@@ -3,26 +3,49 @@ use crate::color::Tone;
 use crate::film::{Image, metered};
 use std::io::{self, Write};
 
-/// Writes the `R G B` channels as `tone` shows them, in 8 bits for an sRGB display. An automatic exposure is metered in `image`.
+/// Writes the `R G B` channels as `tone` shows them, in 8 bits for an sRGB display, and `A` beside them if there is one. An automatic exposure is metered
+/// in `image`.
 ///
-/// A crop becomes a picture of its own size, since PNG has no data window.
+/// PNG has colours that are not premultiplied (PNG specification, 3rd edition, §6.2), while `R G B` are: they are divided by `A` before the tone curve, so that
+/// the rim of an object has the object's own colour. A crop becomes a picture of its own size, since PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     let size = image.crop.size();
     let tone = metered(*tone, image);
     let texts = [("Software", metadata.software()), ("embrasure.tone", tone.to_string())];
-    let bytes: Vec<u8> = image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
-    encode(writer, [size.x, size.y], &bytes, &texts)
+    let (color, bytes): (_, Vec<u8>) = match image.alpha() {
+        None => (
+            png::ColorType::Rgb,
+            image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect(),
+        ),
+        Some(alpha) => {
+            let pixels = image.rgb().zip(alpha);
+            let straight = |(rgb, &alpha): ([f32; 3], &f32)| {
+                let [r, g, b] = match alpha > 0.0 {
+                    true => tone.encode_u8(rgb.map(|v| v / alpha)),
+                    false => [0; 3],
+                };
+                [r, g, b, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8]
+            };
+            (png::ColorType::Rgba, pixels.flat_map(straight).collect())
+        }
+    };
+    encode_as(writer, color, [size.x, size.y], &bytes, &texts)
 }
 
 /// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
-pub(super) fn encode(
+pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[(&str, String)]) -> io::Result<()> {
+    encode_as(writer, png::ColorType::Rgb, size, bytes, texts)
+}
+
+fn encode_as(
     writer: impl Write,
+    color: png::ColorType,
     [width, height]: [u32; 2],
     bytes: &[u8],
     texts: &[(&str, String)],
 ) -> io::Result<()> {
     let mut encoder = png::Encoder::new(writer, width, height);
-    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     for (keyword, text) in texts {

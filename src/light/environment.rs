@@ -131,6 +131,17 @@ impl EnvironmentLight {
         self.image.interpolated(place(self.rotation.inverse() * wi)) * self.scale
     }
 
+    /// Columns and rows of the picture.
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.image.width, self.image.height]
+    }
+
+    /// The unit direction at a place of the picture, from 0 to 1 to the right and downwards, and the radiance from there.
+    pub(super) fn at(&self, s: f64, t: f64) -> (Vec3, Spectrum) {
+        let st = Vec2::new(s as f32, t as f32);
+        (self.rotation * direction(st), self.image.interpolated(st) * self.scale)
+    }
+
     /// Draws a direction by luminance.
     pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
         let (st, pdf) = self.distribution.sample(u);

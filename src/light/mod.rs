@@ -21,6 +21,7 @@ mod emission;
 mod emission_selection;
 mod environment;
 mod groups;
+mod irradiance;
 mod light_grid;
 mod point;
 mod selection;

@@ -80,6 +80,11 @@ impl SunLight {
         2.0 * (PI * f64::from(scene_radius)).powi(2) * f64::from(self.depth) * f64::from(self.radiance.luminance())
     }
 
+    /// Irradiance of a surface that faces the disc: `π L sin² α`.
+    pub(super) fn facing_irradiance(&self) -> Spectrum {
+        self.radiance * (PI as f32 * self.depth * (2.0 - self.depth))
+    }
+
     /// The direction of its centre, away from surfaces, and the sine of its half-angle.
     pub(super) fn cone(&self) -> (Vec3, f32) {
         (-self.direction, (self.depth * (2.0 - self.depth)).max(0.0).sqrt())

@@ -70,6 +70,11 @@ impl TriangleLight {
         Self { radiance, ..self }
     }
 
+    /// Its corners, in world space.
+    pub(super) fn corners(&self) -> [Vec3; 3] {
+        self.corners
+    }
+
     /// Unit normal of its front.
     pub(super) fn normal(&self) -> Vec3 {
         self.normal

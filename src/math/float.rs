@@ -12,6 +12,12 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
+/// Smooth step: 0 below 0, 1 above 1, and `3 t² − 2 t³` between.
+pub fn smooth_step(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

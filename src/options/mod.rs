@@ -4,6 +4,7 @@
 //! To add a parameter of an integrator: an entry in [`integrator_parameters`], its name in the list of each method that reads it in [`method`], and the line
 //! that uses it. To add another one: an entry in [`picture_parameters`], or beside the code that it belongs to.
 
+mod background;
 pub mod integrator_parameters;
 pub mod method;
 pub mod names;
@@ -15,6 +16,7 @@ mod range;
 mod tests;
 mod value;
 
+pub use background::BackgroundOptions;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
 pub use method::*;
 pub use names::Named;

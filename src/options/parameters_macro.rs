@@ -68,7 +68,9 @@ pub enum Input<'a> {
     String(&'a str),
     /// A number of a scene file.
     Number(&'a str),
-    /// Another value of a scene file, such as `true` or a list.
+    /// A list of numbers of a scene file, with commas between them.
+    List(&'a str),
+    /// Another value of a scene file, such as `true`.
     Other(&'a str),
 }
 
@@ -77,6 +79,7 @@ impl Input<'_> {
     fn written(self) -> String {
         match self {
             Self::String(text) => format!("\"{text}\""),
+            Self::List(text) => format!("[{text}]"),
             Self::Flag(text) | Self::Number(text) | Self::Other(text) => text.into(),
         }
     }
@@ -154,10 +157,12 @@ pub(crate) fn read<T: Value>(
         Input::Flag(text) => T::of_text(text),
         Input::String(text) => T::of_text(text).filter(|_| T::IS_STRING),
         Input::Number(text) => T::of_text(text).filter(|_| T::IS_NUMBER),
+        Input::List(text) => T::of_text(text).filter(|_| T::IS_LIST),
         Input::Other(_) => None,
     };
     value.filter(|&value| check(value)).ok_or_else(|| {
-        let (Input::Flag(text) | Input::String(text) | Input::Number(text) | Input::Other(text)) = input;
+        let (Input::Flag(text) | Input::String(text) | Input::Number(text) | Input::List(text) | Input::Other(text)) =
+            input;
         let advice = expected::<T>(&parameter.range());
         InvalidOption {
             key: parameter.key,

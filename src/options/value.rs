@@ -11,6 +11,9 @@ pub trait Value: Copy + PartialEq + 'static {
     /// Whether scene files write the value as a number.
     const IS_NUMBER: bool = true;
 
+    /// Whether scene files may write the value as a list of numbers.
+    const IS_LIST: bool = false;
+
     /// Reads a value.
     fn of_text(text: &str) -> Option<Self>;
 

@@ -14,7 +14,7 @@ use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
-use crate::integrator::{ByGroup, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink};
+use crate::integrator::{ByGroup, CameraView, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -202,11 +202,14 @@ struct Piece<'a, R> {
     /// What parts of the light that are strategies get.
     strategies: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
+    /// Shares in which samples see a transparent background.
+    backgrounds: Vec<(UVec2, f32)>,
     statistics: Statistics,
     /// The sample in work, and what counts in its own pixel.
     key: SampleKey,
     weight: f32,
     radiance: R,
+    view: Option<CameraView<R>>,
     cancellation: Cancellation<'a>,
 }
 
@@ -217,10 +220,12 @@ impl<'a, R: Gathered> Piece<'a, R> {
             light: Vec::new(),
             strategies: Vec::new(),
             surfaces: Vec::new(),
+            backgrounds: Vec::new(),
             statistics: Statistics::default(),
             key: SampleKey::new(0, 0, 0),
             weight: 1.0,
             radiance: R::default(),
+            view: None,
             cancellation: Cancellation::new(observer),
         }
     }
@@ -248,8 +253,15 @@ impl<'a, R: Gathered> Piece<'a, R> {
                     self.key = SampleKey::new(pixel.x, pixel.y, index);
                     self.weight = 1.0;
                     integrator.sample(prepared, self.key, &mut sampler, &mut self);
-                    let radiance = std::mem::take(&mut self.radiance) * self.weight;
-                    self.fall_on(pixel, radiance);
+                    let mut radiance = std::mem::take(&mut self.radiance);
+                    if let Some(view) = self.view.take() {
+                        let (seen, background) = view.finish(radiance).unwrap_or_default();
+                        radiance = seen;
+                        if background != 0.0 && self.target.crop.contains(pixel) {
+                            self.backgrounds.push((pixel, background * self.weight));
+                        }
+                    }
+                    self.fall_on(pixel, radiance * self.weight);
                 }
             }
             Work::Chain(chain) => {
@@ -293,6 +305,9 @@ impl<'a, R: Gathered> Piece<'a, R> {
         for (pixel, surface) in self.surfaces {
             iteration.see(pixel, surface);
         }
+        for (pixel, share) in self.backgrounds {
+            iteration.see_background(pixel, share.into());
+        }
         self.statistics
     }
 }
@@ -329,6 +344,10 @@ impl<R: Gathered> Sink for Piece<'_, R> {
         if self.target.crop.contains(self.key.pixel()) {
             self.surfaces.push((self.key.pixel(), surface));
         }
+    }
+
+    fn camera_view(&mut self, view: CameraView<R>) {
+        self.view = Some(view);
     }
 }
 

@@ -2,13 +2,16 @@ use super::cancellation::Cancellation;
 use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::film::FirstSurface;
-use crate::integrator::{Gathered, RayKind, RaySink, Sink};
+use crate::integrator::{CameraView, Gathered, RayKind, RaySink, Sink};
 
 /// What one sample gave.
 pub struct PixelSample<'a, R> {
     pub(super) weight: f32,
     pub(super) radiance: R,
     pub(super) surface: Option<FirstSurface>,
+    view: Option<CameraView<R>>,
+    /// Share in which the sample sees a transparent background, after [`PixelSample::finish`].
+    pub(super) background: f32,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
 }
@@ -19,8 +22,26 @@ impl<'a, R: Default> PixelSample<'a, R> {
             weight: 0.0,
             radiance: R::default(),
             surface: None,
+            view: None,
+            background: 0.0,
             rays: RayCounts::default(),
             cancellation: Cancellation::new(observer),
+        }
+    }
+}
+
+impl<R: Gathered> PixelSample<'_, R> {
+    /// Puts what the camera ray has seen of the background and the ground to the light that the integrator has found. Gives whether the sample is valid.
+    pub(super) fn finish(&mut self) -> bool {
+        let Some(view) = self.view.take() else {
+            return self.radiance.sum().is_valid();
+        };
+        match view.finish(self.radiance) {
+            Some(seen) => {
+                (self.radiance, self.background) = seen;
+                true
+            }
+            None => false,
         }
     }
 }
@@ -38,6 +59,10 @@ impl<R: Gathered> Sink for PixelSample<'_, R> {
 
     fn first_surface(&mut self, surface: FirstSurface) {
         self.surface = Some(surface);
+    }
+
+    fn camera_view(&mut self, view: CameraView<R>) {
+        self.view = Some(view);
     }
 }
 

@@ -10,7 +10,7 @@ use super::pixel_sample::PixelSample;
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
 use crate::color::Spectrum;
-use crate::film::{Block, FeatureBlock, Film, PartBlock, Tile};
+use crate::film::{Block, FeatureBlock, Film, Fixed, PartBlock, Tile};
 use crate::integrator::{ByGroup, Gathered, SAMPLES_AT_ONCE};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -156,6 +156,8 @@ fn render_tile<R: Traced, S: Sampler>(
         blocks[..group.len()].fill_with(Block::default);
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
         part_blocks.iter_mut().for_each(PartBlock::clear);
+        // Shares of a transparent background: all 0 where the film has no alpha
+        let mut backgrounds = [0.0f64; SAMPLES_AT_ONCE];
         let mut start = samples.start;
         while start < samples.end {
             if observer.should_stop() {
@@ -179,7 +181,7 @@ fn render_tile<R: Traced, S: Sampler>(
             let rays_before = statistics.rays.total();
             for (i, (&key, sample)) in keys.iter().zip(taken).enumerate() {
                 statistics.rays = sample.rays.plus(statistics.rays);
-                if !sample.radiance.sum().is_valid() {
+                if !sample.finish() {
                     if !is_cropped(key.pixel()) {
                         statistics.drop_sample(DroppedSample {
                             key,
@@ -193,6 +195,7 @@ fn render_tile<R: Traced, S: Sampler>(
                 if let (Some(features), Some(block)) = (&features, feature_blocks.get_mut(place)) {
                     block.add(features);
                 }
+                backgrounds[place] += f64::from(sample.background * sample.weight);
                 let radiance = sample.radiance * sample.weight;
                 if let Some(block) = part_blocks.get_mut(place) {
                     block.add(radiance.by_group());
@@ -215,6 +218,14 @@ fn render_tile<R: Traced, S: Sampler>(
             match turn {
                 Turn::Add => block.add_to(sums),
                 Turn::TakeBack => block.take_back_from(sums),
+            }
+        }
+        for (&pixel, &background) in group.iter().zip(&backgrounds) {
+            if let Some(sum) = tile.background_mut(pixel) {
+                *sum = match turn {
+                    Turn::Add => sum.plus(Fixed::new(background)),
+                    Turn::TakeBack => sum.minus(Fixed::new(background)),
+                };
             }
         }
         for (&pixel, block) in group.iter().zip(&blocks) {

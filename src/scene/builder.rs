@@ -1,4 +1,5 @@
 use super::freeze::{bounds_of, place_textures};
+use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::validate::{
     BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
@@ -55,6 +56,7 @@ pub struct SceneBuilder {
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
     pub(super) selection: SelectionMode,
     pub(super) triangle_sampling: TriangleSampling,
+    pub(super) ground: Option<GroundPlane>,
     pub(super) report: SceneReport,
 }
 
@@ -146,6 +148,13 @@ impl SceneBuilder {
         check_mesh(&mut mesh)?;
         self.report.degenerate_triangles += remove_degenerate(&mut mesh);
         Ok(mesh)
+    }
+
+    /// Adds a plane that catches shadows. It is part of neither the scene's bounds nor its report.
+    pub fn set_ground(&mut self, plane: GroundPlane) -> Result<(), BuildError> {
+        plane.check()?;
+        self.ground = Some(plane);
+        Ok(())
     }
 
     /// How lights are chosen; by power if this is not called.

@@ -1,4 +1,5 @@
 use super::builder::{SceneBuilder, SceneReport};
+use super::ground::Ground;
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
@@ -36,12 +37,15 @@ impl SceneBuilder {
         }
         let bounds = self.bounds();
         check_extent("the scene", bounds)?;
+        let ground = self.ground.map(|plane| plane.place(bounds)).transpose()?;
+        let ground = ground.map(|plane| (plane, self.add_ground(plane.material())));
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         for (i, (_, placement)) in self.instances.iter().enumerate() {
             check_reach(i, placement, largest)?;
         }
         let mut scene = Scene {
             bounds,
+            ground: None,
             meshes: Vec::with_capacity(count),
             prototypes: Vec::with_capacity(self.prototypes.len()),
             instances: Vec::with_capacity(self.instances.len()),
@@ -72,6 +76,11 @@ impl SceneBuilder {
         let mut emitting = 0;
         for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
             scene.add_shape(mesh, material, Some(object), &mut emitting);
+        }
+        // The ground is the last mesh that stands in the world.
+        let ground_geom = GeomId(scene.meshes.len() as u32);
+        if let Some((plane, (material, object))) = ground {
+            scene.add_shape(plane.mesh(), material, Some(object), &mut emitting);
         }
         let mut of_instances = 0;
         let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
@@ -121,6 +130,9 @@ impl SceneBuilder {
         // A scene without extent still has a sky of some power.
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         scene.light_selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
+        if let Some((plane, _)) = ground {
+            scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
+        }
         Ok((scene, self.report))
     }
 
@@ -138,6 +150,19 @@ impl SceneBuilder {
         let of_prototypes: Vec<u64> = self.prototypes.iter().map(|meshes| lights(meshes)).collect();
         let placed: u64 = self.instances.iter().map(|(p, _)| of_prototypes[p.0 as usize]).sum();
         facets * size_of::<Facet>() as u64 + (lights(&self.meshes) + placed) * BYTES_OF_A_LIGHT
+    }
+
+    /// Adds the material and the object of the ground.
+    fn add_ground(&mut self, material: Material) -> (MaterialId, u32) {
+        if self.objects.is_empty() {
+            self.begin_object(ONLY_OBJECT);
+        }
+        self.begin_object(Ground::NAME);
+        self.materials.push(material);
+        (
+            MaterialId(self.materials.len() as u32 - 1),
+            self.objects.len() as u32 - 1,
+        )
     }
 
     /// Box around all that is ever in the world.

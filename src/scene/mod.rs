@@ -6,11 +6,13 @@
 
 mod builder;
 mod freeze;
+mod ground;
 mod light_checks;
 mod made_lights;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use ground::{Ground, GroundPlane};
 pub use made_lights::{RECTANGLE_NAME, RectangleParameters, SkyParameters, StudioParameters};
 pub use validate::BuildError;
 
@@ -81,6 +83,7 @@ pub struct Scene {
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
+    ground: Option<Ground>,
 }
 
 impl Scene {
@@ -123,6 +126,12 @@ impl Scene {
     /// Which lights are told apart.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
+    }
+
+    /// The plane that catches shadows, if there is one. Bounds do not include it.
+    #[inline(always)]
+    pub fn ground(&self) -> Option<&Ground> {
+        self.ground.as_ref()
     }
 
     /// Box around all vertices, at all times.

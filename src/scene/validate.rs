@@ -101,6 +101,29 @@ pub enum BuildError {
         /// What it should be.
         rule: &'static str,
     },
+    /// The ground has a value that no plane can have.
+    #[error("ground: {key} is {value}, but must be {rule}")]
+    BadGround {
+        /// The quantity.
+        key: &'static str,
+        /// What it was set to.
+        value: String,
+        /// What it should be.
+        rule: &'static str,
+    },
+    /// The irradiance of the ground is not known, and so not the share of it that arrives.
+    #[error("the ground cannot catch the shadows of a lamp whose emission is a texture")]
+    UnknownIrradiance,
+    /// The ground has more lights than each of its points can sum up.
+    #[error(
+        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {most} at most, each emitting triangle is one"
+    )]
+    TooManyLightsOfGround {
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A group of lights has a name that it cannot have.
     #[error("light group `{name}`: {rule}")]
     BadLightGroup {

@@ -22,6 +22,9 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
         scene.shape(geom).material.0.encode(sink);
     }
     scene.instances().len().encode(sink);
+    if let Some(ground) = scene.ground() {
+        ground.encode(sink);
+    }
     for instance in scene.instances() {
         scene.prototypes()[instance.prototype as usize].encode(sink);
         instance.placement.encode(sink);

@@ -4,9 +4,10 @@
 //! on each other without gap or overlap. Then one part after the other is read and added; sums are exact (`film/fixed.rs`), so the result has the
 //! bits of a single render.
 
+use super::settings::has_alpha;
 use super::{Error, RenderState};
 use crate::film::{Film, Rect};
-use crate::io::{Description, FeatureNames, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
+use crate::io::{Description, FileError, Format, Metadata, Output, describe_checkpoint, read_checkpoint};
 use crate::math::UVec2;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -103,7 +104,7 @@ impl Parts {
             false => 0..whole.total,
         };
         let has_gaps = whole.check(parts, wanted, allow_gaps)?;
-        let state = whole.join(parts, parts[0].description.metadata.features.as_ref())?;
+        let state = whole.join(parts)?;
         let metadata = Metadata {
             first_sample: whole.samples.start,
             end_sample: whole.samples.end,
@@ -248,10 +249,11 @@ impl Whole {
     }
 
     /// All sums.
-    fn join(&self, parts: &[Part], features: Option<&FeatureNames>) -> Result<RenderState, Error> {
+    fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
+        let metadata = &parts[0].description.metadata;
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
         // All parts sum the same: that is a part of their settings.
-        let mut merged = RenderState::new(film, features);
+        let mut merged = RenderState::new(film, has_alpha(&metadata.settings), metadata.features.as_ref());
         for part in parts {
             let read = RenderState::of_checkpoint(read_checkpoint(&part.path)?)?;
             merged.film.merge(&read.film);

@@ -35,9 +35,10 @@ use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
 use crate::guess::CameraGuess;
-use crate::integrator::World;
+use crate::integrator::{Backdrop, World};
 use crate::io::{LoadObserver, MemoryLimit, Warning, in_words};
 use crate::lint::Forecast;
+use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use std::path::PathBuf;
@@ -50,6 +51,7 @@ pub struct Session {
     /// What the camera is made of.
     description: CameraDescription,
     filter: Filter,
+    backdrop: Backdrop,
     scene_hash: String,
     warnings: Vec<Warning>,
     /// What was guessed of the camera, if anything was.
@@ -70,6 +72,9 @@ impl Session {
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
         let limit = MemoryLimit::of(file.load.max_memory);
+        if file.ground.is_some() {
+            settings.method().check_catching()?;
+        }
         // Before anything is read; groups of lights are not known yet.
         check_pixels(&settings, 0, limit)?;
         let pool = thread_pool(settings.threads)?;
@@ -87,8 +92,10 @@ impl Session {
             description,
             guess,
         } = settings.camera_of(file, &scene, &pool)?;
+        method.check_ground(&scene)?;
         warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
+            backdrop: backdrop(&settings, &description.parameters),
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             settings,
@@ -120,8 +127,10 @@ impl Session {
         };
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
+        method.check_ground(&scene)?;
         let warnings = method_warnings(&method, &scene, &camera)?;
         Ok(Self {
+            backdrop: backdrop(&settings, &description.parameters),
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             camera,
@@ -199,6 +208,7 @@ impl Session {
         };
         self.camera = description.camera(self.settings.resolution)?;
         self.scene_hash = hash::scene_hash(&self.scene, &description);
+        self.backdrop = backdrop(&self.settings, &description.parameters);
         self.description = description;
         Ok(())
     }
@@ -248,6 +258,7 @@ impl Session {
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
             strategies: self.settings.aovs.contains(&Aov::Strategies),
+            backdrop: self.backdrop,
         }
     }
 }
@@ -259,6 +270,14 @@ fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Ve
     let [lights, motion] =
         [("unmet-light", lights), ("motion", motion)].map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
     Ok(lights.into_iter().chain(motion).collect())
+}
+
+/// What camera rays see where they leave the scene; up is that of the camera.
+fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
+    Backdrop {
+        background: settings.background,
+        up: camera.up.normalize_or(Vec3::Y),
+    }
 }
 
 /// Bytes of a thread's stack: integrators that branch recurse, a vertex at a time. Pages that are not used take no memory.
@@ -350,10 +369,15 @@ fn channel_bytes(settings: &Settings, parts: usize) -> u64 {
         true => Film::feature_bytes(crop),
         false => 0,
     };
+    let alpha = match settings.has_alpha() {
+        true => Film::alpha_bytes(crop),
+        false => 0,
+    };
     let error_map = if settings.noise.is_some() { 4 * crop.area() } else { 0 };
     let denoising = settings.denoiser.map_or(0, |denoiser| denoiser.bytes(crop.area()));
     let all = [
         features,
+        alpha,
         error_map,
         denoising,
         Film::aov_bytes(crop, &settings.aovs),

@@ -89,7 +89,7 @@ impl<'a> Renderer<'a> {
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
-        RenderState::new(film, self.feature_names().as_ref())
+        RenderState::new(film, settings.has_alpha(), self.feature_names().as_ref())
     }
 
     /// What was known when the checkpoint was written, to go on from.

@@ -6,10 +6,11 @@ use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
+use crate::integrator::Background;
 use crate::math::UVec2;
 use crate::options::{
-    Backend, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named, OptionGroup, SamplingOptions,
-    SizeOptions, ToneOptions, name_of,
+    Backend, BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, Method, Named, OptionGroup,
+    SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
@@ -26,6 +27,8 @@ pub struct Settings {
     pub filter: FilterKind,
     /// How far the filter reaches, pixels; `None`: as far as is usual for its kind.
     pub filter_radius: Option<f32>,
+    /// What camera rays see where they leave the scene.
+    pub background: Background,
     /// Where the picture is taken from.
     pub camera: CameraSettings,
     /// Samples a pixel of the whole picture; with `noise` at most.
@@ -60,6 +63,18 @@ pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 /// Threads at most for each processor: many more than are of use, and few enough to start in a moment.
 const THREADS_OF_A_PROCESSOR: usize = 64;
 
+/// Before the background, where [`Settings::describe`] tells it.
+const BACKGROUND: &str = " background=";
+
+/// Whether a picture of these settings, as [`Settings::describe`] tells them, has an alpha channel.
+pub(super) fn has_alpha(described: &str) -> bool {
+    let value = described
+        .split(BACKGROUND)
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    value == Some(&*Background::Transparent.text())
+}
+
 impl Default for Settings {
     /// Of a scene file that says nothing.
     fn default() -> Self {
@@ -83,6 +98,7 @@ impl Settings {
         let SceneOptions {
             size,
             filter,
+            background,
             tone,
             sampling,
             quality,
@@ -96,6 +112,7 @@ impl Settings {
             crop: None,
             filter: filter.filter(),
             filter_radius: filter.filter_radius(),
+            background: background.background(),
             camera,
             spp: sampling.samples(),
             part: None,
@@ -128,6 +145,9 @@ impl Settings {
             filter_radius: self.filter_radius,
             ..FilterOptions::default()
         };
+        let background = BackgroundOptions {
+            background: Some(self.background),
+        };
         let tone = ToneOptions {
             exposure: Some(self.tone.exposure),
             ..ToneOptions::default()
@@ -139,7 +159,12 @@ impl Settings {
         if let Some(invalid) = size.invalid() {
             return Some(InvalidSetting::new("size", format!("{width}x{height}"), invalid.help));
         }
-        let groups = [filter.invalid(), tone.invalid(), sampling.invalid()];
+        let groups = [
+            filter.invalid(),
+            background.invalid(),
+            tone.invalid(),
+            sampling.invalid(),
+        ];
         if let Some(invalid) = groups.into_iter().flatten().chain(self.integrator.invalid()).next() {
             return Some(invalid.into());
         }
@@ -191,6 +216,7 @@ impl Settings {
         if self.aovs.contains(&Aov::Strategies) {
             method.check_strategies()?;
         }
+        method.check_background(self.background)?;
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);
             let value = format!(
@@ -242,6 +268,11 @@ impl Settings {
         self.spp.max(self.samples().end)
     }
 
+    /// Whether the picture has an alpha channel.
+    pub fn has_alpha(&self) -> bool {
+        self.background == Background::Transparent
+    }
+
     /// Whether samples or pixels are only a part of the picture's.
     pub fn is_part(&self) -> bool {
         self.part.is_some() || self.crop.is_some()
@@ -290,6 +321,9 @@ impl Settings {
             name_of(FilterKind::NAMES, filter.kind()),
             filter.radius()
         );
+        if self.background != Background::Light {
+            settings += &format!("{BACKGROUND}{}", self.background.text());
+        }
         if !self.aovs.is_empty() {
             settings += &format!(" aov={}", self.aov_names().join(","));
         }

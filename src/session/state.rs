@@ -23,8 +23,11 @@ pub struct RenderState {
 }
 
 impl RenderState {
-    /// Nothing yet, on an empty film, which is to sum all that `features` are of.
-    pub(super) fn new(mut film: Film, features: Option<&FeatureNames>) -> Self {
+    /// Nothing yet, on an empty film, which is to sum all that `features` are of, and the coverage of pixels if it `has_alpha`.
+    pub(super) fn new(mut film: Film, has_alpha: bool, features: Option<&FeatureNames>) -> Self {
+        if has_alpha {
+            film = film.with_alpha();
+        }
         if let Some(names) = features {
             film = film.with_parts(names.parts().len().min(MAX_PARTS));
             if names.aovs().iter().any(|aov| aov.is_of_surface()) {

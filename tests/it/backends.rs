@@ -1053,6 +1053,7 @@ mod together {
                 filter: &Filter::BOX,
                 features: false,
                 strategies: false,
+                backdrop: Default::default(),
             },
             Some(16),
         );

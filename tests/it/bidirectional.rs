@@ -352,6 +352,7 @@ fn filters_weigh_splats() {
             filter: &filter,
             features: false,
             strategies: false,
+            backdrop: Default::default(),
         };
         let by_iterations = |integrator: &dyn Fn(&mut Film, u64)| {
             renders(|seed| {

@@ -212,6 +212,7 @@ fn assert_agrees_with_paths(
         filter,
         features: false,
         strategies: false,
+        backdrop: Default::default(),
     };
     let region = |x: u32, y: u32| Rect {
         min: UVec2::new(x, y) * 4,

@@ -310,6 +310,11 @@ impl<'a> Loader<'a> {
                     found: FileMaterial::default_of(RECTANGLE_NAME),
                 });
         }
+        if let Some(ground) = &self.file.ground {
+            if let Err(error) = self.builder.set_ground(ground.plane()) {
+                self.wrong("wrong-ground", ground_error(self.file, &error));
+            }
+        }
         if !self.is_over() {
             self.warn_of_idle_materials();
             self.load_textures();
@@ -342,10 +347,26 @@ impl<'a> Loader<'a> {
     }
 }
 
+/// An error of the `[ground]`, at the key that it is about.
+fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
+    let span = file.ground.as_ref().and_then(|ground| ground.span_of(error));
+    let error = match span {
+        Some(span) => file.error(span, error.to_string()),
+        None => file.whole(error.to_string()),
+    };
+    error.help("correct the value, or leave the key out")
+}
+
 fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
+    if matches!(error, BuildError::BadGround { .. }) {
+        return ground_error(file, error);
+    }
     file.whole(error.to_string()).help(match error {
         BuildError::TooSmall { .. } => {
             "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
+        }
+        BuildError::UnknownIrradiance | BuildError::TooManyLightsOfGround { .. } => {
+            "render without it (--no-ground), or light the scene by an environment or by directional lights"
         }
         BuildError::BadPlacement { .. } => "correct the placement, or scale the object's own coordinates",
         _ => "leave some of it out",

@@ -78,6 +78,9 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let hit = world.intersect(&path.ray, kind, out);
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+                break;
+            }
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &path.ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());
@@ -93,7 +96,9 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             // Sample lights
             let u = VertexNumbers::draw(sampler, depth, self.path.roulette);
             let light_samples = if depth == 0 { self.path.light_samples } else { 1 };
-            let (mut direct, shadow) = self.path.sample_lights(vertex, (key, sampler), u.light.as_ref(), out);
+            let (mut direct, shadow) = self
+                .path
+                .sample_lights(vertex, (key, sampler, u.light.as_ref()), false, out);
             direct += shadow.arrives(world, out);
             radiance += direct * path.beta;
 

@@ -90,6 +90,8 @@ pub(crate) enum Direct<R> {
     Known(R),
     /// Light that arrives unless its shadow ray is blocked.
     Unless(Ray, R),
+    /// Light that is missing, and counts as negative, where its shadow ray is blocked.
+    Missing(Ray, R),
 }
 
 impl<R: Gathered> Direct<R> {
@@ -159,12 +161,21 @@ impl<R: Gathered> Direct<R> {
         Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))
     }
 
+    /// The light of this sample that does not arrive, as negative light. Light that is known stays as it is.
+    pub fn into_missing(self) -> Self {
+        match self {
+            Self::Unless(ray, radiance) => Self::Missing(ray, radiance),
+            other => other,
+        }
+    }
+
     /// Traces the shadow ray: the light that arrives.
     #[inline(always)]
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
             Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),
+            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out) - 1.0),
         }
     }
 }

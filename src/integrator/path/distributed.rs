@@ -59,6 +59,9 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             RayKind::Bounce
         };
         let hit = world.intersect(ray, kind, out);
+        if branch.depth == 0 && hit.is_none() && world.see_background(ray, out) {
+            return;
+        }
 
         // Emission and direct light, as along a path
         let slot = BsdfSlot::new();
@@ -67,7 +70,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
         strategy.emitted(world.scene, ray, prev, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            out.first_surface(world.first_surface(hit, vertex));
+            world.see(hit, vertex, ray, false, out);
         }
         if branch.depth >= self.max_depth {
             return;

@@ -144,6 +144,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let (world, strategy) = (&self.world, &self.strategy);
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let mut path = PathState::new(start.ray);
+        // Whether the first vertex counts the light that is missing there, in place of that which arrives
+        let mut is_missing = false;
         for depth in start.depth.. {
             // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile.
             let u = VertexNumbers::draw(start.sampler, depth, self.roulette);
@@ -161,20 +163,29 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 (Some(hit), false) => Some(world.vertex(&hit, &path.ray, &later)),
             };
 
+            // A camera ray that leaves the scene sees the background
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+                break;
+            }
+
             // Add emitted light, weighed against the light samples of the previous vertex
             let mut emitted = R::default();
             let met = hit.as_ref().zip(vertex.as_ref());
-            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
+            let found = if is_missing && depth == 1 { None } else { met };
+            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, found, |light| {
                 emitted += light
             });
-            radiance += emitted;
+            radiance += match is_missing && depth == 1 {
+                false => emitted,
+                true => emitted * missing_share(met.is_some()),
+            };
 
             // End the path where it leaves the scene, and at its maximum depth
             let (Some(hit), Some(vertex)) = (hit, vertex) else {
                 break;
             };
             if depth == 0 {
-                out.first_surface(world.first_surface(&hit, &vertex));
+                is_missing = world.see(&hit, &vertex, &path.ray, true, out);
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
@@ -187,7 +198,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Sample lights (next-event estimation)
             let light_samples = if depth == 0 { self.light_samples } else { 1 };
-            let (mut direct, shadow) = self.sample_lights(&vertex, (start.key, start.sampler), u.light.as_ref(), out);
+            let numbers = (start.key, start.sampler, u.light.as_ref());
+            let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
 
             // Sample the BSDF, update the throughput and play Russian roulette
             let next = 'scatter: {
@@ -221,13 +233,14 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// Samples lights for `vertex`: the light that has been found, and the last sample, whose shadow ray is still to be traced.
     ///
-    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together.
+    /// Without `u` it is the first vertex, whose light samples count on through the pixel's samples, so that all of them are stratified together. With
+    /// `is_missing` the light that does not arrive counts, as negative light.
     #[inline(always)]
     pub(crate) fn sample_lights<S: Sampler, R: Gathered>(
         &self,
         vertex: &Vertex,
-        (key, sampler): (SampleKey, &S),
-        u: Option<&LightNumbers<S>>,
+        (key, sampler, u): (SampleKey, &S, Option<&LightNumbers<S>>),
+        is_missing: bool,
         out: &mut impl Sink<Radiance = R>,
     ) -> (R, Direct<R>) {
         let (world, strategy) = (&self.world, &self.strategy);
@@ -247,11 +260,19 @@ impl<A: Accel> PathIntegrator<'_, A> {
             }
             // Each shadow ray is traced when the next sample is ready.
             let u = LightNumbers::draw(&sampler, 0);
-            let next = Direct::sample(world, vertex, strategy, count, &u, out);
+            let mut next = Direct::sample(world, vertex, strategy, count, &u, out);
+            if is_missing {
+                next = next.into_missing();
+            }
             radiance += std::mem::replace(&mut shadow, next).arrives(world, out);
         }
         (radiance, shadow)
     }
+}
+
+/// Share of the light from a direction that is missing at the first vertex: all of it, as negative light, if a surface is met there.
+fn missing_share(is_met: bool) -> f32 {
+    if is_met { -1.0 } else { 0.0 }
 }
 
 /// Camera rays of several samples, traced as one packet.
@@ -285,7 +306,7 @@ impl<S: Sampler> CameraPacket<S> {
         let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-        if world.scene.has_alpha() {
+        if world.lets_pass(RayKind::Camera) {
             for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
                 *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
             }

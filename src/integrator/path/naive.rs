@@ -28,13 +28,16 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let Some(hit) = world.intersect(&ray, kind, out) else {
+                if depth == 0 && world.see_background(&ray, out) {
+                    return;
+                }
                 Strategy::default().emitted(world.scene, &ray, None, beta, None, |light| out.radiance(light));
                 return;
             };
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             if depth == 0 {
-                out.first_surface(world.first_surface(&hit, &vertex));
+                world.see(&hit, &vertex, &ray, false, out);
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.

@@ -58,6 +58,9 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             RayKind::Bounce
         };
         let hit = world.intersect(ray, kind, out);
+        if branch.depth == 0 && hit.is_none() && world.see_background(ray, out) {
+            return;
+        }
 
         // Emission and direct light
         let strategy = Strategy {
@@ -70,7 +73,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         strategy.emitted(world.scene, ray, None, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            out.first_surface(world.first_surface(hit, vertex));
+            world.see(hit, vertex, ray, false, out);
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {
             return;

@@ -160,6 +160,9 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
             let hit = world.intersect(&ray, kind, out);
+            if depth == 0 && hit.is_none() && world.see_background(&ray, out) {
+                break;
+            }
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());

@@ -1,8 +1,8 @@
 //! Refusals and warnings of settings that do not go together with an integrator or with a scene's lights.
 
 use crate::camera::Camera;
-use crate::integrator::{DirectLight, strategies};
-use crate::options::{DistributedSettings, IntegratorKind, MaxDepth, Method, VertexMergingSettings};
+use crate::integrator::{Background, DirectLight, strategies};
+use crate::options::{DistributedSettings, IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 use crate::session::{Error, InvalidSetting};
 
@@ -12,6 +12,40 @@ const MAX_BRANCHES: f64 = 1e7;
 const MAX_STRATEGIES_DEPTH: u32 = 6;
 /// Photon paths at most where they are kept whole, to merge with: some 1.5 kB each.
 const MAX_MERGED_PHOTONS: u32 = 1 << 24;
+
+/// Whether the integrator shows other backgrounds than the lights.
+fn shows_background(kind: IntegratorKind) -> bool {
+    match kind {
+        IntegratorKind::Path
+        | IntegratorKind::Naive
+        | IntegratorKind::Whitted
+        | IntegratorKind::Distributed
+        | IntegratorKind::Direct
+        | IntegratorKind::AmbientOcclusion
+        | IntegratorKind::Debug
+        | IntegratorKind::ProgressivePhotons
+        | IntegratorKind::PhotonMap
+        | IntegratorKind::IrradianceCache => true,
+        IntegratorKind::Light
+        | IntegratorKind::Bidirectional
+        | IntegratorKind::PrimarySpace
+        | IntegratorKind::VertexMerging
+        | IntegratorKind::PathSpace => false,
+    }
+}
+
+/// Whether the integrator shows a ground that catches shadows. `ao` and `debug` show it as a surface. Photons and records of irradiance do not reach far
+/// beyond the scene.
+fn catches_shadows(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
+    shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)
+}
+
+/// Names of the integrators of which `is` holds.
+fn names_of(is: fn(IntegratorKind) -> bool) -> String {
+    let names = IntegratorKind::NAMES.iter().filter(|(_, kind)| is(*kind));
+    names.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
 
 impl Method {
     /// An error where the values of a method do not go together.
@@ -69,6 +103,64 @@ impl Method {
             )));
         }
         Ok(Some(format!("{words}: its light is missing from the picture")))
+    }
+
+    /// An error where the method cannot show `background`: light that it sends to any pixel comes from surfaces alone, and camera rays that leave the scene
+    /// are strategies among others.
+    pub(in crate::session) fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
+        if background == Background::Light || shows_background(self.kind()) {
+            return Ok(());
+        }
+        let value = format!(
+            "{}: --integrator {} shows the lights alone",
+            background.text(),
+            self.name()
+        );
+        let help = format!("use light, or --integrator {}", names_of(shows_background));
+        Err(InvalidSetting::new("background", value, help))
+    }
+
+    /// Whether the method shows other backgrounds than the lights, such as a transparent one.
+    pub fn shows_backgrounds(&self) -> bool {
+        shows_background(self.kind())
+    }
+
+    /// Whether the method shows a ground that catches shadows.
+    pub fn catches_shadows(&self) -> bool {
+        self.check_catching().is_ok()
+    }
+
+    /// An error where the method cannot show a ground that catches shadows.
+    pub(in crate::session) fn check_catching(&self) -> Result<(), Error> {
+        if !catches_shadows(self.kind()) {
+            let words = format!("--integrator {} cannot show a ground that catches shadows", self.name());
+            let names = names_of(catches_shadows);
+            return Err(Error::Refused(format!(
+                "{words}\n  help: use --no-ground, or --integrator {names}"
+            )));
+        }
+        let is_flat = self.max_depth().is_some_and(|depth| depth.limit() == Some(0));
+        if is_flat {
+            let words = "--max-depth 0 shows emission alone: a ground would be black";
+            return Err(Error::Refused(format!(
+                "{words}\n  help: use --no-ground, or a --max-depth of 1 or more"
+            )));
+        }
+        Ok(())
+    }
+
+    /// An error where the method cannot show the ground of `scene`, or finds less light than the ground counts on.
+    pub(in crate::session) fn check_ground(&self, scene: &Scene) -> Result<(), Error> {
+        if scene.ground().is_none() {
+            return Ok(());
+        }
+        self.check_catching()?;
+        match self.check_lights(scene)? {
+            Some(words) => Err(Error::Refused(format!(
+                "{words}, and the ground would be dark\n  help: use --no-ground, or --integrator path with --direct light or mis"
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// Says so where what is made once, before all samples, knows nothing of time.

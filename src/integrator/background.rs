@@ -1,0 +1,166 @@
+//! What camera rays see where no surface of the scene stops them: the background, and the ground that catches shadows.
+//!
+//! Only rays from the camera, with those that went straight on through surfaces of an opacity below 1, see the background. Reflections and glass see
+//! the lights. The background therefore changes nothing but the pixels in which it is seen.
+//!
+//! An integrator tells its sink what the camera ray has seen (`CameraView`), and the sink finishes the sample with it. The light that a sample finds is
+//! linear in its first vertex, so the ground's share of unshadowed light is a factor of all of it: path reuse, roulette and the weights of multiple
+//! importance sampling know nothing of the ground.
+
+use super::Gathered;
+use crate::color::Spectrum;
+use crate::math::Vec3;
+use crate::math::float::smooth_step;
+
+/// What camera rays see where they leave the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// The lights themselves: the environment.
+    #[default]
+    Light,
+    /// Nothing: the picture has an alpha channel.
+    Transparent,
+    /// The same radiance, W·sr⁻¹·m⁻², everywhere.
+    Color(Spectrum),
+    /// A backdrop of this radiance, W·sr⁻¹·m⁻², below the horizon, which darkens towards the top.
+    Gradient(Spectrum),
+}
+
+/// The background with its orientation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backdrop {
+    /// What is seen.
+    pub background: Background,
+    /// Unit direction that is up.
+    pub up: Vec3,
+}
+
+impl Default for Backdrop {
+    /// The lights themselves.
+    fn default() -> Self {
+        Self {
+            background: Background::Light,
+            up: Vec3::Y,
+        }
+    }
+}
+
+/// Elevations, in degrees, between which a gradient falls from its full radiance to [`TOP`] of it.
+const FALL: [f32; 2] = [-15.0, 50.0];
+/// Share of its radiance that is left at the top of a gradient.
+const TOP: f32 = 0.3;
+
+impl Background {
+    /// Radiance of a gradient where none is given: light grey, below what displays clip.
+    pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
+
+    /// Radiance in the unit direction `w` of a background that does not depend on the lights; `None` for the others.
+    pub fn radiance(&self, w: Vec3, up: Vec3) -> Option<Spectrum> {
+        match *self {
+            Self::Light | Self::Transparent => None,
+            Self::Color(radiance) => Some(radiance),
+            Self::Gradient(radiance) => {
+                // A smooth step has no edge at either end, and so no band shows.
+                let elevation = w.dot(up).clamp(-1.0, 1.0).asin().to_degrees();
+                let [low, high] = FALL;
+                let t = smooth_step((elevation - low) / (high - low));
+                Some(radiance * (1.0 - t * (1.0 - TOP)))
+            }
+        }
+    }
+}
+
+/// What a camera ray sees besides surfaces.
+#[derive(Clone, Copy, Debug)]
+pub enum CameraView<R> {
+    /// A transparent background alone.
+    Nothing,
+    /// The ground: the background, times the share of its light that arrives.
+    Ground(Shadow<R>),
+}
+
+/// The ground at a point, as a camera ray sees it.
+///
+/// The share of light that arrives is `reflected · factor + base`, where `reflected` is the light that the sample finds: the ground is a diffuse
+/// surface of albedo ρ and irradiance E, which reflects ρ E / π, and `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Shadow<R> {
+    /// Factor from the reflected light to the share of light that arrives.
+    pub factor: Spectrum,
+    /// Share that is added.
+    pub base: Spectrum,
+    /// Light of the background behind the ground; `None`: it is transparent.
+    pub background: Option<R>,
+}
+
+impl<R: Gathered> CameraView<R> {
+    /// The sample that has found `radiance`: its light, and the share in which it sees a transparent background; `None` where a value is not finite. On the
+    /// ground the light, or the share, may be negative, since missing light is.
+    pub fn finish(&self, radiance: R) -> Option<(R, f32)> {
+        let (radiance, share) = self.seen(radiance);
+        let is_finite = radiance.sum().to_array().iter().all(|v| v.is_finite()) && share.is_finite();
+        is_finite.then_some((radiance, share))
+    }
+
+    fn seen(&self, radiance: R) -> (R, f32) {
+        match self {
+            Self::Nothing => (radiance, 1.0),
+            Self::Ground(shadow) => match shadow.background {
+                Some(background) => {
+                    let mut seen = radiance * (shadow.factor * background.sum());
+                    seen += background * shadow.base;
+                    (seen, 0.0)
+                }
+                None => {
+                    let share = radiance.sum() * shadow.factor + shadow.base;
+                    (R::default(), share.luminance())
+                }
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradients_fall_towards_the_top() {
+        let gradient = Background::Gradient(Spectrum::splat(0.5));
+        let at = |degrees: f32| {
+            let (y, x) = degrees.to_radians().sin_cos();
+            gradient.radiance(Vec3::new(x, y, 0.0), Vec3::Y).unwrap().mean()
+        };
+        assert_eq!((at(-90.0), at(-20.0)), (0.5, 0.5));
+        assert!((at(90.0) - 0.15).abs() < 1e-6 && (at(60.0) - 0.15).abs() < 1e-6);
+        let falls = (-15..50).all(|degrees| at(degrees as f32) >= at(degrees as f32 + 1.0));
+        assert!(falls && at(0.0) > at(20.0));
+        // The direction that is up is the caller's.
+        let up = gradient.radiance(Vec3::Z, Vec3::Z).unwrap().mean();
+        assert!((up - 0.15).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_ground_shows_the_share_of_light_that_arrives() {
+        let shadow = |background| {
+            CameraView::Ground(Shadow {
+                factor: Spectrum::splat(4.0),
+                base: Spectrum::splat(0.25),
+                background,
+            })
+        };
+        let blue = Spectrum::rgb(0.0, 0.5, 1.0);
+        let (seen, uncovered) = shadow(Some(blue)).finish(Spectrum::splat(0.125)).unwrap();
+        assert_eq!((seen, uncovered), (Spectrum::rgb(0.0, 0.375, 0.75), 0.0));
+        let (seen, uncovered) = shadow(None).finish(Spectrum::splat(0.125)).unwrap();
+        assert!(seen.is_black() && (uncovered - 0.75).abs() < 1e-6);
+        assert_eq!(CameraView::Nothing.finish(Spectrum::ZERO), Some((Spectrum::ZERO, 1.0)));
+        // Light that is missing counts as negative light.
+        let (seen, _) = shadow(Some(blue)).finish(Spectrum::splat(-0.125)).unwrap();
+        assert_eq!(seen, Spectrum::rgb(0.0, -0.125, -0.25));
+        for wrong in [f32::NAN, f32::INFINITY] {
+            assert_eq!(shadow(None).finish(Spectrum::splat(wrong)), None);
+            assert_eq!(shadow(Some(blue)).finish(Spectrum::splat(wrong)), None);
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The background of the picture: `image.background` and `--background`.
+
+use super::{Value, parameters};
+use crate::color::{Spectrum, srgb};
+use crate::integrator::Background;
+
+parameters! {
+    /// What camera rays see where they leave the scene.
+    pub struct BackgroundOptions, heading "", values background_values {
+        /// Background of camera rays: light, transparent, gradient or a colour
+        ///
+        /// `light` shows the lights themselves, such as an environment; `transparent` makes an alpha channel; `gradient` is a backdrop that darkens towards the
+        /// top, of radiance 0.8 or, as `gradient:COLOUR`, of another one. A colour is `white`, `black`, a number or three, linear, or `#rrggbb`, sRGB. Reflections
+        /// and glass see the lights all the same.
+        background: Background = Background::Light;
+    }
+}
+
+/// Before the colour of a gradient.
+const GRADIENT: &str = "gradient:";
+
+impl Value for Background {
+    const PLACEHOLDER: &'static str = "COLOUR";
+    const KIND: &'static str =
+        "light, transparent, gradient, or a colour such as white, 0.5, 0.2,0.3,0.4 (linear) or #8090a0 (sRGB)";
+    const IS_STRING: bool = true;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        match text.trim() {
+            "light" => Some(Self::Light),
+            "transparent" => Some(Self::Transparent),
+            "gradient" => Some(Self::Gradient(Self::GRADIENT)),
+            other => match other.strip_prefix(GRADIENT) {
+                Some(rest) => color(rest).map(Self::Gradient),
+                None => color(other).map(Self::Color),
+            },
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Self::Light => "light".into(),
+            Self::Transparent => "transparent".into(),
+            Self::Gradient(radiance) if *radiance == Self::GRADIENT => "gradient".into(),
+            Self::Gradient(radiance) => format!("{GRADIENT}{}", color_text(*radiance)),
+            Self::Color(radiance) => color_text(*radiance),
+        }
+    }
+
+    /// Whether the radiance is finite and not negative.
+    fn is_finite(&self) -> bool {
+        match self {
+            Self::Light | Self::Transparent => true,
+            Self::Color(radiance) | Self::Gradient(radiance) => radiance.is_valid(),
+        }
+    }
+}
+
+/// A colour by name, as one or three linear numbers, or as `#rrggbb`.
+fn color(text: &str) -> Option<Spectrum> {
+    let text = text.trim();
+    match text {
+        "white" => return Some(Spectrum::ONE),
+        "black" => return Some(Spectrum::ZERO),
+        _ => {}
+    }
+    if let Some(digits) = text.strip_prefix('#') {
+        let is_hexadecimal = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());
+        let code = u32::from_str_radix(digits, 16).ok().filter(|_| is_hexadecimal)?;
+        let channel = |shift: u32| srgb::decode((code >> shift & 255) as f32 / 255.0);
+        return Some(Spectrum::rgb(channel(16), channel(8), channel(0)));
+    }
+    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    let color = match *numbers?.as_slice() {
+        [grey] => Spectrum::splat(grey),
+        [r, g, b] => Spectrum::rgb(r, g, b),
+        _ => return None,
+    };
+    color.is_valid().then_some(color)
+}
+
+/// As users write it, without a space.
+fn color_text(color: Spectrum) -> String {
+    match color.to_array() {
+        [r, g, b] if r == g && g == b => r.to_string(),
+        [r, g, b] => format!("{r},{g},{b}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backgrounds_are_read_and_written() {
+        let color = |r, g, b| Background::Color(Spectrum::rgb(r, g, b));
+        for (text, expected, written) in [
+            ("light", Background::Light, "light"),
+            ("transparent", Background::Transparent, "transparent"),
+            ("white", color(1.0, 1.0, 1.0), "1"),
+            ("black", color(0.0, 0.0, 0.0), "0"),
+            ("0.25", color(0.25, 0.25, 0.25), "0.25"),
+            ("0.5, 1,2", color(0.5, 1.0, 2.0), "0.5,1,2"),
+            ("#FF0000", color(1.0, 0.0, 0.0), "1,0,0"),
+            ("gradient", Background::Gradient(Background::GRADIENT), "gradient"),
+            (
+                "gradient:0.5",
+                Background::Gradient(Spectrum::splat(0.5)),
+                "gradient:0.5",
+            ),
+        ] {
+            let read = Background::of_text(text);
+            assert_eq!(read, Some(expected), "{text}");
+            assert_eq!(expected.text(), written);
+            assert_eq!(Background::of_text(written), read);
+        }
+        let Some(Background::Color(grey)) = Background::of_text("#808080") else {
+            panic!()
+        };
+        assert!((grey.mean() - 0.215_86).abs() < 1e-5);
+        for wrong in [
+            "",
+            "grey",
+            "-1",
+            "nan",
+            "inf",
+            "1,2",
+            "1,2,3,4",
+            "#12345",
+            "#+12345",
+            "#1234567",
+            "#gg0000",
+            "gradient:",
+            "gradient:x",
+            "Light",
+            "1 2 3",
+        ] {
+            assert_eq!(Background::of_text(wrong), None, "{wrong}");
+        }
+        assert!(!Background::Color(Spectrum::splat(f32::NAN)).is_finite());
+    }
+}

@@ -1,0 +1,383 @@
+//! The ground: a plane that catches the shadows of the scene.
+//!
+//! A camera ray that meets it sees the background times the share of light that arrives there: `E / E₀`, of the irradiance `E` with the scene and of
+//! `E₀` without it. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` gives the factor to the share.
+//! Where nothing is near, the share is 1 in the mean and the ground cannot be told from the background.
+//!
+//! - The path tracer counts the direct light that is missing, `E − E₀`, and not that which arrives: a point from which nothing is near shows the background
+//!   without any noise. Samples may then be negative, and their mean is not, but for noise. Next to a lamp of finite size this is not done: what the lamp
+//!   would send from behind a surface is not known where a ray meets that surface.
+//! - E₀ of infinitely distant lights is the same everywhere and is computed once. That of finite lights is computed for each point, without visibility:
+//!   a lamp that is part of the scene lights the ground around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
+//! - Towards the rim the share fades to 1, so that no edge shows.
+//! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the undersides of what stands on it. An object without
+//!   it would be lit from below by the environment and seem to float. The albedo is between that of asphalt and that of paper.
+//! - From below, camera rays pass it.
+//! - The scene's bounds do not include it: they frame the picture, and aim what comes from distant lights.
+
+use super::validate::{BuildError, MAX_COORDINATE, check_mesh, remove_degenerate};
+use crate::color::Spectrum;
+use crate::geometry::{GeomId, Hit, Mesh};
+use crate::light::{Light, LightId};
+use crate::material::Material;
+use crate::math::float::smooth_step;
+use crate::math::{Bounds3, Encode, Frame, Vec3, encode_fields, list};
+use std::f32::consts::PI;
+
+/// Radius of the ground, in radii of the scene, where none is given.
+const DEFAULT_RADIUS: f32 = 50.0;
+/// Distance of the ground below the scene's lowest point, in radii of the scene, where no point is given: surfaces of the scene that lie at its bottom hide
+/// the ground, and do not coincide with it.
+const GAP: f32 = 1e-4;
+/// Share of the radius from which on shadows fade.
+const FADE: f32 = 0.5;
+/// Smallest albedo: the share of light is an estimate of reflected light over the albedo.
+const MIN_ALBEDO: f32 = 0.01;
+/// Maximum number of finite lights, of which each point of the ground sums up the light.
+const MAX_FINITE_LIGHTS: usize = 256;
+
+/// A ground plane, as it is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundPlane {
+    /// A point of the plane; `None`: just below the scene's lowest point along `up`.
+    pub point: Option<Vec3>,
+    /// The side that is seen, of any length; `None`: `up`.
+    pub normal: Option<Vec3>,
+    /// Direction against which things fall, of any length.
+    pub up: Vec3,
+    /// Radius around the point, scene units; `None`: 50 times that of the scene.
+    pub radius: Option<f32>,
+    /// Albedo for all rays but those of the camera, each channel from 0.01 to 1.
+    pub albedo: Spectrum,
+}
+
+impl Default for GroundPlane {
+    /// Below the scene, with +y up and an albedo of 0.5.
+    fn default() -> Self {
+        Self {
+            point: None,
+            normal: None,
+            up: Vec3::Y,
+            radius: None,
+            albedo: Spectrum::splat(0.5),
+        }
+    }
+}
+
+/// A plane in its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PlacedPlane {
+    point: Vec3,
+    normal: Vec3,
+    radius: f32,
+    albedo: Spectrum,
+}
+
+impl GroundPlane {
+    /// An error where a value cannot be.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let bad = |key, value: String, rule| Err(BuildError::BadGround { key, value, rule });
+        for (key, v) in [("normal", self.normal), ("up", Some(self.up))] {
+            if let Some(v) = v.filter(|v| v.try_normalize().is_none()) {
+                return bad(key, list(&v.to_array()), "finite and not zero");
+            }
+        }
+        let is_far = |p: &Vec3| !p.is_finite() || p.abs().max_element() > MAX_COORDINATE;
+        if let Some(point) = self.point.filter(is_far) {
+            return bad(
+                "point",
+                list(&point.to_array()),
+                "finite, with coordinates of 1e10 at most",
+            );
+        }
+        let is_radius = |r: f32| r > 0.0 && r <= MAX_COORDINATE;
+        if let Some(radius) = self.radius.filter(|&r| !is_radius(r)) {
+            return bad("radius", radius.to_string(), "above 0, at most 1e10");
+        }
+        let albedo = self.albedo.to_array();
+        if albedo.iter().any(|v| !(MIN_ALBEDO..=1.0).contains(v)) {
+            return bad("albedo", list(&albedo), "from 0.01 to 1 in each channel");
+        }
+        Ok(())
+    }
+
+    /// The plane under a scene of these bounds.
+    pub(super) fn place(&self, bounds: Bounds3) -> Result<PlacedPlane, BuildError> {
+        self.check()?;
+        let up = self.up.normalize_or(Vec3::Y);
+        let size = Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
+        let point = self.point.unwrap_or_else(|| {
+            // Below the middle of the scene, at the lowest corner of its box
+            let center = bounds.center();
+            let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
+            let half = if bounds.is_empty() { Vec3::ZERO } else { half };
+            center - up * (half.dot(up.abs()) + GAP * size)
+        });
+        // As large as coordinates may be, where the scene itself is that large
+        let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
+        let plane = PlacedPlane {
+            point,
+            normal: self.normal.map_or(up, |n| n.normalize_or(up)),
+            radius: self.radius.unwrap_or((DEFAULT_RADIUS * size).min(room)),
+            albedo: self.albedo,
+        };
+        // A disk whose corners round to one point, or lie out of range, cannot be traced.
+        let mut mesh = plane.mesh();
+        if check_mesh(&mut mesh).is_err() || remove_degenerate(&mut mesh) > 0 {
+            return Err(BuildError::BadGround {
+                key: "radius",
+                value: plane.radius.to_string(),
+                rule: "such that the corners of the plane differ and have coordinates of 1e10 at most",
+            });
+        }
+        Ok(plane)
+    }
+}
+
+impl PlacedPlane {
+    /// A square around the disk, its front towards the normal.
+    pub fn mesh(&self) -> Mesh {
+        let frame = Frame::from_z(self.normal);
+        let corner = |x: f32, y: f32| self.point + self.radius * frame.to_world(Vec3::new(x, y, 0.0));
+        Mesh {
+            positions: vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        }
+    }
+
+    /// The material that all rays but those of the camera meet.
+    pub fn material(&self) -> Material {
+        Material {
+            name: Ground::NAME.into(),
+            diffuse: self.albedo,
+            ..Material::default()
+        }
+    }
+}
+
+/// The ground of a frozen scene.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    geom: GeomId,
+    plane: PlacedPlane,
+    /// Irradiance of the plane by infinitely distant lights, without the scene.
+    irradiance: Spectrum,
+    /// Lights whose irradiance depends on the point.
+    finite: Vec<LightId>,
+    /// Whether no ray can meet a light of finite size.
+    knows_missing_light: bool,
+}
+
+encode_fields!(PlacedPlane {
+    point,
+    normal,
+    radius,
+    albedo,
+});
+
+/// What lights send to the ground follows from them.
+impl Encode for Ground {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.geom.0.encode(sink);
+        self.plane.encode(sink);
+    }
+}
+
+impl Ground {
+    /// Name of its object and of its material.
+    pub const NAME: &str = "ground";
+
+    /// The ground that is the mesh `geom`, lit by `lights`.
+    pub(super) fn new(geom: GeomId, plane: PlacedPlane, lights: &[Light]) -> Result<Self, BuildError> {
+        let mut ground = Self {
+            geom,
+            plane,
+            irradiance: Spectrum::ZERO,
+            finite: Vec::new(),
+            knows_missing_light: true,
+        };
+        for (id, light) in (0..).map(LightId).zip(lights) {
+            if light.power(1.0) == 0.0 {
+                continue;
+            }
+            match (light.is_infinite(), light.irradiance_at(plane.point, plane.normal, 0.0)) {
+                (true, Some(irradiance)) => ground.irradiance += irradiance,
+                (false, Some(_)) => {
+                    ground.finite.push(id);
+                    ground.knows_missing_light &= light.is_delta();
+                }
+                (_, None) => return Err(BuildError::UnknownIrradiance),
+            }
+        }
+        if ground.finite.len() > MAX_FINITE_LIGHTS {
+            return Err(BuildError::TooManyLightsOfGround {
+                count: ground.finite.len(),
+                most: MAX_FINITE_LIGHTS,
+            });
+        }
+        Ok(ground)
+    }
+
+    /// Whether `hit` is on the ground.
+    #[inline(always)]
+    pub fn is_at(&self, hit: &Hit) -> bool {
+        hit.geom == self.geom
+    }
+
+    /// Unit normal, on the side that catches shadows.
+    pub fn normal(&self) -> Vec3 {
+        self.plane.normal
+    }
+
+    /// A point of the plane, in its middle.
+    pub fn point(&self) -> Vec3 {
+        self.plane.point
+    }
+
+    /// Radius at which shadows have faded, scene units.
+    pub fn radius(&self) -> f32 {
+        self.plane.radius
+    }
+
+    /// Whether a ray that meets a surface tells the light that would have come from its direction without the scene: what lamps would send from behind the
+    /// surface is not known.
+    pub fn knows_missing_light(&self) -> bool {
+        self.knows_missing_light
+    }
+
+    /// Irradiance of the plane by infinitely distant lights, without the scene.
+    pub fn irradiance(&self) -> Spectrum {
+        self.irradiance
+    }
+
+    /// The share of light that arrives at the point `p` at `time` is the light reflected there times the first, plus the second; `lights` are the
+    /// scene's. Where no light would arrive without the scene, in any channel, the share is 1.
+    pub fn shadow(&self, p: Vec3, time: f32, lights: &[Light]) -> (Spectrum, Spectrum) {
+        let finite = self.finite.iter().filter_map(|id| lights.get(id.0 as usize));
+        let unshadowed = finite.fold(self.irradiance, |sum, light| {
+            sum + light.irradiance_at(p, self.plane.normal, time).unwrap_or_default()
+        });
+        let strength = self.strength(p);
+        let (albedo, unshadowed) = (self.plane.albedo.to_array(), unshadowed.to_array());
+        let factor = [0, 1, 2].map(|c| strength * PI / (albedo[c] * unshadowed[c]));
+        let is_known = |c: usize| unshadowed[c] > 0.0 && factor[c].is_finite();
+        let pick = |known: [f32; 3], unknown: f32| [0, 1, 2].map(|c| if is_known(c) { known[c] } else { unknown });
+        (pick(factor, 0.0).into(), pick([1.0 - strength; 3], 1.0).into())
+    }
+
+    /// Strength of shadows at `p`: 1 in the inner part of the disk, and from there down to 0 at its rim.
+    fn strength(&self, p: Vec3) -> f32 {
+        let r = p.distance(self.plane.point) / self.plane.radius;
+        smooth_step((1.0 - r) / (1.0 - FADE))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::DVec3;
+
+    fn bounds() -> Bounds3 {
+        Bounds3 {
+            min: Vec3::new(-1.0, 2.0, 0.0),
+            max: Vec3::new(3.0, 4.0, 1.0),
+        }
+    }
+
+    #[test]
+    fn the_plane_lies_just_below_the_lowest_point() {
+        for (up, height) in [(Vec3::Y, 2.0), (2.0 * Vec3::Z, 0.0), (-Vec3::X, -3.0)] {
+            let plane = GroundPlane {
+                up,
+                ..GroundPlane::default()
+            };
+            let placed = plane.place(bounds()).unwrap();
+            let along = placed.point.dot(up.normalize());
+            let gap = GAP * bounds().radius();
+            assert!((along - (height - gap)).abs() < 1e-5, "{up}: {along}");
+            assert_eq!(
+                (placed.normal, placed.radius),
+                (up.normalize(), 50.0 * bounds().radius())
+            );
+            // The front is towards the normal.
+            let mesh = placed.mesh();
+            for triangle in mesh.triangles {
+                let [a, b, c]: [DVec3; 3] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
+                let n = (b - a).cross(c - a).normalize();
+                assert!(n.dot(placed.normal.as_dvec3()) > 0.999_99);
+            }
+        }
+        let tilted = GroundPlane {
+            point: Some(Vec3::ONE),
+            normal: Some(Vec3::new(3.0, 0.0, 0.0)),
+            radius: Some(7.0),
+            ..GroundPlane::default()
+        };
+        let placed = tilted.place(bounds()).unwrap();
+        assert_eq!((placed.point, placed.normal, placed.radius), (Vec3::ONE, Vec3::X, 7.0));
+        assert!(GroundPlane::default().place(Bounds3::EMPTY).unwrap().radius > 1.0);
+    }
+
+    #[test]
+    fn wrong_planes_are_refused() {
+        let usual = GroundPlane::default;
+        let wrong = [
+            GroundPlane {
+                up: Vec3::ZERO,
+                ..usual()
+            },
+            GroundPlane {
+                normal: Some(Vec3::NAN),
+                ..usual()
+            },
+            GroundPlane {
+                point: Some(Vec3::splat(1e11)),
+                ..usual()
+            },
+            GroundPlane {
+                radius: Some(0.0),
+                ..usual()
+            },
+            GroundPlane {
+                radius: Some(f32::INFINITY),
+                ..usual()
+            },
+            GroundPlane {
+                albedo: Spectrum::ZERO,
+                ..usual()
+            },
+            GroundPlane {
+                albedo: Spectrum::rgb(0.5, 0.5, 1.5),
+                ..usual()
+            },
+        ];
+        for plane in wrong {
+            let error = plane.check().unwrap_err().to_string();
+            assert!(error.starts_with("ground: "), "{error}");
+        }
+        assert_eq!(usual().check(), Ok(()));
+    }
+
+    #[test]
+    fn shadows_fade_at_the_rim() {
+        let plane = GroundPlane {
+            radius: Some(10.0),
+            ..GroundPlane::default()
+        };
+        let ground = Ground::new(GeomId(0), plane.place(bounds()).unwrap(), &[]).unwrap();
+        let strength = |r: f32| ground.strength(ground.point() + r * Vec3::X);
+        assert_eq!(
+            (strength(0.0), strength(4.99), strength(10.0), strength(12.0)),
+            (1.0, 1.0, 0.0, 0.0)
+        );
+        assert!((strength(7.5) - 0.5).abs() < 1e-5);
+        // No light at all: the ground is not there.
+        assert_eq!(ground.shadow(ground.point(), 0.0, &[]), (Spectrum::ZERO, Spectrum::ONE));
+    }
+}

@@ -1,0 +1,351 @@
+//! Backgrounds and alpha: coverage, the identity of compositing, and every flag and key by the real program; wrong values of the ground too.
+
+use crate::support::program::{INTEGRATORS, assert_same_bits, done, folder, joined, json, refused, split};
+use crate::support::*;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A card whose left edge is the middle of the image, a half-transparent one below it, a glass ball and a lamp.
+pub fn stage(more: &str) -> TempDir {
+    let fov = 2.0 * (1.0f64 / 10.0).atan().to_degrees();
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl paper\nKd 0.5 0.5 0.5\nnewmtl veil\nKd 0.5 0.5 0.5\nd 0.25\nnewmtl glass\nTf 1 1 1\nNi 1.5\nillum 4\n\
+             newmtl lamp\nKe 2 2 2\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nusemtl paper\nf 1 2 3 4\n\
+             v 0 -2 0\nv 2 -2 0\nusemtl veil\nf 5 6 2 1\n\
+             v -0.8 0.2 0\nv -0.2 0.2 0\nv -0.2 0.8 0\nv -0.8 0.8 0\nusemtl glass\nf 7 8 9 10\n\
+             v -0.8 -0.8 0\nv -0.5 -0.8 0\nv -0.5 -0.5 0\nusemtl lamp\nf 11 12 13\n",
+        ),
+        (
+            "s.toml",
+            &format!(
+                "version = 1\n[camera]\nposition = [0, 0, 10]\nlook_at = [0, 0, 0]\nvertical_fov = {fov}\n\
+                 [image]\nwidth = 31\nheight = 31\n{more}\n[[light]]\ntype = \"constant\"\nradiance = [0.6, 0.6, 0.6]\n\
+                 [[object]]\nobj = \"a.obj\"\n"
+            ),
+        ),
+    ])
+}
+
+/// The value of a channel in this column and row of the stage's picture.
+pub fn at(path: &Path, channel: &str, x: usize, y: usize) -> f32 {
+    read_channel(path, channel)[y * 31 + x]
+}
+
+#[test]
+fn alpha_is_coverage() {
+    let folder = stage("background = \"transparent\"");
+    let path = folder.path().join("o.exr");
+    done(folder.path(), &split("render s.toml -q --spp 256 -o o.exr -o o.png"));
+    let alpha = |x, y| at(&path, "A", x, y);
+    // Covered, not covered, half covered, a quarter opaque, half of that; glass and lamps are surfaces.
+    assert_eq!((alpha(25, 5), alpha(2, 15), alpha(8, 8)), (1.0, 0.0, 1.0));
+    assert!((alpha(15, 5) - 0.5).abs() < 0.01, "{}", alpha(15, 5));
+    assert!((alpha(25, 25) - 0.25).abs() < 0.06, "{}", alpha(25, 25));
+    assert!((alpha(15, 25) - 0.125).abs() < 0.05, "{}", alpha(15, 25));
+    // Premultiplied: the paper's radiance is 0.3 where it covers all.
+    let red = |x, y| at(&path, "R", x, y);
+    assert!((red(25, 5) - 0.3).abs() < 0.02 && (red(15, 5) - 0.3 * alpha(15, 5)).abs() < 0.02);
+    assert_eq!(red(2, 15), 0.0);
+
+    // A PNG has straight colours: the rim has those of the paper, and no darker ones.
+    let decoder = png::Decoder::new(std::io::BufReader::new(
+        std::fs::File::open(folder.path().join("o.png")).unwrap(),
+    ));
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Rgba);
+    let pixel = |x: usize, y: usize| &bytes[4 * (y * 31 + x)..][..4];
+    assert_eq!(
+        (pixel(2, 15), pixel(25, 5)[3], pixel(15, 5)[3]),
+        (&[0, 0, 0, 0][..], 255, 128)
+    );
+    assert!(
+        pixel(25, 5)[0].abs_diff(pixel(15, 5)[0]) <= 4,
+        "{:?}, {:?}",
+        pixel(25, 5),
+        pixel(15, 5)
+    );
+    // Nothing else has an alpha channel.
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 4 --background light -o l.exr"),
+    );
+    let said = std::fs::read(folder.path().join("l.exr")).unwrap();
+    assert!(!String::from_utf8_lossy(&said[..2000]).contains("background=transparent"));
+}
+
+/// What a transparent picture is over a constant background is the opaque picture, for all integrators and filters that have one.
+#[test]
+fn over_a_background_it_is_the_opaque_picture() {
+    let color = [0.3f32, 0.5, 0.7];
+    let folder = stage("[ground]\npoint = [0, -0.3, 0]");
+    let mut kinds = 0;
+    let ways = INTEGRATORS.iter().map(|name| format!("--integrator {name}"));
+    let filters = ["tent", "gaussian", "mitchell", "blackman-harris"].map(|name| format!("--filter {name}"));
+    let more = [
+        "--reuse none",
+        "--backend brute",
+        "--sampler independent",
+        "--spp 3",
+        "--aov lights",
+    ]
+    .map(String::from);
+    for way in ways.chain(filters).chain(more) {
+        let has_background = !["light", "bdpt", "pssmlt", "mlt", "vcm"]
+            .iter()
+            .any(|name| way.ends_with(name));
+        if !has_background || way.ends_with("lights") {
+            continue;
+        }
+        // Emission and one scattering, in which no light arrives twice at the ground
+        let has_ground = !["ao", "debug", "sppm", "photon-map", "irradiance-cache"]
+            .iter()
+            .any(|name| way.ends_with(name));
+        let ground = if has_ground { "--ground" } else { "--no-ground" };
+        let render = |background: &str, name: &str| {
+            let line = format!("render s.toml -q --spp 8 {ground} {way} --background {background} -o {name}");
+            let line = if way.starts_with("--spp") {
+                line.replacen("--spp 8 ", "", 1)
+            } else {
+                line
+            };
+            done(folder.path(), &split(&line));
+            folder.path().join(name)
+        };
+        let (clear, opaque) = (render("transparent", "t.exr"), render("0.3,0.5,0.7", "c.exr"));
+        let alpha = read_channel(&clear, "A");
+        let [clear, opaque] = [clear, opaque].map(|path| read_rgb(&path));
+        let mut compared = 0;
+        for (i, &a) in alpha.iter().enumerate() {
+            // Where it was clamped, the picture is brighter than its background, or no filter's weights sum to 1.
+            if (a == 0.0 || a == 1.0) && (has_ground || way.starts_with("--filter")) {
+                continue;
+            }
+            for c in 0..3 {
+                let over = clear[c][i] + (1.0 - a) * color[c];
+                assert!(
+                    (over - opaque[c][i]).abs() < 3e-6,
+                    "{way}: pixel {i} is {over}, not {}",
+                    opaque[c][i]
+                );
+            }
+            compared += 1;
+        }
+        assert!(compared > 100, "{way}: {compared}");
+        kinds += 1;
+    }
+    assert_eq!(kinds, 18);
+}
+
+/// Crops, resumed and merged renders have the bits of a single one, in `A` too.
+#[test]
+fn alpha_does_not_depend_on_how_a_render_was_made() {
+    let folder = stage("background = \"transparent\"\n[ground]\npoint = [0, -0.5, 0]");
+    let run = |line: &str| done(folder.path(), &split(&format!("render s.toml -q {line}")));
+    let file = |name: &str| folder.path().join(name);
+    run("--spp 128 -o whole.exr --threads 1");
+    run("--spp 128 -o again.exr --threads 2 --background transparent");
+    assert_same_bits(&file("whole.exr"), &file("again.exr"));
+
+    run("--spp 40 --checkpoint c.exr -o part.exr");
+    run("--spp 128 --checkpoint c.exr --resume -o resumed.exr");
+    assert_same_bits(&file("whole.exr"), &file("resumed.exr"));
+
+    run("--spp 128 --samples 0..64 -o a.exr");
+    run("--spp 128 --samples 64..128 --crop 0,0,31,17 -o b.exr");
+    run("--spp 128 --samples 64..128 --crop 0,17,31,31 -o c.exr");
+    done(
+        folder.path(),
+        &split("merge a.exr b.exr c.exr -q -o merged.exr -o merged.png"),
+    );
+    assert_same_bits(&file("whole.exr"), &file("merged.exr"));
+
+    // Parts of another background are strangers.
+    run("--spp 128 --samples 64..128 --background white -o d.exr");
+    let said = refused(folder.path(), &split("merge a.exr d.exr -q -o no.exr"), 1);
+    assert!(said.contains("background=transparent"), "{said}");
+    run("--spp 40 --checkpoint e.exr -o part.exr");
+    let said = refused(
+        folder.path(),
+        &split("render s.toml -q --spp 64 --checkpoint e.exr --resume --no-ground -o no.exr"),
+        1,
+    );
+    assert!(said.contains("scene hash"), "{said}");
+
+    // Denoisers leave alpha as it is; noise levels, half floats and the readers take such pictures.
+    run("--spp 128 --denoise gaussian -o soft.exr");
+    assert_eq!(
+        read_channel(&file("soft.exr"), "A"),
+        read_channel(&file("whole.exr"), "A")
+    );
+    run("--noise 50% --half picture -o n.exr");
+    assert!(read_channel(&file("n.exr"), "A").contains(&1.0));
+    let compared = json(&done(folder.path(), &split("compare whole.exr merged.exr --json")));
+    assert_eq!(compared["mse"].as_f64(), Some(0.0), "{compared}");
+    done(folder.path(), &split("compare merged.png merged.png"));
+}
+
+/// The default is the light, to the bit, with and without the flag.
+#[test]
+fn light_is_the_default() {
+    let folder = stage("");
+    done(folder.path(), &split("render s.toml -q --spp 16 -o a.exr"));
+    done(
+        folder.path(),
+        &split("render s.toml -q --spp 16 --background light --no-ground -o b.exr"),
+    );
+    let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+    assert_same_bits(&a, &b);
+    assert_eq!(at(&a, "R", 2, 15), 0.6);
+}
+
+/// Flags, keys and `--set` take the same backgrounds, and what is not seen by the camera directly does not change.
+#[test]
+fn backgrounds_are_seen_by_the_camera_alone() {
+    let folder = stage("background = [0.1, 0.2, 0.3]");
+    let shown = |flags: &str| {
+        done(
+            folder.path(),
+            &joined(&split("render s.toml -q --spp 16 -o o.exr"), &split(flags)),
+        );
+        let path = folder.path().join("o.exr");
+        ["R", "G", "B"].map(|name| at(&path, name, 2, 15))
+    };
+    assert_eq!(shown(""), [0.1, 0.2, 0.3]);
+    assert_eq!(shown("--background white"), [1.0; 3]);
+    assert_eq!(shown("--background black"), [0.0; 3]);
+    assert_eq!(shown("--background 0.25"), [0.25; 3]);
+    assert_eq!(shown("--background 1,2,3"), [1.0, 2.0, 3.0]);
+    assert_eq!(shown("--background light"), [0.6; 3]);
+    assert_eq!(shown("--background transparent"), [0.0; 3]);
+    assert_eq!(shown("--set image.background=[0,1,0]"), [0.0, 1.0, 0.0]);
+    assert_eq!(shown("--set image.background=0.5"), [0.5; 3]);
+    let sixth = shown("--background #ff8000");
+    assert!(
+        sixth[0] == 1.0 && (sixth[1] - 0.215_86).abs() < 1e-4 && sixth[2] == 0.0,
+        "{sixth:?}"
+    );
+    // The glass, a sheet that reflects and refracts, shows the light of 0.6 before each of them.
+    let path = folder.path().join("o.exr");
+    let glass = at(&path, "R", 8, 8);
+    shown("--background white");
+    assert_eq!(at(&path, "R", 8, 8), glass);
+    shown("--background light");
+    assert_eq!(at(&path, "R", 8, 8), glass);
+
+    // A gradient is brighter below than above.
+    let wide = split("--background gradient --position 0,0,100 --look-at 0,0,200 --fov 100");
+    let gradient = |flags: &[&str]| {
+        let all = [&split("render s.toml -q --spp 4 -o o.exr")[..], flags].concat();
+        done(folder.path(), &all);
+        [0, 15, 30].map(|y| at(&path, "R", 15, y))
+    };
+    let [top, middle, bottom] = gradient(&wide);
+    assert!(
+        top < 0.5 * middle && middle < bottom && bottom == 0.8,
+        "{top} {middle} {bottom}"
+    );
+    let [top, _, bottom] = gradient(&joined(&wide, &["--up", "0,-1,0"]));
+    assert!(bottom == 0.8 && top < 0.4, "{top} {bottom}");
+    let dark = joined(&wide, &["--background", "gradient:0.1"]);
+    assert_eq!(gradient(&dark[2..])[2], 0.1);
+}
+
+#[test]
+fn wrong_backgrounds_and_grounds_are_refused() {
+    let run = |more: &str, flags: &str, expected: i32| {
+        let folder = stage(more);
+        refused(
+            folder.path(),
+            &joined(&split("render s.toml -q -o o.exr"), &split(flags)),
+            expected,
+        )
+    };
+    for value in ["grey", "-1", "1,2", "#12345", "gradient:x", "nan"] {
+        let said = run("", &format!("--background {value}"), 2);
+        assert!(
+            said.contains(&format!("--background {value}")) && said.contains("transparent, gradient"),
+            "{said}"
+        );
+    }
+    for value in ["\"grey\"", "[1, 2]", "[1, -2, 3]", "true", "[[1]]", "{}"] {
+        let said = run(&format!("background = {value}"), "", 1);
+        assert!(
+            said.contains("s.toml:9:14: background = ") && said.contains("transparent, gradient"),
+            "{said}"
+        );
+    }
+    let said = run("filter_radius = [1, 2]", "", 1);
+    assert!(
+        said.contains("filter_radius = [1, 2]") && said.contains("use a number"),
+        "{said}"
+    );
+
+    // Integrators whose light falls on any pixel
+    for name in ["light", "bdpt", "pssmlt", "vcm", "mlt"] {
+        let said = run("", &format!("--integrator {name} --background white"), 2);
+        assert!(
+            said.contains("shows the lights alone") && said.contains("path, naive, whitted"),
+            "{said}"
+        );
+        let said = run("", &format!("--integrator {name} --ground"), 2);
+        assert!(said.contains("--no-ground") && said.contains("path, naive"), "{said}");
+    }
+    for flags in [
+        "--integrator photon-map",
+        "--integrator sppm",
+        "--integrator irradiance-cache",
+        "--max-depth 0",
+    ] {
+        let said = run("[ground]", flags, 2);
+        assert!(
+            said.contains("ground") && said.contains("help: use --no-ground"),
+            "{said}"
+        );
+    }
+    let said = run(
+        "[[light]]\ntype = \"point\"\nposition = [0, 5, 0]\nintensity = [1, 1, 1]",
+        "--ground --integrator naive",
+        2,
+    );
+    assert!(said.contains("point light") && said.contains("--no-ground"), "{said}");
+
+    for (key, rule) in [
+        ("point = [0, nan, 0]", "finite"),
+        ("point = [0, 2e10, 0]", "1e10"),
+        ("normal = [0, 0, 0]", "not zero"),
+        ("up = [0, inf, 0]", "finite"),
+        ("radius = 0", "above 0"),
+        ("radius = -1", "above 0"),
+        ("radius = 1e-30", "corners"),
+        ("albedo = 0", "from 0.01 to 1"),
+        ("albedo = [0.5, 0.5, 1.5]", "from 0.01 to 1"),
+        ("albedo = \"white\"", "a number or three numbers"),
+        ("radios = 3", "did you mean `radius`"),
+    ] {
+        let more = format!("[ground]\npoint = [0, 1, 0]\n{key}");
+        let more = if key.starts_with("point") {
+            format!("[ground]\n{key}")
+        } else {
+            more
+        };
+        let said = run(&more, "", 1);
+        assert!(said.contains("s.toml:") && said.contains(rule), "{key}: {said}");
+    }
+    let said = run("", "--ground --no-ground", 2);
+    assert!(said.contains("--no-ground"), "{said}");
+
+    // A lamp whose emission is a picture
+    let folder = stage("");
+    std::fs::write(folder.path().join("a.mtl"), "newmtl lamp\nKe 2 2 2\nmap_Ke t.png\n").unwrap();
+    crate::support::program::write_grey_png(&folder.path().join("t.png"), &[0, 200]);
+    let said = refused(folder.path(), &split("render s.toml -q --ground -o o.exr"), 1);
+    assert!(said.contains("texture") && said.contains("--no-ground"), "{said}");
+}

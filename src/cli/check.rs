@@ -74,7 +74,7 @@ impl Report {
             }
         };
         let Some(mut file) = file else { return Ok(None) };
-        file.patch_materials(&args.load.material)?;
+        file.patch_materials(&args.load.patches)?;
         file.load = load_options(&file, &args.load);
         Ok(Some(file))
     }

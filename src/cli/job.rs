@@ -146,7 +146,7 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
         SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
     let mut scene = scene?;
-    scene.patch_materials(&args.material)?;
+    scene.patch_materials(&args.patches)?;
     scene.load = load_options(&scene, args);
     Ok(scene)
 }

@@ -12,7 +12,6 @@ use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
-use super::warnings::ShownWarnings;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::Tone;
@@ -60,8 +59,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
+    job.shown_warnings.show_each(&job.warnings);
+    job.shown_warnings.show(session.warnings(), &job.scene_path);
     let mut warnings = [&job.warnings, session.warnings()].concat();
-    job.shown_warnings.show(&warnings, &job.scene_path);
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;
@@ -143,10 +143,9 @@ impl Run<'_> {
 
         // What is to be said of it
         let mut warn = |warning: String| {
-            if job.shown_warnings != ShownWarnings::None {
-                words::warning(&warning);
-            }
-            warnings.push(Warning::new("render", warning));
+            let warning = Warning::new("render", warning);
+            job.shown_warnings.show_each(std::slice::from_ref(&warning));
+            warnings.push(warning);
         };
         if state.statistics.dropped > 0 {
             warn(dropped_warning(&state.statistics));

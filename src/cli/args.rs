@@ -475,8 +475,8 @@ pub(super) struct LoadArgs {
     pub set: Vec<String>,
 
     /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
-    #[arg(long, value_name = "GLOB.KEY=VALUE")]
-    pub material: Vec<String>,
+    #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
+    pub patches: Vec<String>,
 
     /// Folder in which missing textures are looked for; repeatable
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]

@@ -74,7 +74,7 @@ impl Report {
             }
         };
         let Some(mut file) = file else { return Ok(None) };
-        file.patch_materials(&args.load.material)?;
+        file.patch_materials(&args.load.patches)?;
         set_load(&mut file, &args.load);
         let camera = CameraSettings::of(&file);
         args.light.apply(&mut file, &camera);

@@ -186,7 +186,7 @@ pub(super) fn read_scene(path: &Path, args: &LoadArgs) -> Result<SceneFile, CliE
         SceneKind::Obj => SceneFile::of_obj_with(path, &args.set),
     };
     let mut scene = scene?;
-    scene.patch_materials(&args.material)?;
+    scene.patch_materials(&args.patches)?;
     set_load(&mut scene, args);
     Ok(scene)
 }

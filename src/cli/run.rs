@@ -13,7 +13,6 @@ use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
 use super::tev::Preview;
-use super::warnings::ShownWarnings;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::color::{Exposure, Tone};
@@ -67,9 +66,14 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
     }
-    let mut warnings = [&job.warnings, session.warnings()].concat();
-    warnings.extend(renamed.map(|words| Warning::new("renamed-output", words)));
-    job.shown_warnings.show(&warnings, &job.scene_path);
+    let of_flags = [
+        &job.warnings[..],
+        renamed.map(|words| Warning::new("renamed-output", words)).as_slice(),
+    ]
+    .concat();
+    job.shown_warnings.show_each(&of_flags);
+    job.shown_warnings.show(session.warnings(), &job.scene_path);
+    let mut warnings = [&of_flags, session.warnings()].concat();
     if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
         errln!("camera: {}\n  {}", guess.words, guess.flags());
     }
@@ -154,10 +158,9 @@ impl Run<'_> {
 
         // What is to be said of it
         let mut warn = |warning: String| {
-            if job.shown_warnings != ShownWarnings::None {
-                words::warning(&warning);
-            }
-            warnings.push(Warning::new("render", warning));
+            let warning = Warning::new("render", warning);
+            job.shown_warnings.show_each(std::slice::from_ref(&warning));
+            warnings.push(warning);
         };
         if state.statistics.dropped > 0 {
             warn(dropped_warning(&state.statistics));

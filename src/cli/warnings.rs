@@ -27,6 +27,13 @@ impl ShownWarnings {
         self.texts(warnings, path).iter().for_each(words::warning);
     }
 
+    /// Prints `warnings` that are not about the scene's files: there are few of them, and `embrasure check` knows nothing of them.
+    pub fn show_each(self, warnings: &[Warning]) {
+        if self != Self::None {
+            warnings.iter().for_each(words::warning);
+        }
+    }
+
     /// What is printed, in the order of the first warning of each kind.
     fn texts(self, warnings: &[Warning], path: &Path) -> Vec<String> {
         let texts = || warnings.iter().map(|warning| warning.text.clone());

@@ -620,6 +620,8 @@ fn textures_are_part_of_the_scene() {
             dialect,
             "--size",
             "8x8",
+            "--warnings",
+            "all",
         ];
         let out = done(path, &args);
         let said = words(&out);

@@ -323,7 +323,7 @@ fn exporters_of_blender_are_told_by_their_exponents() {
         (PYTHON, &[225.0, 96.078_43], Writer::Blender(BlenderExport::Python)),
         (PYTHON, &[0.0, 900.0], Writer::Blender(BlenderExport::Python)),
         (PYTHON, &[], Writer::Blender(BlenderExport::Python)),
-        ("", &[323.999994], Writer::Blender(BlenderExport::Python)),
+        ("", &[324.0], Writer::Blender(BlenderExport::Python)),
         ("", &[250.0, 225.0], native(true)),
         ("", &[953.4], native(true)),
     ] {

@@ -27,6 +27,13 @@ enum Scalar {
 }
 
 impl Scalar {
+    fn string(&self) -> Option<&str> {
+        match self {
+            Self::String(text) => Some(text),
+            _ => None,
+        }
+    }
+
     fn input(&self) -> Input<'_> {
         match self {
             Self::String(text) => Input::String(text),
@@ -92,13 +99,9 @@ impl OptionSection {
     /// The value of `key`, a string or a list of strings, and its place; `None` for a string in the list that is none.
     pub fn strings(&self, key: &str) -> Option<(Option<Vec<&str>>, Range<usize>)> {
         let (_, value) = self.0.0.iter().find(|(name, _)| name.get_ref() == key)?;
-        let string = |scalar| match scalar {
-            &Scalar::String(ref text) => Some(text.as_str()),
-            _ => None,
-        };
         let strings = match value.get_ref() {
-            Scalar::List(list, _) => list.iter().map(string).collect(),
-            scalar => string(scalar).map(|text| vec![text]),
+            Scalar::List(list, _) => list.iter().map(Scalar::string).collect(),
+            scalar => scalar.string().map(|text| vec![text]),
         };
         Some((strings, value.span()))
     }

@@ -1,8 +1,8 @@
 //! Each dialect, by libraries as its program writes them.
 
 use super::dialect::TrMeaning;
+use super::reflectance::ior_of_dielectric;
 use super::section::DEFAULT_IOR;
-use super::translate::ior_of_dielectric;
 use super::writer::{BlenderExport, Reading, Signature, Writer};
 use super::*;
 use crate::material::Gloss;
@@ -66,7 +66,7 @@ fn blender_writes_a_principled_surface() {
         (PYTHON, blender(225.0, 1.0, 0.5, 1.45, 1.0, 2), [0.0, 0.5, 0.04, 1.0]),
         (
             PYTHON,
-            blender(96.078431, 1.0, 0.5, 1.0, 1.0, 2),
+            blender(96.078_43, 1.0, 0.5, 1.0, 1.0, 2),
             [0.0, 0.690_035, 0.04, 1.0],
         ),
     ] {
@@ -128,7 +128,7 @@ fn pictures_of_blender_replace_numbers() {
     assert_eq!((material.diffuse, material.roughness), (Spectrum::ONE, 1.0));
     assert_eq!(material.gloss, Gloss::Metallic(1.0));
     // Blender Internal had heights.
-    let internal = format!("{PYTHON}{}{maps}", blender(96.078431, 1.0, 0.5, 1.0, 1.0, 2));
+    let internal = format!("{PYTHON}{}{maps}", blender(96.078_43, 1.0, 0.5, 1.0, 1.0, 2));
     assert_eq!(read(&internal, MtlDialect::Auto).1[0][4], Bump);
 }
 
@@ -314,16 +314,16 @@ fn exporters_of_blender_are_told_by_their_exponents() {
     };
     for (header, ns, expected) in [
         (NATIVE_5, &[250.0][..], native(false)),
-        (NATIVE_3, &[96.078431], native(true)),
+        (NATIVE_3, &[96.078_43], native(true)),
         (
             PYTHON,
-            &[96.078431, 0.0, 900.0],
+            &[96.078_43, 0.0, 900.0],
             Writer::Blender(BlenderExport::Internal),
         ),
-        (PYTHON, &[225.0, 96.078431], Writer::Blender(BlenderExport::Python)),
+        (PYTHON, &[225.0, 96.078_43], Writer::Blender(BlenderExport::Python)),
         (PYTHON, &[0.0, 900.0], Writer::Blender(BlenderExport::Python)),
         (PYTHON, &[], Writer::Blender(BlenderExport::Python)),
-        ("", &[323.999994], Writer::Blender(BlenderExport::Python)),
+        ("", &[324.0], Writer::Blender(BlenderExport::Python)),
         ("", &[250.0, 225.0], native(true)),
         ("", &[953.4], native(true)),
     ] {

@@ -5,6 +5,7 @@
 
 mod dialect;
 mod map;
+mod reflectance;
 mod section;
 mod translate;
 mod writer;

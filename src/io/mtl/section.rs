@@ -1,6 +1,6 @@
 use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
-use super::translate::ior_of_dielectric;
+use super::reflectance::ior_of_dielectric;
 use super::{DEFAULT_DIFFUSE, MapRequest};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;

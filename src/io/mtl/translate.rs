@@ -15,15 +15,13 @@
 //! The highlight of Max, Maya and Cinema 4D is what lamps alone draw on a surface, and no share of the light around it. It becomes that of a dielectric.
 
 use super::map::MapSlot;
+use super::reflectance::{MAX_F0, f0_of_ior};
 use super::section::{DEFAULT_IOR, Section};
 use super::writer::{BlenderExport, Writer};
-use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 
 /// Reflectance along the normal of a specular level of 1 (Burley 2012, "Physically Based Shading at Disney", section 5.4).
 const LEVEL_F0: f32 = 0.08;
-/// Largest reflectance along the normal, which keeps the index of refraction finite.
-const MAX_F0: f32 = 0.9;
 /// Roughness of Blender's principled surface where nothing says it.
 const BLENDER_ROUGHNESS: f32 = 0.5;
 /// Glossiness of new materials of 3ds Max, in percent.
@@ -171,39 +169,6 @@ impl Section {
     }
 }
 
-/// Reflectance of a dielectric along the normal.
-fn f0_of_ior(ior: f32) -> f32 {
-    ((ior - 1.0) / (ior + 1.0)).powi(2)
-}
-
-/// Index of refraction that gives the metallic-roughness model, which reflects by Schlick's formula, as much reflection as a dielectric has that reflects
-/// `f0` along the normal.
-///
-/// Fresnel's equations reflect more than the formula at middle angles; of index 1.5 that is a tenth of all. The formula's `f0` is raised to have the
-/// mean of the equations over the hemisphere, and less for rough facets, which hide each other where they are seen at a slant: the factor
-/// 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices 1.5 to 2.2, within 2 % of the reflection).
-pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
-    let eta = ior_of_f0(f0);
-    if f0 == 0.0 {
-        return eta;
-    }
-    // Midpoints of 2 ∫ F cos d cos; of the formula it is (20 f0 + 1)/21.
-    const POINTS: u32 = 64;
-    let fresnel = Fresnel::Dielectric { eta };
-    let cosines = (0..POINTS).map(|i| (i as f32 + 0.5) / POINTS as f32);
-    let sum: f32 = cosines
-        .map(|cos| 2.0 * cos * fresnel.reflectance(cos).max_component())
-        .sum();
-    let missing = (sum / POINTS as f32 * 21.0 - 1.0) / 20.0 - f0;
-    let raised = missing.max(0.0) * (1.15 - 0.85 * roughness * roughness);
-    ior_of_f0((f0 + raised).min(MAX_F0))
-}
-
-/// Index of refraction of a dielectric that reflects `f0` along the normal.
-fn ior_of_f0(f0: f32) -> f32 {
-    (1.0 + f0.sqrt()) / (1.0 - f0.sqrt())
-}
-
 /// Roughness of facets with highlights as wide as those of a Phong lobe. Its exponent n about the mirror direction is about 4 n about the normal
 /// (Lewis 1994, "Making Shaders More Physically Plausible"), and such a distribution has the width α² = 2/(4 n + 2) (Walter et al. 2007,
 /// "Microfacet Models for Refraction through Rough Surfaces", section 5.2).
@@ -214,28 +179,6 @@ fn roughness_of_phong(exponent: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn indices_and_reflectances_are_inverse() {
-        for ior in [1.0, 1.33, 1.45, 1.5, 2.4] {
-            assert!((ior_of_f0(f0_of_ior(ior)) - ior).abs() < 1e-4, "{ior}");
-        }
-        assert!(ior_of_f0(MAX_F0).is_finite() && ior_of_dielectric(MAX_F0, 0.5).is_finite());
-    }
-
-    #[test]
-    fn the_formula_is_raised_to_the_equations() {
-        assert_eq!(ior_of_dielectric(0.0, 0.5), 1.0);
-        let f0 = |roughness| f0_of_ior(ior_of_dielectric(0.04, roughness));
-        // What Cycles' spheres of index 1.5 ask for
-        for (roughness, expected) in [(0.0, 0.0471), (0.5, 0.0466), (0.7, 0.0447), (1.0, 0.0421)] {
-            assert!(
-                (f0(roughness) - expected).abs() < 1e-3,
-                "{roughness}: {}",
-                f0(roughness)
-            );
-        }
-    }
 
     #[test]
     fn phong_lobes_become_smoother_with_their_exponent() {

@@ -8,7 +8,7 @@ use super::job::Job;
 use super::outputs::Outputs;
 use crate::description::{LightSection, SceneOptions};
 use crate::io::{DEFAULT_LIGHT, Output};
-use crate::options::SizeOptions;
+use crate::options::{BackgroundOptions, SizeOptions};
 use crate::session::Session;
 use std::path::Path;
 
@@ -27,9 +27,13 @@ pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Resu
             width: Some(size.x),
             height: Some(size.y),
         },
+        background: BackgroundOptions {
+            background: Some(session.settings().background),
+        },
         ..job.options
     };
-    let mut file = job.scene.with(&options, session.camera_description())?;
+    let scene = session.lit_file().unwrap_or(&job.scene);
+    let mut file = scene.with(&options, session.camera_description())?;
     if session.warnings().iter().any(|warning| warning.kind == DEFAULT_LIGHT) {
         file.light.push(LightSection::default_light());
     }

@@ -9,7 +9,7 @@ use super::words;
 use crate::description::inspect_scene;
 use crate::io::{FileError, Output};
 use crate::scene::SceneBuilder;
-use crate::session::thread_pool;
+use crate::session::Session;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -41,21 +41,19 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }
-    let Some(scene) = &inspection.scene else {
-        return Err(file.whole("there is no scene").into());
-    };
     ShownWarnings::Summary.show(&inspection.findings.warnings(), &args.scene);
     let render = RenderArgs {
         scene: args.scene.clone(),
         ..RenderArgs::default()
     };
     let job = Job::to_show_scene(&render, file)?;
-    let pool = thread_pool(job.settings.threads)?;
-    let camera = job.settings.camera_of(&job.scene, scene, &pool)?.description;
+    let session = Session::load(&job.scene, job.settings.clone(), &())?;
     // What flags say of loading is a part of the scene, too.
     let mut options = job.options;
     options.load = job.scene.load.parameters;
-    let text = job.scene.template(&options, &camera, &inspection, &path)?;
+    options.background.background = Some(session.settings().background);
+    let scene = session.lit_file().unwrap_or(&job.scene);
+    let text = scene.template(&options, session.camera_description(), &inspection, &path)?;
     output.write(|writer| writer.write_all(text.as_bytes()))?;
     outln!(
         "{}: {}; edit it, then `embrasure render {0}`",

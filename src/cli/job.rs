@@ -12,7 +12,7 @@ use crate::options::{
     IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
     ToneOptions,
 };
-use crate::session::{CameraSettings, MAX_SAMPLES_FOR_NOISE, Settings};
+use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings};
 use std::path::{Path, PathBuf};
 
 /// What a render command means: flags over the scene file over the defaults, checked as far as is possible without loading the geometry.
@@ -51,10 +51,17 @@ impl Job {
 
     /// The same for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
-        if !scene.is_file() {
+        let is_bare = !scene.is_file();
+        if is_bare {
             guess_picture(args, &mut scene.options);
         }
-        Self::of_scene(args, scene)
+        let mut job = Self::of_scene(args, scene)?;
+        job.settings.guesses = Guesses {
+            light: is_bare,
+            ground: is_bare && !args.ground.no_ground,
+            background: is_bare && job.options.background.background.is_none(),
+        };
+        Ok(job)
     }
 
     /// Resolves everything for a scene file that was read.

@@ -77,6 +77,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
         errln!("camera: {}\n  {}", guess.words, guess.flags());
     }
+    if let Some(words) = session.light_guess().filter(|_| !job.quiet) {
+        errln!("light: {words}");
+    }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;

@@ -45,7 +45,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         }),
         ..RenderArgs::default()
     };
-    let job = Job::new(&render)?;
+    let job = Job::to_show(&render)?;
     let mut named = Outputs::default();
     let output = args.output.as_deref().map(Output::prepare).transpose()?;
     output.iter().try_for_each(|output| named.add("-o", output))?;

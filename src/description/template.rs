@@ -53,7 +53,8 @@ impl SceneFile {
         path: &Path,
     ) -> Result<String, FileError> {
         let mut file = self.with(&explicit(options), camera)?;
-        if inspection.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT) {
+        let is_unlit = inspection.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT);
+        if is_unlit && file.light.is_empty() {
             file.light.push(LightSection::default_light());
         }
         let source = self.whole("").file;

@@ -3,6 +3,7 @@
 use super::axes::Axes;
 use super::framing::Frame;
 use super::interior::{self, upright_bounds};
+use super::light::LightGuess;
 use super::look::Looker;
 use super::object;
 use super::survey::Survey;
@@ -243,6 +244,11 @@ impl<'a> CameraFinder<'a> {
             eye = position;
         }
         self.guess(eye, target, self.frame().fov, words)
+    }
+
+    /// Light for the scene, where nothing in it emits, seen from `position` towards `target`.
+    pub fn light(&self, position: Vec3, target: Vec3) -> LightGuess {
+        LightGuess::new(&self.looker, &self.survey, position, target)
     }
 
     /// Cameras to choose from, each with the shortest flags that name it.

@@ -47,6 +47,22 @@ impl Looker<'_> {
         None
     }
 
+    /// Whether a ray leaves the scene, at most through cutouts and what is mostly clear, such as window panes.
+    pub fn escapes(&self, origin: Vec3, direction: Vec3) -> bool {
+        let mut ray = Ray::new(origin, direction);
+        for _ in 0..MAX_CUTOUTS {
+            let Some(hit) = self.accel.intersect(&ray) else {
+                return true;
+            };
+            let is_clear = self.scene.material(&hit).transmission.luminance() > 0.5;
+            if !is_clear && self.scene.opacity(&hit) >= 0.5 {
+                return false;
+            }
+            ray.t_min = hit.t.next_up();
+        }
+        false
+    }
+
     fn seen(&self, hit: &Hit, direction: Vec3) -> Seen {
         let [p0, p1, p2] = self.scene.corners(hit, 0.0);
         let normal = crate::geometry::triangle_normal(p0, p1, p2);
@@ -82,11 +98,6 @@ impl Tally {
         *self.normals.entry(cell_of(seen.normal)).or_default() += 1;
         *self.materials.entry(seen.material).or_default() += 1;
         *self.triangles.entry(seen.triangle).or_default() += 1;
-    }
-
-    /// Share of the rays that hit.
-    pub fn hit_share(&self) -> f32 {
-        self.hits as f32 / self.rays.max(1) as f32
     }
 
     /// Share of the hits that meet the front of a triangle.

@@ -9,6 +9,7 @@ mod axes;
 mod camera;
 mod framing;
 mod interior;
+mod light;
 mod look;
 mod object;
 mod survey;
@@ -16,4 +17,5 @@ mod triangles;
 
 pub use axes::Axes;
 pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View};
+pub use light::LightGuess;
 pub use survey::Survey;

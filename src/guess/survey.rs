@@ -2,7 +2,7 @@
 
 use super::axes::{Axes, guess_up};
 use super::look::{Looker, Tally};
-use crate::math::{Vec2, Vec3};
+use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 
 /// Points inside of the scene's bounds, and rays from each.
@@ -38,21 +38,15 @@ impl Survey {
                 openness: 1.0,
             };
         }
-        let inside = |i: u32| {
-            let share = Vec3::from([radical_inverse(2, i), radical_inverse(3, i), radical_inverse(5, i)]);
-            bounds.min + (bounds.max - bounds.min) * (0.04 + 0.92 * share)
-        };
-
         // From inside
-        let (mut within, mut rooms) = (Tally::default(), 0);
-        for i in 0..POINTS {
+        let (mut within, mut rooms, mut escaped) = (Tally::default(), 0, 0);
+        for (i, p) in (0..).zip(points_inside(bounds)) {
             let mut around = Tally::default();
-            let seen: Vec<_> = directions(i)
-                .map(|direction| looker.look(inside(i), direction))
-                .collect();
+            let seen: Vec<_> = directions(i).map(|direction| looker.look(p, direction)).collect();
             seen.iter().for_each(|seen| around.add(seen.as_ref()));
             if around.fronts as f32 >= ENCLOSED * around.rays as f32 {
                 rooms += 1;
+                escaped += directions(i).filter(|&direction| looker.escapes(p, direction)).count();
                 seen.iter().for_each(|seen| within.add(seen.as_ref()));
             }
         }
@@ -60,9 +54,9 @@ impl Survey {
         // From outside, at random points of it
         let mut without = Tally::default();
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
-        for i in 0..POINTS {
+        for (i, p) in (0..).zip(points_inside(bounds)) {
             for direction in directions(i) {
-                without.add(looker.look(inside(i) - reach * direction, direction).as_ref());
+                without.add(looker.look(p - reach * direction, direction).as_ref());
             }
         }
         let is_room = rooms as f32 >= MIN_ROOM * POINTS as f32;
@@ -72,9 +66,17 @@ impl Survey {
         Self {
             axes: axes(is_interior),
             is_interior,
-            openness: 1.0 - within.hit_share(),
+            openness: escaped as f32 / within.rays.max(1) as f32,
         }
     }
+}
+
+/// Points all over the inside of `bounds`: those of Halton's sequence.
+pub(super) fn points_inside(bounds: Bounds3) -> impl Iterator<Item = Vec3> {
+    (0..POINTS).map(move |i| {
+        let share = Vec3::from([radical_inverse(2, i), radical_inverse(3, i), radical_inverse(5, i)]);
+        bounds.min + (bounds.max - bounds.min) * (0.04 + 0.92 * share)
+    })
 }
 
 /// Directions all over the sphere, other ones for each `i`.

@@ -12,6 +12,7 @@ mod backend;
 mod camera;
 mod error;
 mod hash;
+mod lighting;
 mod merge;
 mod method;
 mod renderer;
@@ -22,6 +23,7 @@ pub use backend::{BUILD, version_text};
 pub use camera::CameraSettings;
 pub(crate) use camera::FoundCamera;
 pub use error::{Error, InvalidSetting};
+pub use lighting::Guesses;
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
 pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
@@ -36,7 +38,7 @@ use crate::description::{Loaded, SceneFile, load_scene_watched};
 use crate::film::{Aov, Film, Filter};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
-use crate::io::{LoadObserver, MemoryLimit, Warning, in_words};
+use crate::io::{DEFAULT_LIGHT, LoadObserver, MemoryLimit, Warning, in_words};
 use crate::lint::Forecast;
 use crate::math::Vec3;
 use crate::options::Method;
@@ -56,6 +58,8 @@ pub struct Session {
     warnings: Vec<Warning>,
     /// What was guessed of the camera, if anything was.
     camera_guess: Option<CameraGuess>,
+    /// What was guessed of the light, if anything was: words, and the scene file that says it.
+    light_guess: Option<(String, SceneFile)>,
     /// Files that the scene was read from.
     files: Vec<PathBuf>,
     /// Bytes that the render takes at most, about.
@@ -92,6 +96,18 @@ impl Session {
             description,
             guess,
         } = settings.camera_of(file, &scene, &pool)?;
+        if settings.guesses.light && scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT) {
+            let light = settings.light_of(&scene, &description.parameters, &pool)?;
+            let (lit_file, lit_settings, words) =
+                lighting::lit(file, &settings, (light.0, &light.1), &description.parameters);
+            // The scene is read again, with its light. Only one of both is in memory at a time.
+            drop(scene);
+            return Ok(Self {
+                camera_guess: guess,
+                light_guess: Some((words, lit_file.clone())),
+                ..Self::load(&lit_file, lit_settings, observer)?
+            });
+        }
         method.check_ground(&scene)?;
         warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
@@ -104,6 +120,7 @@ impl Session {
             description,
             warnings,
             camera_guess: guess,
+            light_guess: None,
             files,
             memory,
             pool,
@@ -137,6 +154,7 @@ impl Session {
             description,
             warnings,
             camera_guess: None,
+            light_guess: None,
             files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
@@ -182,6 +200,16 @@ impl Session {
     /// What was guessed of the camera, if anything was.
     pub fn camera_guess(&self) -> Option<&CameraGuess> {
         self.camera_guess.as_ref()
+    }
+
+    /// What was guessed of the light, if anything was.
+    pub fn light_guess(&self) -> Option<&str> {
+        self.light_guess.as_ref().map(|(words, _)| words.as_str())
+    }
+
+    /// The scene file with the light that was guessed; `None` where nothing was.
+    pub fn lit_file(&self) -> Option<&SceneFile> {
+        self.light_guess.as_ref().map(|(_, file)| file)
     }
 
     /// Cameras to choose from, each with the shortest flags that name it.

@@ -1,11 +1,13 @@
 //! Settings of a render: the options of a scene file, changed by flags or by a program, and the checks of what goes together.
 
 use super::camera::{FoundCamera, blame};
-use super::{AnyAccel, CameraSettings, Error, InvalidSetting};
+use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
+use crate::camera::CameraParameters;
 use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
+use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::math::UVec2;
 use crate::options::{
@@ -29,6 +31,8 @@ pub struct Settings {
     pub filter_radius: Option<f32>,
     /// What camera rays see where they leave the scene.
     pub background: Background,
+    /// What is guessed where nothing says it.
+    pub guesses: Guesses,
     /// Where the picture is taken from.
     pub camera: CameraSettings,
     /// Samples a pixel of the whole picture; with `noise` at most.
@@ -113,6 +117,7 @@ impl Settings {
             filter: filter.filter(),
             filter_radius: filter.filter_radius(),
             background: background.background(),
+            guesses: Guesses::default(),
             camera,
             spp: sampling.samples(),
             part: None,
@@ -309,6 +314,21 @@ impl Settings {
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
         })
+    }
+
+    /// Light for `scene`, seen by the camera of `parameters`, and what the scene is like.
+    pub(super) fn light_of(
+        &self,
+        scene: &Scene,
+        parameters: &CameraParameters,
+        pool: &rayon::ThreadPool,
+    ) -> Result<(LightGuess, Survey), Error> {
+        let accel = self.backend.build(scene, pool)?;
+        let light = || {
+            let finder = self.camera.finder(scene, accel.as_dyn(), self.resolution);
+            (finder.light(parameters.position, parameters.look_at), *finder.survey())
+        };
+        Ok(pool.install(light))
     }
 
     /// What decides the pixels besides the scene, as `key=value` pairs.

@@ -47,6 +47,15 @@ impl Looker<'_> {
         None
     }
 
+    /// Reflectance of what was seen: of its diffuse and specular colours, at most 1, or 0.5 where a texture says it.
+    pub fn reflectance(&self, seen: &Seen) -> f32 {
+        let material = &self.scene.materials()[seen.material as usize];
+        match material.maps.diffuse.is_some() {
+            true => 0.5,
+            false => (material.diffuse + material.specular).luminance().min(1.0),
+        }
+    }
+
     /// Whether a ray leaves the scene, at most through cutouts and what is mostly clear, such as window panes.
     pub fn escapes(&self, origin: Vec3, direction: Vec3) -> bool {
         let mut ray = Ray::new(origin, direction);

@@ -24,6 +24,8 @@ pub struct Survey {
     pub is_interior: bool,
     /// Share of the rays from points inside of a room that leave the scene: through windows, or where there is no wall or ceiling.
     pub openness: f32,
+    /// Reflectance of what is seen from outside, on average; textured surfaces count as 0.5.
+    pub reflectance: f32,
 }
 
 impl Survey {
@@ -36,6 +38,7 @@ impl Survey {
                 axes: axes(false),
                 is_interior: false,
                 openness: 1.0,
+                reflectance: 0.5,
             };
         }
         // From inside
@@ -52,11 +55,13 @@ impl Survey {
         }
 
         // From outside, at random points of it
-        let mut without = Tally::default();
+        let (mut without, mut reflected) = (Tally::default(), 0.0);
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             for direction in directions(i) {
-                without.add(looker.look(p - reach * direction, direction).as_ref());
+                let seen = looker.look(p - reach * direction, direction);
+                without.add(seen.as_ref());
+                reflected += seen.map_or(0.0, |seen| f64::from(looker.reflectance(&seen)));
             }
         }
         let is_room = rooms as f32 >= MIN_ROOM * POINTS as f32;
@@ -66,6 +71,7 @@ impl Survey {
         Self {
             axes: axes(is_interior),
             is_interior,
+            reflectance: (reflected / f64::from(without.hits.max(1))) as f32,
             openness: escaped as f32 / within.rays.max(1) as f32,
         }
     }

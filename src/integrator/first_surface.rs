@@ -14,18 +14,19 @@ use crate::math::{Ray, Vec2};
 use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
-    /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background.
+    /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background, and no surface is there:
+    /// depths, mattes and metering see the objects alone.
     ///
     /// Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
     /// does so only if it `can_miss`, and for lights of which it knows what is missing.
     #[inline(always)]
     pub(super) fn see(&self, hit: &Hit, vertex: &Vertex, ray: &Ray, can_miss: bool, out: &mut impl Sink) -> bool {
-        out.first_surface(self.first_surface(hit, vertex));
         if let Some(ground) = self.scene.ground().filter(|ground| ground.is_at(hit)) {
             let is_missing = can_miss && ground.knows_missing_light() && self.scene.light_selection().all().is_none();
             self.see_ground(ground, vertex, (ray, is_missing), out);
             return is_missing;
         }
+        out.first_surface(self.first_surface(hit, vertex));
         false
     }
 

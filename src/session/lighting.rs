@@ -22,8 +22,10 @@ pub struct Guesses {
     pub background: bool,
 }
 
-/// Radiance of the backdrop of an object, W·sr⁻¹·m⁻²: brighter than most objects in a studio.
-const BACKDROP: f32 = 0.8;
+/// Radiance of the backdrop of a bright object, and of a dark one, W·sr⁻¹·m⁻²: each separates from it.
+const BACKDROPS: [f32; 2] = [0.22, 0.9];
+/// Reflectance from which on an object is bright.
+const BRIGHT: f32 = 0.35;
 /// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
@@ -58,7 +60,10 @@ pub(super) fn lit(
                 });
             }
             if guesses.background && settings.method().shows_backgrounds() {
-                settings.background = Background::Gradient(Spectrum::splat(BACKDROP));
+                settings.background = Background::Gradient(Spectrum::splat(match survey.reflectance >= BRIGHT {
+                    true => BACKDROPS[0],
+                    false => BACKDROPS[1],
+                }));
             }
             match catches {
                 true => {

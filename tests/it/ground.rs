@@ -1,11 +1,12 @@
 //! The ground that catches shadows: closed forms, and its flags and keys by the real program. What is wrong is in `background.rs`.
 
-use crate::background::{at, stage};
+use crate::background::stage;
 use crate::support::program::{done, json, printed, split};
 use crate::support::*;
 use embrasure::accel::Accel;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
+use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Rect};
 use embrasure::integrator::*;
 use embrasure::light::{LatLongImage, SelectionMode};
@@ -333,56 +334,56 @@ fn backends_agree_on_the_ground() {
     }
 }
 
-/// Each key of `[ground]`, by what the first surface is.
+/// Each key of `[ground]` places the plane of the scene.
 #[test]
 fn keys_place_the_ground() {
-    let look = |ground: &str, flags: &str| {
+    let of = |ground: &str, set: &[&str]| {
         let folder = stage(ground);
-        let camera = "--position 3,6,3 --look-at 3,0,3 --up 0,0,-1 --fov 20 --size 31x31";
-        let line = format!("render s.toml -q --spp 4 --aov P -o o.exr {camera} {flags}");
-        done(folder.path(), &split(&line));
-        let path = folder.path().join("o.exr");
-        ["P.Y", "N.Y", "N.Z", "albedo.G", "Z"].map(|name| at(&path, name, 15, 15))
+        let set: Vec<String> = set.iter().map(|key| key.to_string()).collect();
+        let file = SceneFile::load_with(&folder.path().join("s.toml"), &set).unwrap();
+        load_scene(&file, SceneBuilder::new()).unwrap().scene
     };
-    let near = |a: f32, b: f32| (a - b).abs() < 2e-3;
+    let plane = |ground: &str| {
+        let scene = of(ground, &[]);
+        let ground = scene.ground().unwrap();
+        (ground.point(), ground.normal(), ground.radius())
+    };
+    assert!(of("", &[]).ground().is_none());
     // Below the lowest corner of the scene, at y = -2
-    let [y, up, _, albedo, _] = look("", "--ground");
+    let (point, normal, radius) = plane("[ground]");
     assert!(
-        near(y, -2.0) && y < -2.0 && up == 1.0 && near(albedo, 0.5),
-        "{y} {up} {albedo}"
+        point.y < -2.0 && point.y > -2.002 && normal == Vec3::Y,
+        "{point} {normal}"
     );
-    let [y, ..] = look("[ground]", "");
-    assert!(near(y, -2.0));
-    assert_eq!(look("[ground]", "--no-ground")[4], 1e10);
-    let [y, _, _, albedo, _] = look("[ground]\npoint = [0, 0.5, 0]\nalbedo = 0.25", "");
-    assert!(near(y, 0.5) && near(albedo, 0.25), "{y} {albedo}");
-    let [_, _, _, albedo, _] = look("[ground]\nalbedo = [0.2, 0.8, 0.3]", "");
-    assert!(near(albedo, 0.8), "{albedo}");
-    let [_, _, along, _, _] = look("[ground]\npoint = [3, 0, 3]\nnormal = [0, 1, 1]", "");
-    assert!(near(along, 0.5f32.sqrt()), "{along}");
-    // Too small to be seen from there
-    assert_eq!(look("[ground]\npoint = [0, 0, 0]\nradius = 1.5", "")[4], 1e10);
-    // Up is -y: the ground is above the scene, and is not seen from its back.
-    assert_eq!(look("[ground]\nup = [0, -1, 0]", "")[4], 1e10);
-    let [y, ..] = look("[ground]", "--set ground.point=[0,1,0]");
-    assert!(near(y, 1.0), "{y}");
+    assert!(radius > 50.0);
+    assert_eq!(plane("[ground]\npoint = [0, 0.5, 0]").0, Vec3::new(0.0, 0.5, 0.0));
+    let along = plane("[ground]\npoint = [3, 0, 3]\nnormal = [0, 1, 1]").1;
+    assert!((along.z - 0.5f32.sqrt()).abs() < 1e-6, "{along}");
+    assert_eq!(plane("[ground]\npoint = [0, 0, 0]\nradius = 1.5").2, 1.5);
+    // Up is -y: the ground is above the scene.
+    assert!(plane("[ground]\nup = [0, -1, 0]").0.y > 0.0);
+    let scene = of("[ground]", &["ground.point=[0,1,0]"]);
+    assert_eq!(scene.ground().unwrap().point().y, 1.0);
+    let albedo = |ground: &str| of(ground, &[]).materials().last().unwrap().diffuse.to_array();
+    assert_eq!(albedo("[ground]"), [0.5; 3]);
+    assert_eq!(albedo("[ground]\nalbedo = 0.25"), [0.25; 3]);
+    assert_eq!(albedo("[ground]\nalbedo = [0.2, 0.8, 0.3]"), [0.2, 0.8, 0.3]);
 }
 
-/// The ground frames nothing, counts as a mesh, and has a name in mattes.
 #[test]
 fn the_ground_is_no_part_of_the_bounds() {
     let folder = stage("[ground]");
     let run = |args: &str| done(folder.path(), &split(args));
     let info = json(&run("info s.toml --json"));
     assert_eq!(info["bounds"][0][1].as_f64(), Some(-2.0), "{info}");
-    run("render a.obj -q --spp 4 --size 31x31 --background black --aov id,cryptomatte -o a.exr");
-    run("render a.obj -q --spp 4 --size 31x31 --background black --aov id,cryptomatte --ground -o b.exr");
+    let plain = "render a.obj -q --spp 4 --size 31x31 --env white --background black --aov id,cryptomatte";
+    run(&format!("{plain} -o a.exr"));
+    run(&format!("{plain} --ground -o b.exr"));
     let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
-    // The same camera: surfaces of the scene are where they were.
+    // The same camera, and surfaces of the scene are where they were: the ground is none.
     let [before, after] = [a, b].map(|path| read_channel(&path, "id.object"));
-    assert!(before.contains(&1.0) && after.contains(&2.0));
-    let mut above = before.iter().zip(&after).take(31 * 15);
-    assert!(above.all(|(&a, &b)| a == 0.0 || a == b));
+    assert!(before.contains(&1.0));
+    assert_eq!(before, after);
     let traced = printed(&run("render s.toml --pixel 2,29 --sample 1"));
     assert!(traced.contains("sees the ground: its light times"), "{traced}");
     let traced = printed(&run("render s.toml --pixel 2,15 --background transparent --no-ground"));

@@ -309,7 +309,10 @@ fn long_scene_files_are_read_in_time() {
     );
     fs::write(at.join("n.toml"), members).unwrap();
     for file in ["m.toml", "n.toml"] {
-        let out = run_soon(at, &split(&format!("render {file} --spp 1 --size 8x8 -o o.exr")));
+        let out = run_soon(
+            at,
+            &split(&format!("render {file} --spp 1 --size 8x8 -o o.exr --warnings all")),
+        );
         assert_eq!(code(&out), 0, "{}", words(&out));
         assert!(words(&out).contains("99900 other materials"), "{}", words(&out));
     }

@@ -321,7 +321,7 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
     }
     fs::copy(folder.path().join("e.exr"), above.path().join("e.exr")).unwrap();
     done(above.path(), &split("render scene/s.toml --env e.exr --spp 1"));
-    let said = refused(above.path(), &split("render scene/s.toml --env scene/e.exr --spp 1"), 1);
+    let said = refused(above.path(), &split("render scene/s.toml --env scene/e.exr --spp 1"), 2);
     assert!(
         said.contains("--env scene/e.exr: environment") && said.contains("no such"),
         "{said}"
@@ -333,7 +333,7 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
         2,
     );
     assert!(said.contains("e.exr"), "{said}");
-    let bare = refused(folder.path(), &split("render a.obj --env none.hdr --spp 1"), 1);
+    let bare = refused(folder.path(), &split("render a.obj --env none.hdr --spp 1"), 2);
     assert!(bare.contains("a.obj: --env none.hdr: environment"), "{bare}");
 }
 
@@ -426,7 +426,7 @@ fn wrong_flags_are_refused() {
     }
     let png = folder.path().join("e.png");
     fs::write(png, "no").unwrap();
-    let said = refused(folder.path(), &split("render s.toml --env e.png --spp 1"), 1);
+    let said = refused(folder.path(), &split("render s.toml --env e.png --spp 1"), 2);
     assert!(said.contains(".hdr or .exr"), "{said}");
 }
 

@@ -120,7 +120,12 @@ fn textures_are_found_elsewhere() {
     let render = |flags: &[&str]| {
         let out = done(
             at,
-            &[&["render"], flags, &["--spp", "1", "--size", "8x8", "-o", "x.exr"]].concat(),
+            &[
+                &["render"],
+                flags,
+                &["--spp", "1", "--size", "8x8", "-o", "x.exr", "--warnings", "all"],
+            ]
+            .concat(),
         );
         words(&out)
     };

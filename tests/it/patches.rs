@@ -283,7 +283,8 @@ fn warnings_of_one_kind_are_one_line() {
         assert!(said.contains("see `embrasure check t.toml`)"), "{said}");
         // One alone is as it is, with its remedy.
         assert!(
-            said.contains("texture `gone.png` is missing") && said.contains("help: put the file there"),
+            said.contains("texture `gone.png` is missing")
+                && said.contains("put it there, or name its folder with --texture-dir"),
             "{said}"
         );
     }

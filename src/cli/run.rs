@@ -116,9 +116,12 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 /// How long denoising may go on after an interrupt.
 const DENOISING_AT_END: Duration = Duration::from_millis(500);
 
+/// Pictures to write.
+type Images = Vec<(Format, Output)>;
+
 /// What a render writes.
 struct Files {
-    images: Vec<(Format, Output)>,
+    images: Images,
     stats: Option<StatsOutput>,
     /// Seconds after which images are written while the render goes on.
     write_every: Option<f64>,
@@ -582,7 +585,7 @@ fn images(
     job: &Job,
     read: &[PathBuf],
     outputs: &mut Outputs,
-) -> Result<(Vec<(Format, Output)>, Option<String>), CliError> {
+) -> Result<(Images, Option<String>), CliError> {
     let DefaultNames { paths, reason } = if !args.output.is_empty() {
         DefaultNames {
             paths: args.output.clone(),

@@ -156,11 +156,19 @@ fn explicit(options: &SceneOptions) -> SceneOptions {
             tone: Some(tone.tone()),
         },
         sampling: SamplingOptions {
-            samples: Some(options.sampling.samples()),
+            samples: options
+                .sampling
+                .samples
+                .or(has_no_quality(options).then(|| options.sampling.samples())),
             ..options.sampling
         },
         ..*options
     }
+}
+
+/// Whether samples and denoiser are not those of a quality.
+fn has_no_quality(options: &SceneOptions) -> bool {
+    options.quality.quality.is_none()
 }
 
 /// Settings of `[render]` that `options` leave at their defaults, commented out.
@@ -168,7 +176,7 @@ fn usual_settings(options: &SceneOptions) -> String {
     let (sampling, integrator) = (&options.sampling, &options.integrator);
     let sampling = SamplingOptions {
         seed: sampling.seed.is_none().then(|| sampling.seed()),
-        denoise: sampling.denoise.is_none().then(|| sampling.denoise()),
+        denoise: (sampling.denoise.is_none() && has_no_quality(options)).then(|| sampling.denoise()),
         ..SamplingOptions::default()
     };
     let integrator = IntegratorOptions {

@@ -227,7 +227,7 @@ impl<'a> CameraFinder<'a> {
         } = self.asked;
         let is_inside = orbit.is_none() && view.angles().is_none() && (view == View::Inside || self.survey.is_interior);
         if is_inside {
-            if let Some(inside) = self.from_inside() {
+            if let Some(inside) = self.inside() {
                 return inside;
             }
         }
@@ -352,7 +352,7 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    fn from_inside(&self) -> Option<CameraGuess> {
+    fn inside(&self) -> Option<CameraGuess> {
         let Asked { position, look_at, .. } = self.asked;
         let (axes, width) = (self.axes(), self.width());
         let view = match (position, look_at) {

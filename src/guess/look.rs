@@ -39,7 +39,7 @@ impl Looker<'_> {
         for _ in 0..MAX_CUTOUTS {
             let hit = self.accel.intersect(&ray)?;
             if self.scene.has_alpha() && self.scene.opacity(&hit) < 0.5 {
-                ray.t_min = hit.t.next_up();
+                ray.t_min = hit.t;
                 continue;
             }
             return Some(self.seen(&hit, direction));
@@ -67,7 +67,7 @@ impl Looker<'_> {
             if !is_clear && self.scene.opacity(&hit) >= 0.5 {
                 return false;
             }
-            ray.t_min = hit.t.next_up();
+            ray.t_min = hit.t;
         }
         false
     }

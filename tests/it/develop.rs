@@ -196,8 +196,11 @@ fn crops_and_scales_are_of_the_whole_picture() {
     assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
 }
 
+/// The value of a channel at column and row.
+type Values = fn(usize, usize) -> f32;
+
 /// Writes a file as another renderer does: a part with a name, its layers, half floats, windows that differ.
-fn write_foreign(path: &Path, channels: &[(&str, fn(usize, usize) -> f32)]) {
+fn write_foreign(path: &Path, channels: &[(&str, Values)]) {
     let (width, height) = (6, 4);
     let list = channels.iter().map(|(name, value)| {
         let values = (0..width * height)

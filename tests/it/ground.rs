@@ -3,7 +3,6 @@
 use crate::background::stage;
 use crate::support::program::{done, json, printed, split};
 use crate::support::*;
-use embrasure::accel::Accel;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::description::{SceneFile, load_scene};
@@ -317,7 +316,7 @@ fn backends_agree_on_the_ground() {
     let camera = pinhole(Vec3::new(2.0, 3.0, 7.0), Vec3::new(0.0, 1.0, 0.0), 50.0);
     let film = film_over(&scene, camera, Background::Transparent, false, 64);
     let other = embrasure::accel::bvh::BvhAccel::new(&scene);
-    let dynamic: &dyn Accel = &other;
+    let dynamic: &dyn embrasure::accel::Accel = &other;
     let second = with_world(&scene, camera, SIZE, |world| {
         let backdrop = Backdrop {
             background: Background::Transparent,

@@ -33,6 +33,8 @@ const GAP: f32 = 1e-4;
 const FADE: f32 = 0.5;
 /// Smallest albedo: the share of light is an estimate of reflected light over the albedo.
 const MIN_ALBEDO: f32 = 0.01;
+/// Smallest radius, that of the smallest scene.
+const MIN_RADIUS: f32 = 1e-9;
 /// Maximum number of finite lights, of which each point of the ground sums up the light.
 const MAX_FINITE_LIGHTS: usize = 256;
 
@@ -90,9 +92,9 @@ impl GroundPlane {
                 "finite, with coordinates of 1e10 at most",
             );
         }
-        let is_radius = |r: f32| r > 0.0 && r <= MAX_COORDINATE;
+        let is_radius = |r: f32| (MIN_RADIUS..=MAX_COORDINATE).contains(&r);
         if let Some(radius) = self.radius.filter(|&r| !is_radius(r)) {
-            return bad("radius", radius.to_string(), "above 0, at most 1e10");
+            return bad("radius", radius.to_string(), "from 1e-9 to 1e10");
         }
         let albedo = self.albedo.to_array();
         if albedo.iter().any(|v| !(MIN_ALBEDO..=1.0).contains(v)) {

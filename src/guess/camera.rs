@@ -336,16 +336,14 @@ impl<'a> CameraFinder<'a> {
                 (
                     azimuth,
                     elevation,
-                    format!(
-                        "the object from azimuth {azimuth}°, elevation {elevation}°; its front is taken to be at {front}°"
-                    ),
+                    format!("the object from azimuth {azimuth}°, elevation {elevation}°; its front is at {front}°"),
                 )
             }
             None => {
                 let (azimuth, elevation) = object::three_quarter(&self.looker, self.axes(), &self.frame(), front);
                 let azimuth = wrapped(azimuth);
                 let words = format!(
-                    "an object, from azimuth {azimuth}°, elevation {elevation}°; its front is taken to be at {front}° (--orbit {azimuth},{elevation} or --view NAME changes that)"
+                    "an object, from azimuth {azimuth}°, elevation {elevation}°; its front is at {front}° (--orbit {azimuth},{elevation} or --view NAME changes that)"
                 );
                 (azimuth, elevation, words)
             }
@@ -442,7 +440,7 @@ impl<'a> CameraFinder<'a> {
         let words = match (said_up, axes.up == Vec3::Y) {
             (None, false) if is_axis(axes.up) => {
                 let name = ["x", "y", "z"][axes.up.abs().max_position()];
-                format!("{words}; +{name} is taken to be up (--up 0,1,0 changes that)")
+                format!("{words}; +{name} is up (--up 0,1,0 changes that)")
             }
             _ => words,
         };

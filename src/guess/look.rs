@@ -33,12 +33,13 @@ pub(super) struct Seen {
 }
 
 impl Looker<'_> {
-    /// The first surface that is not cut out.
+    /// The first surface that is not cut out, and not the ground.
     pub fn look(&self, origin: Vec3, direction: Vec3) -> Option<Seen> {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {
             let hit = self.accel.intersect(&ray)?;
-            if self.scene.has_alpha() && self.scene.opacity(&hit) < 0.5 {
+            let is_ground = self.scene.ground().is_some_and(|ground| ground.is_at(&hit));
+            if is_ground || self.scene.has_alpha() && self.scene.opacity(&hit) < 0.5 {
                 ray.t_min = hit.t;
                 continue;
             }

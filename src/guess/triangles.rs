@@ -10,7 +10,7 @@ pub(super) struct Triangle {
     pub area: f64,
 }
 
-/// Calls `visit` with `max` triangles of the world at most, copies included: all of them, or evenly spread ones in the scene's order.
+/// Calls `visit` with `max` triangles of the world at most, copies included and the ground left out: all of them, or evenly spread ones in the scene's order.
 pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&Triangle)) {
     let stride = scene.placed_triangle_count().div_ceil(max).max(1);
     let mut next = 0;
@@ -32,7 +32,8 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
         }
         next -= count;
     };
-    for geom in scene.standing() {
+    let ground = scene.ground().map(|ground| ground.geom().0);
+    for geom in scene.standing().filter(|geom| Some(*geom) != ground) {
         visit_mesh(scene.mesh(GeomId(geom)), None);
     }
     for instance in scene.instances() {

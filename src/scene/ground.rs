@@ -232,6 +232,11 @@ impl Ground {
         hit.geom == self.geom
     }
 
+    /// Its mesh.
+    pub fn geom(&self) -> GeomId {
+        self.geom
+    }
+
     /// Unit normal, on the side that catches shadows.
     pub fn normal(&self) -> Vec3 {
         self.plane.normal

@@ -11,17 +11,6 @@ use crate::math::{Horizon, Vec3};
 use crate::scene::RectangleParameters;
 use toml::Spanned;
 
-/// What a session guesses where nothing says it. A library's caller, and commands that measure, guess nothing but the camera.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Guesses {
-    /// Light, where nothing in the scene emits.
-    pub light: bool,
-    /// A ground that catches shadows, with guessed light.
-    pub ground: bool,
-    /// The background, with guessed light.
-    pub background: bool,
-}
-
 /// Radiance of the backdrop of a bright object, and of a dark one, W·sr⁻¹·m⁻²: each separates from it.
 const BACKDROPS: [f32; 2] = [0.22, 0.9];
 /// Reflectance from which on an object is bright.

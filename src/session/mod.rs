@@ -11,6 +11,7 @@
 mod backend;
 mod camera;
 mod error;
+mod guesses;
 mod hash;
 mod lighting;
 mod merge;
@@ -23,7 +24,7 @@ pub use backend::{BUILD, version_text};
 pub use camera::CameraSettings;
 pub(crate) use camera::FoundCamera;
 pub use error::{Error, InvalidSetting};
-pub use lighting::Guesses;
+pub use guesses::Guesses;
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
 pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};

@@ -116,7 +116,7 @@ fn what_stands_on_z_is_upright() {
     assert_eq!(vector(&camera["up"]), [0.0, 0.0, 1.0]);
     let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
     assert!(eye[1] < target[1] && eye[2] > target[2], "{eye:.2?} {target:.2?}");
-    assert!(camera["guess"].as_str().unwrap().contains("+z is taken to be up"));
+    assert!(camera["guess"].as_str().unwrap().contains("+z is up"));
 }
 
 #[test]

@@ -334,7 +334,7 @@ fn env_replaces_environments_and_says_what_stands_in_a_file() {
     );
     assert!(said.contains("e.exr"), "{said}");
     let bare = refused(folder.path(), &split("render a.obj --env none.hdr --spp 1"), 2);
-    assert!(bare.contains("a.obj: --env none.hdr: environment"), "{bare}");
+    assert!(bare.contains("--env none.hdr: environment"), "{bare}");
 }
 
 #[test]

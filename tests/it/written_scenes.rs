@@ -220,7 +220,7 @@ fn init_writes_what_renders_alike() {
     let folder = model();
     let at = folder.path();
     fs::create_dir_all(at.join("scenes")).unwrap();
-    let small = "--size 20x10 --spp 2 -q --warnings none";
+    let small = "--size 16x16 --spp 2 -q --warnings none";
     done(at, &split(&format!("render models/a.obj {small} -o a.exr -o a.png")));
     let bits = |scene: &str| {
         done(at, &split(&format!("render {scene} {small} -o b.exr -o b.png")));
@@ -317,7 +317,7 @@ fn init_knows_the_scenes_of_the_project() {
                     scene,
                     "-q",
                     "--size",
-                    "16x12",
+                    "16x16",
                     "--spp",
                     "1",
                     "-o",
@@ -328,7 +328,7 @@ fn init_knows_the_scenes_of_the_project() {
         assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
         let all = uncommented(&fs::read_to_string(at.join(&toml)).unwrap());
         fs::write(at.join("all.toml"), all).unwrap();
-        done(at, &split("render all.toml -q --size 16x12 --spp 1 -o b.exr"));
+        done(at, &split("render all.toml -q --size 16x16 --spp 1 -o b.exr"));
         assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
     }
 }

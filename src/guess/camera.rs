@@ -444,10 +444,13 @@ impl<'a> CameraFinder<'a> {
             }
             _ => words,
         };
+        // A camera that looks along what is up has another direction at the top of its image.
+        let is_across =
+            |said: &Vec3| said.cross(position - look_at).length() > 1e-3 * said.length() * position.distance(look_at);
         CameraGuess {
             position,
             look_at,
-            up: said_up.unwrap_or(up),
+            up: said_up.filter(is_across).unwrap_or(up),
             vertical_fov: fov,
             words,
         }

@@ -59,6 +59,8 @@ pub struct Session {
     warnings: Vec<Warning>,
     /// What was guessed of the camera, if anything was.
     camera_guess: Option<CameraGuess>,
+    /// What is said of the camera; the settings have what was guessed, too, where the light was.
+    said_camera: CameraSettings,
     /// What was guessed of the light, if anything was: words, and the scene file that says it.
     light_guess: Option<(String, SceneFile)>,
     /// Files that the scene was read from.
@@ -106,6 +108,7 @@ impl Session {
             return Ok(Self {
                 camera_guess: guess,
                 light_guess: Some((words, lit_file.clone())),
+                said_camera: settings.camera,
                 ..Self::load(&lit_file, lit_settings, observer)?
             });
         }
@@ -115,6 +118,7 @@ impl Session {
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
+            said_camera: settings.camera,
             settings,
             scene,
             camera,
@@ -156,6 +160,7 @@ impl Session {
             warnings,
             camera_guess: None,
             light_guess: None,
+            said_camera: settings.camera,
             files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
@@ -220,7 +225,7 @@ impl Session {
     /// Those of building an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.settings.backend.build(&self.scene, &self.pool)?;
-        let camera = &self.settings.camera;
+        let camera = &self.said_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
         Ok(self.pool.install(|| finder().candidates()))
     }

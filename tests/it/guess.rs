@@ -328,3 +328,89 @@ fn views_are_listed_and_drawn() {
     assert!(refused(folder.path(), &["views", "none.obj"], 1).contains("none.obj"));
     assert!(refused(folder.path(), &["views", "room.obj", "-o", "room.obj"], 2).contains("would overwrite"));
 }
+
+/// What a render says of the light that it guessed.
+fn light(folder: &Path, args: &[&str]) -> Option<String> {
+    let said = words(&done(
+        folder,
+        &[&["render"], args, &["--size", "8x8", "--spp", "1", "-o", "x.exr"]].concat(),
+    ));
+    let line = said.lines().find_map(|line| line.strip_prefix("light: "));
+    line.map(String::from)
+}
+
+#[test]
+fn light_is_guessed_where_nothing_emits() {
+    // A room with a window in its wall at x = 2: the wall is four slabs around it.
+    let slabs = [
+        ([2.0, 0.0, -3.0], [2.1, 2.6, -1.0]),
+        ([2.0, 0.0, 1.0], [2.1, 2.6, 3.0]),
+        ([2.0, 0.0, -1.0], [2.1, 0.9, 1.0]),
+        ([2.0, 2.0, -1.0], [2.1, 2.6, 1.0]),
+    ];
+    let windowed = slabs.iter().fold(
+        Boxes::default()
+            .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], &["+x"])
+            .add([-0.8, 0.0, -1.6], [0.4, 0.8, -0.6]),
+        |boxes, (min, max)| boxes.add(*min, *max),
+    );
+    let lit = format!("mtllib lit.mtl\nusemtl lamp\n{}", statue().text);
+    let folder = folder(&[
+        ("statue.obj", &statue().text),
+        ("closed.obj", &room(&[])),
+        ("windowed.obj", &windowed.text),
+        ("lit.obj", &lit),
+        ("lit.mtl", "newmtl lamp\nKe 1 1 1\n"),
+        ("scene.toml", "version = 1\n[[object]]\nobj = \"statue.obj\"\n"),
+    ]);
+    let of = |args: &[&str]| light(folder.path(), args);
+    assert!(of(&["statue.obj"]).unwrap().starts_with("a studio, and a ground"));
+    assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
+    assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
+    assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
+    // A method that knows no ground gets none.
+    assert!(
+        of(&["statue.obj", "--integrator", "bdpt"])
+            .unwrap()
+            .starts_with("a studio (")
+    );
+    // Nothing is guessed where something is said.
+    for args in [
+        &["lit.obj"][..],
+        &["statue.obj", "--env", "white"],
+        &["statue.obj", "--sun", "10,40"],
+        &["statue.obj", "--key-light"],
+        &["statue.obj", "--set", "light.0.type=sky"],
+        &["scene.toml"],
+    ] {
+        assert_eq!(of(args), None, "{args:?}");
+    }
+}
+
+/// The scene that is written has what was guessed, and renders the same bits.
+#[test]
+fn guesses_are_written_with_the_scene() {
+    let folder = folder(&[("statue.obj", &statue().upended()), ("closed.obj", &room(&[]))]);
+    for (scene, sections) in [
+        (
+            "statue.obj",
+            &["type = \"studio\"", "[ground]", "background = \"gradient"][..],
+        ),
+        ("closed.obj", &["type = \"rectangle\""]),
+    ] {
+        let size = ["--size", "16x16", "--spp", "2", "-q"];
+        done(
+            folder.path(),
+            &[&["render", scene, "--dump-scene", "d.toml", "-o", "a.exr"], &size[..]].concat(),
+        );
+        let text = std::fs::read_to_string(folder.path().join("d.toml")).unwrap();
+        assert!(sections.iter().all(|section| text.contains(section)), "{text}");
+        done(
+            folder.path(),
+            &[&["render", "d.toml", "-o", "b.exr"], &size[..]].concat(),
+        );
+        let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
+        crate::support::program::assert_same_bits(&a, &b);
+        std::fs::remove_file(folder.path().join("d.toml")).unwrap();
+    }
+}

@@ -237,11 +237,11 @@ fn init_writes_what_renders_alike() {
     let text = fs::read_to_string(at.join("scenes/a.toml")).unwrap();
     for expected in [
         "obj = \"../models/a.obj\"",
-        "samples = 64\n",
-        "exposure = 0\ntone = \"srgb\"",
+        "quality = \"good\"\n",
+        "exposure = \"auto\"\ntone = \"agx\"",
         "\nwidth = 512\nheight = 512\n",
         "#max_depth = 16\n",
-        "radiance = [1.0, 1.0, 1.0]",
+        "type = \"studio\"",
         "# Wood: 2 triangles, a.mtl:1\n#[patch.Wood]\n#diffuse = [0.4, 0.4, 0.4]\n#specular = [0.5, 0.5, 0.5]\n#model = \"phong\"\n#exponent = 200.0\n",
         "#file = \"../models/lib/textures/wood.png\"",
         "#[patch.\"Glass.001\"]",

@@ -5,10 +5,10 @@ use super::error::CliError;
 use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Heeding, Loading, Progress, Until};
+use super::progress::{Heeding, Loading, Progress, Until, is_interrupted};
 use super::words;
 use crate::color::srgb;
-use crate::film::RgbImage;
+use crate::film::{RgbImage, metered};
 use crate::io::{Output, Panel, write_contact_sheet};
 use crate::options::{IntegratorKind, IntegratorOptions, SamplingOptions};
 use crate::render::Outcome;
@@ -91,13 +91,12 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
             progress.finish();
             return Err(CliError::Interrupted("interrupted: no sheet is written".into()));
         }
-        let image = renderer.develop(&state);
-        let shown = |rgb| {
-            settings
-                .tone
-                .encode_u8(rgb)
-                .map(|code| srgb::decode(f32::from(code) / 255.0))
-        };
+        // As `render` shows the picture, or raw where denoising fails
+        let mut metadata = renderer.metadata(&state, true);
+        let denoised = renderer.denoise_unless(renderer.develop(&state), &mut metadata, &is_interrupted);
+        let image = denoised.unwrap_or_else(|_| renderer.develop(&state));
+        let tone = metered(settings.tone, &image);
+        let shown = |rgb| tone.encode_u8(rgb).map(|code| srgb::decode(f32::from(code) / 255.0));
         panels.push(Panel {
             label: wrapped(&format!("{}  {flags}", i + 1)),
             image: RgbImage {

@@ -181,7 +181,7 @@ fn a_bare_obj_is_framed_and_lit() {
     let folder = scene();
     fs::write(folder.path().join("b.obj"), "v 10 0 0\nv 11 0 0\nv 10 1 0\nf 1 2 3\n").unwrap();
     let out = done(folder.path(), &["render", "b.obj", "--size", "32x64", "--spp", "16"]);
-    assert!(words(&out).contains("constant white environment"), "{}", words(&out));
+    assert!(words(&out).contains("light: a studio"), "{}", words(&out));
     let albedo = read_channel(&folder.path().join("b.exr"), "albedo.R");
     let covered = albedo.iter().filter(|&&a| a > 0.0).count();
     assert!(covered > 100, "{covered} of {} pixels show the triangle", albedo.len());

@@ -56,7 +56,6 @@ pub trait Accel: Send + Sync {
     fn bytes(&self) -> u64;
 }
 
-/// Whoever it is: a call for each query, which is a hundredth of what a query takes. What is compiled for this is compiled once.
 /// How ray-tracing code reaches a backend.
 pub trait Dispatch: Accel {
     /// Whether each query is a call through a table: code that is compiled for the backend itself gains nothing then.

@@ -11,7 +11,7 @@ use toml::Spanned;
 pub struct CameraSection {
     /// From which side the scene is seen.
     pub view: Option<Spanned<NamedView>>,
-    /// The same by azimuth, elevation and distance.
+    /// Azimuth, elevation and distance of the camera, in place of a named view.
     pub orbit: Option<Spanned<OrbitAngles>>,
     /// Centre of the lens.
     pub position: Option<Spanned<[f32; 3]>>,

@@ -1,7 +1,7 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists what changes materials, `write` makes its text, `placement` resolves where objects stand, and `load` reads the named files and
-//! builds the scene. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
+//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists the changes of materials, `placement` resolves where objects
+//! stand, `load` reads the named files and builds the scene, and `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod camera_section;
 mod find_texture;

@@ -109,7 +109,7 @@ pub(super) fn guess_up(scene: &Scene, is_interior: bool) -> Vec3 {
     best.0
 }
 
-/// What tells whether an axis is upright.
+/// Evidence that an axis is upright.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
     /// Boxes around what touches the lowest and the highest plane.

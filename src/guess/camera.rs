@@ -134,7 +134,7 @@ impl Orbit {
     }
 }
 
-/// What is said of a camera.
+/// Parts of a camera that flags or a scene file give.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Asked {
     /// Centre of the lens.
@@ -147,7 +147,7 @@ pub struct Asked {
     pub vertical_fov: Option<f32>,
     /// From which side the scene is seen, where no position is said.
     pub view: View,
-    /// The same by angles.
+    /// Azimuth and elevation, in place of a named view.
     pub orbit: Option<Orbit>,
 }
 
@@ -162,7 +162,7 @@ pub struct CameraGuess {
     pub up: Vec3,
     /// Degrees.
     pub vertical_fov: f32,
-    /// What was guessed, in some words.
+    /// Description of the guess for users.
     pub words: String,
 }
 
@@ -211,7 +211,7 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// What the scene is like.
+    /// The survey of the scene.
     pub fn survey(&self) -> &Survey {
         &self.survey
     }
@@ -474,7 +474,7 @@ fn short(v: Vec3, scale: f32) -> Vec3 {
     Vec3::from(v.to_array().map(round)) + Vec3::ZERO
 }
 
-/// The same azimuth between -180 and 180 degrees.
+/// `azimuth` plus a multiple of 360 degrees, between -180 and 180.
 fn wrapped(azimuth: f32) -> f32 {
     (azimuth + 180.0).rem_euclid(360.0) - 180.0
 }

@@ -20,7 +20,7 @@ const MAX_FLOORS: usize = 24;
 const EYE: [f32; 2] = [0.5, 0.2];
 /// Distance to the nearest surface around the eye, as a share of the eye height.
 const CLEARANCE: f32 = 0.3;
-/// What is nearer than this many eye heights stands in the way.
+/// Eye heights below which a surface stands in the way of a view.
 const NEAR: f32 = 0.8;
 
 /// A view from within.
@@ -35,7 +35,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// What is in the middle of the image, at the median distance.
+    /// Point in the middle of the image, at the median distance.
     pub fn target(&self) -> Vec3 {
         self.position + self.distance * self.direction
     }
@@ -165,7 +165,7 @@ fn eyes(looker: &Looker, axes: &Axes, bounds: &Bounds3, x: f32, z: f32, width: f
     eyes
 }
 
-/// What is seen from a point, all around: columns by azimuth, in each rows from the bottom.
+/// Surfaces all around a point: columns by azimuth, each with rows from the bottom.
 struct Panorama(Vec<[Option<Seen>; ROWS]>);
 
 impl Panorama {

@@ -1,4 +1,4 @@
-//! What is seen from somewhere: rays by the scene's own backend, and how much they tell.
+//! Rays into a scene by its own backend, and statistics of the surfaces that they meet.
 
 use crate::accel::Accel;
 use crate::geometry::Hit;
@@ -18,7 +18,7 @@ pub(super) struct Looker<'a> {
     pub accel: &'a dyn Accel,
 }
 
-/// What a ray meets.
+/// The surface that a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     /// Along the ray, scene units where its direction is a unit vector.
@@ -86,7 +86,7 @@ impl Looker<'_> {
     }
 }
 
-/// What a bundle of rays sees, all of the same weight.
+/// Statistics of the surfaces that a bundle of rays meets; all rays have the same weight.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     pub rays: u32,

@@ -1,9 +1,10 @@
-//! Guesses of what nobody said: up, the camera, and what kind of scene it is.
+//! Guesses of the upright axis, the camera and the light of a scene whose file does not give them.
 //!
 //! A bare OBJ has no camera. Whether it is an object or an interior (`survey`) decides how it is looked at: an object from its front and above, at an
 //! angle that shows most of it (`object`); an interior at eye height from the place and in the direction that show most (`interior`). All is decided by
-//! rays of the scene's own backend at fixed places. Scores are compared with a margin, and results are rounded, so that two backends, which differ by
-//! roundings, agree; thread counts change nothing.
+//! rays of the scene's own backend at fixed places. The kind of scene also decides on the light (`light`).
+//!
+//! Scores are compared with a margin, and results are rounded, so that two backends, which differ by roundings, agree; thread counts change nothing.
 
 mod axes;
 mod camera;

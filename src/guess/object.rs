@@ -20,7 +20,7 @@ const STEP: f32 = 0.03;
 const MARGIN: f32 = 0.02;
 /// Doublings of relief that azimuth 0 counts more than other sides: many models face it.
 const USUAL_FRONT: f32 = 0.1;
-/// The same for a side whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
+/// Doublings of relief that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
 const SYMMETRY: f32 = 0.6;
 
 /// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with most relief and materials: faces have eyes and noses, backs are smooth. Azimuth
@@ -59,7 +59,7 @@ fn first_best(scores: &[f32]) -> usize {
     scores.iter().position(|&score| score >= best - MARGIN).unwrap_or(0)
 }
 
-/// What a coarse picture sees, row by row.
+/// Surfaces that the rays of a coarse picture meet, row by row.
 struct Picture(Vec<Option<Seen>>);
 
 impl Picture {

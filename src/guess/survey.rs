@@ -1,4 +1,4 @@
-//! What kind of scene it is: an object, which is looked at, or an interior, which is looked at from inside.
+//! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
 
 use super::axes::{Axes, guess_up};
 use super::look::{Looker, Tally};
@@ -15,12 +15,12 @@ const MIN_ROOM: f32 = 0.2;
 /// Share of the rays from outside that meet the backs of surfaces, from which on the scene was not made for being seen from there.
 const BACKS: f32 = 0.25;
 
-/// What a scene is like.
+/// Properties of a scene on which guesses depend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survey {
     /// Up, and azimuths around it.
     pub axes: Axes,
-    /// Whether it is made for being seen from inside.
+    /// Whether the scene is an interior, modelled to be seen from inside.
     pub is_interior: bool,
     /// Share of the rays from points inside of a room that leave the scene: through windows, or where there is no wall or ceiling.
     pub openness: f32,

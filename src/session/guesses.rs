@@ -1,4 +1,5 @@
-/// What a session guesses where nothing says it. A library's caller, and commands that measure, guess nothing but the camera.
+/// Guesses that a session makes besides the camera's. By default it makes none: commands that measure, and programs over the library, render the scene as its
+/// files give it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Guesses {
     /// Light, where nothing in the scene emits.

@@ -326,13 +326,14 @@ fn backend() -> &'static str {
 }
 
 /// Bytes of each part of a render's memory, with the default backend.
-fn parts(memory: &Forecast) -> [(&'static str, u64); 11] {
+fn parts(memory: &Forecast) -> [(&'static str, u64); 12] {
     [
         ("process", memory.process),
         ("meshes", memory.meshes),
         ("facets_and_lights", memory.facets_and_lights),
         ("textures", memory.textures),
         ("reading", memory.reading),
+        ("guessing", memory.guessing),
         ("acceleration", memory.accel(backend())),
         ("building", memory.building),
         ("prepared", memory.prepared),

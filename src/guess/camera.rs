@@ -1,6 +1,5 @@
 //! The camera where not all of it is said.
 
-use super::axes::Axes;
 use super::framing::Frame;
 use super::interior::{self, upright_bounds};
 use super::light::LightGuess;
@@ -9,7 +8,7 @@ use super::object;
 use super::survey::Survey;
 use crate::accel::Accel;
 use crate::camera::CameraParameters;
-use crate::math::{Vec3, encode_fields, encode_variants};
+use crate::math::{Horizon, Vec3, encode_fields, encode_variants};
 use crate::scene::Scene;
 
 /// Vertical field of view of objects, degrees.
@@ -211,6 +210,11 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
+    /// What answers rays into the scene.
+    pub fn accel(&self) -> &'a dyn Accel {
+        self.looker.accel
+    }
+
     /// The survey of the scene.
     pub fn survey(&self) -> &Survey {
         &self.survey
@@ -232,8 +236,10 @@ impl<'a> CameraFinder<'a> {
             }
         }
         let (azimuth, elevation, words) = self.angles();
-        let back = self.axes().direction(azimuth, elevation);
-        let (mut eye, mut target) = self.frame().place(self.looker.scene, MAX_TRIANGLES, self.axes(), back);
+        let back = self.horizon().direction(azimuth, elevation);
+        let (mut eye, mut target) = self
+            .frame()
+            .place(self.looker.scene, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
             eye = target + distance * back;
         }
@@ -271,8 +277,8 @@ impl<'a> CameraFinder<'a> {
                 candidates.push((guess.flags(), guess));
             }
         }
-        let front = object::front(&self.looker, self.axes(), &self.frame());
-        let (azimuth, elevation) = object::three_quarter(&self.looker, self.axes(), &self.frame(), front);
+        let front = object::front(&self.looker, self.horizon(), &self.frame());
+        let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
         let mirrored = 2.0 * front - azimuth;
         for azimuth in [azimuth, mirrored, azimuth + 180.0, mirrored + 180.0] {
             let azimuth = wrapped(azimuth);
@@ -302,8 +308,8 @@ impl<'a> CameraFinder<'a> {
         candidates
     }
 
-    fn axes(&self) -> &Axes {
-        &self.survey.axes
+    fn horizon(&self) -> &Horizon {
+        &self.survey.horizon
     }
 
     fn frame(&self) -> Frame {
@@ -329,7 +335,7 @@ impl<'a> CameraFinder<'a> {
         if position.is_some() {
             return (0.0, 0.0, "towards the middle of the scene".into());
         }
-        let front = object::front(&self.looker, self.axes(), &self.frame());
+        let front = object::front(&self.looker, self.horizon(), &self.frame());
         match view.angles() {
             Some((turn, elevation)) => {
                 let azimuth = wrapped(front + turn);
@@ -340,7 +346,7 @@ impl<'a> CameraFinder<'a> {
                 )
             }
             None => {
-                let (azimuth, elevation) = object::three_quarter(&self.looker, self.axes(), &self.frame(), front);
+                let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
                 let azimuth = wrapped(azimuth);
                 let words = format!(
                     "an object, from azimuth {azimuth}°, elevation {elevation}°; its front is at {front}° (--orbit {azimuth},{elevation} or --view NAME changes that)"
@@ -352,17 +358,17 @@ impl<'a> CameraFinder<'a> {
 
     fn inside(&self) -> Option<CameraGuess> {
         let Asked { position, look_at, .. } = self.asked;
-        let (axes, width) = (self.axes(), self.width());
+        let (horizon, width) = (self.horizon(), self.width());
         let view = match (position, look_at) {
-            (Some(position), None) => interior::best_direction(&self.looker, axes, position, 0.0, width)?,
+            (Some(position), None) => interior::best_direction(&self.looker, horizon, position, 0.0, width)?,
             (Some(_), Some(_)) => return None,
             (None, None) => {
                 let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
-                if let Some(view) = interior::through_open_side(&self.looker, axes, fov, self.aspect) {
+                if let Some(view) = interior::through_open_side(&self.looker, horizon, fov, self.aspect) {
                     let words = format!("an interior, through its open side ({OTHERS})");
                     return Some(self.guess(view.position, view.target(), fov, words));
                 }
-                *interior::views(&self.looker, axes).first()?
+                *interior::views(&self.looker, horizon).first()?
             }
             (None, Some(target)) => {
                 let sees = |view: &interior::View| {
@@ -372,7 +378,7 @@ impl<'a> CameraFinder<'a> {
                         .and_then(|direction| self.looker.look(view.position, direction));
                     seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
                 };
-                let view = interior::views(&self.looker, axes).into_iter().find(sees)?;
+                let view = interior::views(&self.looker, horizon).into_iter().find(sees)?;
                 return Some(self.guess(
                     view.position,
                     target,
@@ -392,7 +398,7 @@ impl<'a> CameraFinder<'a> {
     /// Views of an interior that differ, the best first.
     fn distinct_views(&self) -> Vec<interior::View> {
         let mut distinct: Vec<interior::View> = Vec::new();
-        for view in interior::views(&self.looker, self.axes()) {
+        for view in interior::views(&self.looker, self.horizon()) {
             let is_like = |other: &interior::View| {
                 view.position.distance(other.position) < ALIKE.0 * self.width()
                     && view.direction.dot(other.direction) > ALIKE.1
@@ -415,7 +421,7 @@ impl<'a> CameraFinder<'a> {
     }
 
     fn width(&self) -> f32 {
-        let bounds = upright_bounds(self.looker.scene.bounds(), self.axes());
+        let bounds = upright_bounds(self.looker.scene.bounds(), self.horizon());
         (bounds.max.x - bounds.min.x).max(bounds.max.z - bounds.min.z)
     }
 
@@ -424,8 +430,8 @@ impl<'a> CameraFinder<'a> {
         let scale = eye
             .distance(target)
             .min(self.looker.scene.bounds().radius().max(f32::MIN_POSITIVE));
-        let axes = self.axes();
-        let up = axes.image_up((eye - target).normalize_or_zero());
+        let horizon = self.horizon();
+        let up = horizon.image_up((eye - target).normalize_or_zero());
         let Asked {
             position,
             look_at,
@@ -437,9 +443,9 @@ impl<'a> CameraFinder<'a> {
             look_at.unwrap_or(short(target, scale)),
         );
         let is_axis = |v: Vec3| v.abs().max_element() > 0.999_999;
-        let words = match (said_up, axes.up == Vec3::Y) {
-            (None, false) if is_axis(axes.up) => {
-                let name = ["x", "y", "z"][axes.up.abs().max_position()];
+        let words = match (said_up, horizon.up() == Vec3::Y) {
+            (None, false) if is_axis(horizon.up()) => {
+                let name = ["x", "y", "z"][horizon.up().abs().max_position()];
                 format!("{words}; +{name} is up (--up 0,1,0 changes that)")
             }
             _ => words,

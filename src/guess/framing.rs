@@ -1,8 +1,7 @@
 //! Cameras that frame points.
 
-use super::axes::Axes;
 use super::triangles::for_each_triangle;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Horizon, Vec2, Vec3};
 use crate::scene::Scene;
 
 /// The smallest pyramid of view, of fixed directions, that holds points: half-spaces that the points push outwards.
@@ -69,9 +68,9 @@ pub(super) struct Frame {
 
 impl Frame {
     /// Position and target of the camera that sees the scene from `back`, a unit vector towards the eye. `max` of the scene's triangles are looked at.
-    pub fn place(&self, scene: &Scene, max: u64, axes: &Axes, back: Vec3) -> (Vec3, Vec3) {
+    pub fn place(&self, scene: &Scene, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
         let slope = self.fill * (0.5 * self.fov.clamp(1.0, 179.0)).to_radians().tan();
-        let mut frustum = Frustum::new(back, axes.image_up(back), Vec2::new(slope * self.aspect, slope));
+        let mut frustum = Frustum::new(back, horizon.image_up(back), Vec2::new(slope * self.aspect, slope));
         for_each_triangle(scene, max, |triangle| {
             triangle.corners.iter().for_each(|&p| frustum.extend(p))
         });

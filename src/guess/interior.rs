@@ -1,8 +1,7 @@
 //! Views of an interior: at eye height, level, towards what shows most.
 
-use super::axes::Axes;
 use super::look::{Looker, Seen, Tally};
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
@@ -42,8 +41,8 @@ impl View {
 }
 
 /// Views from all places of the floor where one can stand, each the best one of its place, the best first.
-pub(super) fn views(looker: &Looker, axes: &Axes) -> Vec<View> {
-    let box_ = upright_bounds(looker.scene.bounds(), axes);
+pub(super) fn views(looker: &Looker, horizon: &Horizon) -> Vec<View> {
+    let box_ = upright_bounds(looker.scene.bounds(), horizon);
     let size = box_.max - box_.min;
     let width = size.x.max(size.z);
     let places: Vec<(f32, f32)> = (0..PLACES * PLACES)
@@ -58,9 +57,9 @@ pub(super) fn views(looker: &Looker, axes: &Axes) -> Vec<View> {
     let mut views: Vec<View> = places
         .par_iter()
         .flat_map_iter(|&(x, z)| {
-            eyes(looker, axes, &box_, x, z, width)
+            eyes(looker, horizon, &box_, x, z, width)
                 .into_iter()
-                .filter_map(|(eye, height)| best_direction(looker, axes, eye, height, width))
+                .filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
         })
         .collect();
     // Stable: of equal ones the first place counts.
@@ -77,19 +76,19 @@ const SHOWN: f32 = 0.8;
 
 /// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
 /// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.
-pub(super) fn through_open_side(looker: &Looker, axes: &Axes, fov: f32, aspect: f32) -> Option<View> {
-    let box_ = upright_bounds(looker.scene.bounds(), axes);
+pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<View> {
+    let box_ = upright_bounds(looker.scene.bounds(), horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
     [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
-        let out = axes.coordinates(axes.direction(azimuth, 0.0)).round();
+        let out = horizon.coordinates(horizon.direction(azimuth, 0.0)).round();
         let across = Vec3::new(out.z, 0.0, -out.x);
         let depth = (half * out).length();
         let width = (half * across).length();
         let place = |u: f32, v: f32| center + out * depth * 1.01 + across * width * u + Vec3::Y * half.y * v;
         let share = |i: u32| (i as f32 + 0.5) / SIDE_RAYS as f32 * 1.9 - 0.95;
         let goes_in = |i: &u32| {
-            let origin = axes.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
-            let seen = looker.look(origin, -axes.point(out));
+            let origin = horizon.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
+            let seen = looker.look(origin, -horizon.point(out));
             seen.is_some_and(|seen| seen.is_front && seen.distance > 2.0 * OPEN.1 * depth)
         };
         let count = (0..SIDE_RAYS * SIDE_RAYS).filter(goes_in).count();
@@ -101,8 +100,8 @@ pub(super) fn through_open_side(looker: &Looker, axes: &Axes, fov: f32, aspect: 
         let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
         Some(View {
-            position: axes.point(center + out * (depth + away)),
-            direction: -axes.point(out),
+            position: horizon.point(center + out * (depth + away)),
+            direction: -horizon.point(out),
             distance: away + depth,
             score: f32::INFINITY,
         })
@@ -110,22 +109,28 @@ pub(super) fn through_open_side(looker: &Looker, axes: &Axes, fov: f32, aspect: 
 }
 
 /// The best level direction at `position`, whose surroundings are of the scale `height`; `None` where there is no place for an eye.
-pub(super) fn best_direction(looker: &Looker, axes: &Axes, position: Vec3, height: f32, width: f32) -> Option<View> {
-    let panorama = Panorama::take(looker, axes, position);
+pub(super) fn best_direction(
+    looker: &Looker,
+    horizon: &Horizon,
+    position: Vec3,
+    height: f32,
+    width: f32,
+) -> Option<View> {
+    let panorama = Panorama::take(looker, horizon, position);
     if panorama.nearest() < CLEARANCE * height {
         return None;
     }
     (0..COLUMNS)
         .step_by(2)
-        .map(|column| panorama.view(axes, position, column, height, width))
+        .map(|column| panorama.view(horizon, position, column, height, width))
         .fold(None, |best: Option<View>, view| match best {
             Some(best) if best.score >= view.score => Some(best),
             _ => Some(view),
         })
 }
 
-/// The scene's box in coordinates of `axes`.
-pub(super) fn upright_bounds(bounds: Bounds3, axes: &Axes) -> Bounds3 {
+/// The scene's box in coordinates of `horizon`.
+pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
     let corner = |i: u32| {
         let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };
         Vec3::new(
@@ -134,21 +139,21 @@ pub(super) fn upright_bounds(bounds: Bounds3, axes: &Axes) -> Bounds3 {
             pick(2, bounds.min.z, bounds.max.z),
         )
     };
-    (0..8).map(|i| axes.coordinates(corner(i))).collect()
+    (0..8).map(|i| horizon.coordinates(corner(i))).collect()
 }
 
 /// Where eyes can be above (`x`, `z`): on each surface that lies flat with room above it. With the height of each eye above its floor.
-fn eyes(looker: &Looker, axes: &Axes, bounds: &Bounds3, x: f32, z: f32, width: f32) -> Vec<(Vec3, f32)> {
+fn eyes(looker: &Looker, horizon: &Horizon, bounds: &Bounds3, x: f32, z: f32, width: f32) -> Vec<(Vec3, f32)> {
     let height = bounds.max.y - bounds.min.y;
     let mut surfaces = Vec::new();
     let top = bounds.max.y + 0.01 * height;
     let mut y = top;
     while surfaces.len() < MAX_FLOORS {
-        let Some(seen) = looker.look(axes.point(Vec3::new(x, y, z)), -axes.up) else {
+        let Some(seen) = looker.look(horizon.point(Vec3::new(x, y, z)), -horizon.up()) else {
             break;
         };
         y -= seen.distance;
-        surfaces.push((y, seen.normal.dot(axes.up).abs() > 0.9));
+        surfaces.push((y, seen.normal.dot(horizon.up()).abs() > 0.9));
         y -= 1e-4 * height;
     }
     // From each floor to what is above it
@@ -159,7 +164,7 @@ fn eyes(looker: &Looker, axes: &Axes, bounds: &Bounds3, x: f32, z: f32, width: f
         ceiling = y;
         if is_flat && room > 0.04 * height.max(width) {
             let eye = (EYE[0] * room).min(EYE[1] * width);
-            eyes.push((axes.point(Vec3::new(x, y + eye, z)), eye));
+            eyes.push((horizon.point(Vec3::new(x, y + eye, z)), eye));
         }
     }
     eyes
@@ -169,12 +174,12 @@ fn eyes(looker: &Looker, axes: &Axes, bounds: &Bounds3, x: f32, z: f32, width: f
 struct Panorama(Vec<[Option<Seen>; ROWS]>);
 
 impl Panorama {
-    fn take(looker: &Looker, axes: &Axes, position: Vec3) -> Self {
+    fn take(looker: &Looker, horizon: &Horizon, position: Vec3) -> Self {
         let column = |column: usize| {
             let azimuth = 360.0 * column as f32 / COLUMNS as f32;
             std::array::from_fn(|row| {
                 let elevation = PITCH * (2.0 * (row as f32 + 0.5) / ROWS as f32 - 1.0);
-                looker.look(position, axes.direction(azimuth, elevation))
+                looker.look(position, horizon.direction(azimuth, elevation))
             })
         };
         Self((0..COLUMNS).map(column).collect())
@@ -187,7 +192,7 @@ impl Panorama {
 
     /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the
     /// way, and backs of surfaces, which nobody was to see.
-    fn view(&self, axes: &Axes, position: Vec3, column: usize, height: f32, width: f32) -> View {
+    fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> View {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);
         for i in 0..WINDOW {
@@ -209,7 +214,7 @@ impl Panorama {
         let turned = (column as f32 - 0.5) / COLUMNS as f32 * TAU;
         View {
             position,
-            direction: axes.direction(turned.to_degrees(), 0.0),
+            direction: horizon.direction(turned.to_degrees(), 0.0),
             distance,
             score: shows + reaches - 6.0 * share(near) - 6.0 * is_missing - 4.0 * backs,
         }

@@ -1,9 +1,8 @@
 //! The light of a scene without any, by what kind of scene it is.
 
-use super::axes::Axes;
 use super::look::Looker;
 use super::survey::{Survey, points_inside};
-use crate::math::Vec3;
+use crate::math::{Horizon, Vec3};
 
 /// Share of the rays from inside that must leave an interior for daylight to come in.
 const MIN_OPENNESS: f32 = 0.003;
@@ -38,21 +37,21 @@ impl LightGuess {
             return Self::Studio;
         }
         if survey.openness >= MIN_OPENNESS {
-            return Self::Daylight(sun_through_openings(looker, &survey.axes));
+            return Self::Daylight(sun_through_openings(looker, &survey.horizon));
         }
-        lamp(looker, &survey.axes, position, target).unwrap_or(Self::Daylight([-45.0, ELEVATIONS[0]]))
+        lamp(looker, &survey.horizon, position, target).unwrap_or(Self::Daylight([-45.0, ELEVATIONS[0]]))
     }
 }
 
 /// Azimuth and elevation of the sun from which light reaches the most points inside.
-fn sun_through_openings(looker: &Looker, axes: &Axes) -> [f32; 2] {
+fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.scene.bounds()).collect();
     let mut best = ([-45.0, ELEVATIONS[0]], 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {
             // A few degrees off the walls, which mostly stand along the axes
             let azimuth = -150.0 + 360.0 * (i as f32) / AZIMUTHS as f32 + 7.0;
-            let direction = axes.direction(azimuth, elevation);
+            let direction = horizon.direction(azimuth, elevation);
             let lit = points.iter().filter(|&&p| looker.escapes(p, direction)).count();
             // A tenth more is needed to prefer another one, so that roundings do not decide.
             if lit * 10 > best.1 * 11 {
@@ -64,14 +63,14 @@ fn sun_through_openings(looker: &Looker, axes: &Axes) -> [f32; 2] {
 }
 
 /// A lamp below the ceiling, between the camera and what it looks at; `None` where there is no ceiling.
-fn lamp(looker: &Looker, axes: &Axes, position: Vec3, target: Vec3) -> Option<LightGuess> {
+fn lamp(looker: &Looker, horizon: &Horizon, position: Vec3, target: Vec3) -> Option<LightGuess> {
     let middle = position.midpoint(target);
-    let above = looker.look(middle, axes.up)?.distance;
-    let below = looker.look(middle, -axes.up).map_or(above, |floor| floor.distance);
+    let above = looker.look(middle, horizon.up())?.distance;
+    let below = looker.look(middle, -horizon.up()).map_or(above, |floor| floor.distance);
     let height = above + below;
     Some(LightGuess::Lamp {
-        position: middle + (above - LAMP.1 * height) * axes.up,
-        direction: -axes.up,
+        position: middle + (above - LAMP.1 * height) * horizon.up(),
+        direction: -horizon.up(),
         size: LAMP.0 * height,
     })
 }

@@ -6,7 +6,6 @@
 //!
 //! Scores are compared with a margin, and results are rounded, so that two backends, which differ by roundings, agree; thread counts change nothing.
 
-mod axes;
 mod camera;
 mod framing;
 mod interior;
@@ -15,8 +14,8 @@ mod look;
 mod object;
 mod survey;
 mod triangles;
+mod up;
 
-pub use axes::Axes;
 pub use camera::{Asked, CameraFinder, CameraGuess, Orbit, View};
 pub use light::LightGuess;
 pub use survey::Survey;

@@ -1,10 +1,9 @@
 //! The view of an object: which of its sides is its front, and from where around it shows most.
 
-use super::axes::Axes;
 use super::framing::Frame;
 use super::look::{Looker, Seen, Tally};
 use crate::camera::{Camera, CameraParameters};
-use crate::math::{UVec2, Vec2, Vec3};
+use crate::math::{Horizon, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 /// Rays along a side of the square through which candidates are compared.
@@ -25,12 +24,12 @@ const SYMMETRY: f32 = 0.6;
 
 /// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with most relief and materials: faces have eyes and noses, backs are smooth. Azimuth
 /// 0 and symmetry count for something.
-pub(super) fn front(looker: &Looker, axes: &Axes, frame: &Frame) -> f32 {
+pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
     let azimuths = [0.0, 180.0, 90.0, 270.0];
     let scores: Vec<f32> = azimuths
         .par_iter()
         .map(|&azimuth| {
-            let picture = Picture::take(looker, axes, frame, axes.direction(azimuth, 5.0));
+            let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
             let usual = if azimuth == 0.0 { USUAL_FRONT } else { 0.0 };
             picture.relief().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
         })
@@ -39,7 +38,7 @@ pub(super) fn front(looker: &Looker, axes: &Axes, frame: &Frame) -> f32 {
 }
 
 /// Azimuth and elevation, in degrees, of the three-quarter view that shows most of an object whose front is at `front`.
-pub(super) fn three_quarter(looker: &Looker, axes: &Axes, frame: &Frame, front: f32) -> (f32, f32) {
+pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
     let candidates: Vec<(f32, f32)> = ELEVATIONS
         .iter()
         .flat_map(|&elevation| TURNS.map(|turn| (front + turn, elevation)))
@@ -47,7 +46,7 @@ pub(super) fn three_quarter(looker: &Looker, axes: &Axes, frame: &Frame, front: 
     let scores: Vec<f32> = candidates
         .par_iter()
         .map(|&(azimuth, elevation)| {
-            Picture::take(looker, axes, frame, axes.direction(azimuth, elevation)).information()
+            Picture::take(looker, horizon, frame, horizon.direction(azimuth, elevation)).information()
         })
         .collect();
     candidates[first_best(&scores)]
@@ -63,13 +62,13 @@ fn first_best(scores: &[f32]) -> usize {
 struct Picture(Vec<Option<Seen>>);
 
 impl Picture {
-    fn take(looker: &Looker, axes: &Axes, frame: &Frame, back: Vec3) -> Self {
+    fn take(looker: &Looker, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
         let square = Frame { aspect: 1.0, ..*frame };
-        let (position, look_at) = square.place(looker.scene, FEW, axes, back);
+        let (position, look_at) = square.place(looker.scene, FEW, horizon, back);
         let parameters = CameraParameters {
             position,
             look_at,
-            up: axes.image_up(back),
+            up: horizon.image_up(back),
             vertical_fov: frame.fov,
             lens_radius: 0.0,
             focus_distance: 1.0,

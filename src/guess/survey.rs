@@ -1,8 +1,8 @@
 //! Survey of a scene: whether it is an object, seen from outside, or an interior, seen from inside.
 
-use super::axes::{Axes, guess_up};
 use super::look::{Looker, Tally};
-use crate::math::{Bounds3, Vec2, Vec3};
+use super::up::guess_up;
+use crate::math::{Bounds3, Horizon, Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 
 /// Points inside of the scene's bounds, and rays from each.
@@ -19,7 +19,7 @@ const BACKS: f32 = 0.25;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survey {
     /// Up, and azimuths around it.
-    pub axes: Axes,
+    pub horizon: Horizon,
     /// Whether the scene is an interior, modelled to be seen from inside.
     pub is_interior: bool,
     /// Share of the rays from points inside of a room that leave the scene: through windows, or where there is no wall or ceiling.
@@ -31,11 +31,14 @@ pub struct Survey {
 impl Survey {
     /// Surveys the scene; `up` is not guessed where it is given.
     pub(super) fn new(looker: &Looker, up: Option<Vec3>) -> Self {
-        let axes = |is_interior: bool| Axes::new(up.unwrap_or_else(|| guess_up(looker.scene, is_interior)));
+        let horizon = |is_interior: bool| {
+            let said = up.and_then(Vec3::try_normalize);
+            Horizon::new(said.unwrap_or_else(|| guess_up(looker.scene, is_interior)))
+        };
         let bounds = looker.scene.bounds();
         if bounds.is_empty() {
             return Self {
-                axes: axes(false),
+                horizon: horizon(false),
                 is_interior: false,
                 openness: 1.0,
                 reflectance: 0.5,
@@ -69,7 +72,7 @@ impl Survey {
         let is_made_for_inside = 1.0 - without.front_share() > BACKS || detail(&within) > detail(&without);
         let is_interior = is_room && is_made_for_inside;
         Self {
-            axes: axes(is_interior),
+            horizon: horizon(is_interior),
             is_interior,
             reflectance: (reflected / f64::from(without.hits.max(1))) as f32,
             openness: escaped as f32 / within.rays.max(1) as f32,

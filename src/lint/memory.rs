@@ -48,6 +48,8 @@ pub struct Forecast {
     pub textures: u64,
     /// What is left of reading files.
     pub reading: u64,
+    /// What is left of the structure by which a camera was guessed: the allocator keeps that of obvhs, Embree's goes back to the system.
+    pub guessing: u64,
     /// Acceleration structures, by backend, of which a render has one.
     pub accel: [AccelMemory; 3],
     /// What is needed besides to build one.
@@ -79,6 +81,7 @@ impl Forecast {
             facets_and_lights: scene.bytes().saturating_sub(meshes + textures),
             textures,
             reading: if largest_file > MAX_KEPT_BYTES { 0 } else { largest_file },
+            guessing: 0,
             accel: [
                 accel(
                     "embree",
@@ -104,6 +107,17 @@ impl Forecast {
         }
     }
 
+    /// The same after a camera was guessed by rays of a backend.
+    pub fn after_guess(self, backend: &str) -> Self {
+        Self {
+            guessing: match backend {
+                "obvhs" => self.accel(backend) + self.building,
+                _ => 0,
+            },
+            ..self
+        }
+    }
+
     /// Bytes that the pixels of `crop` take: sums, and pictures while they are written.
     pub fn of_pixels(crop: Rect) -> u64 {
         let writing = WRITING_BYTES_PER_PIXEL.saturating_mul(crop.area());
@@ -123,7 +137,7 @@ impl Forecast {
 
     /// The most that there is at a time with a backend: while its structure is built, while samples are taken, or while pictures are written.
     pub fn peak(&self, backend: &str) -> u64 {
-        let stays = self.process + self.scene() + self.reading + self.accel(backend);
+        let stays = self.process + self.scene() + self.reading + self.guessing + self.accel(backend);
         let rendered = self
             .prepared
             .saturating_add(self.film)

@@ -7,6 +7,7 @@ use super::{DVec3, Quat, Vec3};
 /// about +x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
+    up: Vec3,
     rotation: Quat,
 }
 
@@ -23,7 +24,32 @@ impl Horizon {
             }
             false => Quat::from_xyzw(1.0, 0.0, 0.0, 0.0),
         };
-        Self { rotation }
+        Self { up, rotation }
+    }
+
+    /// The unit vector that points up.
+    pub fn up(&self) -> Vec3 {
+        self.up
+    }
+
+    /// Up in the image of a camera that is seen along `back`, a unit vector: [`Horizon::up`]; where the camera looks straight up or down, azimuth 0 is
+    /// at the bottom.
+    pub fn image_up(&self, back: Vec3) -> Vec3 {
+        let height = back.dot(self.up);
+        match height.abs() > 0.999 {
+            true => self.point(Vec3::NEG_Z) * height.signum(),
+            false => self.up,
+        }
+    }
+
+    /// Coordinates of the point `p` along azimuth 90°, up and azimuth 0.
+    pub fn coordinates(&self, p: Vec3) -> Vec3 {
+        self.rotation.inverse() * p
+    }
+
+    /// The point of these [`Horizon::coordinates`].
+    pub fn point(&self, coordinates: Vec3) -> Vec3 {
+        self.rotation * coordinates
     }
 
     /// From the frame in which +y is up to the world.

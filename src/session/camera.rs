@@ -101,14 +101,13 @@ impl CameraSettings {
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }
 
-    /// The camera, and what was guessed of it, if anything was. `accel` answers rays into `scene` where the settings need it.
-    pub(crate) fn describe(
+    /// The camera, and what was guessed of it, if anything was. `finder` is of these settings, and is there where they need the scene.
+    fn describe(
         &self,
-        scene: &Scene,
-        accel: Option<&dyn Accel>,
+        finder: Option<&CameraFinder>,
         resolution: UVec2,
     ) -> Result<(CameraDescription, Option<CameraGuess>), CameraError> {
-        let (guess, pose) = match (self.position, self.look_at, accel) {
+        let (guess, pose) = match (self.position, self.look_at, finder) {
             (Some(position), Some(look_at), _) => {
                 let up = self.up.unwrap_or(Vec3::Y);
                 (
@@ -116,8 +115,8 @@ impl CameraSettings {
                     (Pose { position, look_at, up }, self.vertical_fov.unwrap_or(DEFAULT_FOV)),
                 )
             }
-            (.., Some(accel)) => {
-                let guess = self.finder(scene, accel, resolution).camera();
+            (.., Some(finder)) => {
+                let guess = finder.camera();
                 let CameraGuess {
                     position,
                     look_at,
@@ -138,11 +137,21 @@ impl CameraSettings {
             lens_radius: self.lens_radius.unwrap_or(0.0),
             focus_distance: self.focus_distance.unwrap_or_else(|| distance(position, look_at)),
         };
-        if let (Some(at), Some(accel)) = (self.focus_at, accel) {
-            parameters.focus_distance = focus_distance(parameters, accel, at, resolution)?;
+        if let (Some(at), Some(finder)) = (self.focus_at, finder) {
+            parameters.focus_distance = focus_distance(parameters, finder.accel(), at, resolution)?;
         }
         let motion = self.motion(&parameters);
         Ok((CameraDescription { motion, parameters }, guess))
+    }
+
+    /// The camera as a picture of so many pixels sees by it.
+    pub(super) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
+        let (description, guess) = self.describe(finder, resolution)?;
+        Ok(FoundCamera {
+            camera: description.camera(resolution)?,
+            description,
+            guess,
+        })
     }
 
     /// Whether both have the same bits: NaN is equal to NaN.

@@ -7,7 +7,7 @@ use crate::description::{GroundSection, LightSection, SceneFile};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
-use crate::math::{Horizon, Vec3};
+use crate::math::Vec3;
 use crate::scene::RectangleParameters;
 use toml::Spanned;
 
@@ -34,11 +34,11 @@ pub(super) fn lit(
     camera.up = Some(parameters.up);
     camera.vertical_fov = Some(parameters.vertical_fov);
 
-    let up = survey.axes.up;
+    let up = survey.horizon.up();
     let said_up = (up != Vec3::Y).then_some(up);
     let words = match guess {
         LightGuess::Studio => {
-            let front = Horizon::new(up).azimuth(parameters.position - parameters.look_at);
+            let front = survey.horizon.azimuth(parameters.position - parameters.look_at);
             let front = front.unwrap_or(0.0).round();
             file.light.push(LightSection::studio(0..0, front, said_up));
             let catches = guesses.ground && settings.method().catches_shadows();

@@ -94,15 +94,16 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
+        let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
+        let (found, light) = settings.camera_and_light(file, &scene, &pool, settings.guesses.light && is_dark)?;
         let FoundCamera {
             camera,
             description,
             guess,
-        } = settings.camera_of(file, &scene, &pool)?;
-        if settings.guesses.light && scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT) {
-            let light = settings.light_of(&scene, &description.parameters, &pool)?;
+        } = found;
+        if let Some((light, survey)) = light {
             let (lit_file, lit_settings, words) =
-                lighting::lit(file, &settings, (light.0, &light.1), &description.parameters);
+                lighting::lit(file, &settings, (light, &survey), &description.parameters);
             // The scene is read again, with its light. Only one of both is in memory at a time.
             drop(scene);
             return Ok(Self {
@@ -330,7 +331,11 @@ pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
 pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> Forecast {
     let paths = file.object.iter().map(|object| file.resolve(object.obj.get_ref()));
     let sizes = paths.filter_map(|path| Some(path.metadata().ok()?.len()));
-    forecast_of(scene, sizes.max().unwrap_or(0), settings)
+    let forecast = forecast_of(scene, sizes.max().unwrap_or(0), settings);
+    match settings.camera.needs_scene() {
+        true => forecast.after_guess(settings.backend.name()),
+        false => forecast,
+    }
 }
 
 /// The same, where the largest OBJ file has so many bytes.

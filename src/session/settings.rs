@@ -288,47 +288,43 @@ impl Settings {
         Filter::new(self.filter, self.filter_radius.unwrap_or(self.filter.usual_radius()))
     }
 
-    /// The camera that looks at `scene`, and its description. An error is one of `file`, unless flags or a program have changed its camera.
+    /// The camera that looks at `scene`. An error is one of `file`, unless flags or a program have changed its camera.
     pub(crate) fn camera_of(
         &self,
         file: &SceneFile,
         scene: &Scene,
         pool: &rayon::ThreadPool,
     ) -> Result<FoundCamera, Error> {
+        Ok(self.camera_and_light(file, scene, pool, false)?.0)
+    }
+
+    /// The camera, as [`Settings::camera_of`] has it, and where `unlit` says that nothing in `scene` emits, light for it and what the scene is like.
+    pub(super) fn camera_and_light(
+        &self,
+        file: &SceneFile,
+        scene: &Scene,
+        pool: &rayon::ThreadPool,
+        unlit: bool,
+    ) -> Result<(FoundCamera, Option<(LightGuess, Survey)>), Error> {
         // What is guessed is guessed by rays.
-        let accel = match self.camera.needs_scene() {
+        let accel = match unlit || self.camera.needs_scene() {
             true => Some(self.backend.build(scene, pool)?),
             false => None,
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);
-        let found = pool.install(|| self.camera.describe(scene, accel, self.resolution));
-        let found = found.and_then(|(description, guess)| {
-            Ok(FoundCamera {
-                camera: description.camera(self.resolution)?,
-                description,
-                guess,
-            })
+        let found = pool.install(|| {
+            let finder = accel.map(|accel| self.camera.finder(scene, accel, self.resolution));
+            let found = self.camera.found(finder.as_ref(), self.resolution)?;
+            let CameraParameters { position, look_at, .. } = found.description.parameters;
+            let finder = finder.filter(|_| unlit);
+            let light = finder.map(|finder| (finder.light(position, look_at), *finder.survey()));
+            Ok((found, light))
         });
         found.map_err(|error| {
             let is_of_file = self.camera.is_same(&CameraSettings::of(file));
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
         })
-    }
-
-    /// Light for `scene`, seen by the camera of `parameters`, and what the scene is like.
-    pub(super) fn light_of(
-        &self,
-        scene: &Scene,
-        parameters: &CameraParameters,
-        pool: &rayon::ThreadPool,
-    ) -> Result<(LightGuess, Survey), Error> {
-        let accel = self.backend.build(scene, pool)?;
-        let light = || {
-            let finder = self.camera.finder(scene, accel.as_dyn(), self.resolution);
-            (finder.light(parameters.position, parameters.look_at), *finder.survey())
-        };
-        Ok(pool.install(light))
     }
 
     /// What decides the pixels besides the scene, as `key=value` pairs.

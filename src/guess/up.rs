@@ -1,4 +1,4 @@
-//! Horizontal and vertical: the upright axis of a scene, and azimuths around it.
+//! The upright axis of a scene.
 
 use super::triangles::{Triangle, for_each_triangle};
 use crate::math::{Bounds3, Vec3};
@@ -13,63 +13,6 @@ const MAX_TRIANGLES: u64 = 1 << 20;
 
 /// Upright axes by how usual they are in OBJ files: most programs write +y up, some +z.
 const AXES: [(Vec3, f32); 3] = [(Vec3::Y, 1.0), (Vec3::Z, 0.6), (Vec3::X, 0.0)];
-
-/// Directions around an upright axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Axes {
-    /// Unit vector that points up.
-    pub up: Vec3,
-    /// Azimuth 0, horizontal.
-    pub front: Vec3,
-    /// Azimuth 90°, horizontal.
-    pub right: Vec3,
-}
-
-impl Axes {
-    /// Axes around `up`. Azimuth 0 is +z where +y is up and −y where +z is up, which is where programs that model have their front view; azimuth 90° is
-    /// +x in both.
-    pub fn new(up: Vec3) -> Self {
-        let up = up.try_normalize().unwrap_or(Vec3::Y);
-        let size = up.abs();
-        let front = match size.z > size.x && size.z > size.y {
-            true => -Vec3::Y * up.z.signum(),
-            false => Vec3::Z,
-        };
-        let front = (front - up * front.dot(up)).normalize();
-        Self {
-            up,
-            front,
-            right: up.cross(front),
-        }
-    }
-
-    /// The unit vector at `azimuth` and `elevation`, both in degrees.
-    pub fn direction(&self, azimuth: f32, elevation: f32) -> Vec3 {
-        let (sin, cos) = azimuth.to_radians().sin_cos();
-        let (height, level) = elevation.to_radians().sin_cos();
-        level * (cos * self.front + sin * self.right) + height * self.up
-    }
-
-    /// A direction that is up in the image of a camera that is seen from along `back`: `up`, but where the camera looks straight up or down, azimuth 0 is at
-    /// the bottom.
-    pub fn image_up(&self, back: Vec3) -> Vec3 {
-        let height = back.dot(self.up);
-        match height.abs() > 0.999 {
-            true => -self.front * height.signum(),
-            false => self.up,
-        }
-    }
-
-    /// Coordinates along azimuth 90°, up and azimuth 0.
-    pub fn coordinates(&self, p: Vec3) -> Vec3 {
-        Vec3::new(p.dot(self.right), p.dot(self.up), p.dot(self.front))
-    }
-
-    /// The point of these [`Axes::coordinates`].
-    pub fn point(&self, coordinates: Vec3) -> Vec3 {
-        coordinates.x * self.right + coordinates.y * self.up + coordinates.z * self.front
-    }
-}
 
 /// The upright axis of the scene's shapes: +y, unless they stand on another one.
 ///

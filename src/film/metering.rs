@@ -5,6 +5,8 @@
 //! show a surface, unless none does.
 //!
 //! - Luminances are means over blocks of 4 × 4 pixels, which lie where they do in the full image, so that noise and single fireflies count little.
+//! - Where a quarter of the picture or more is background, the log-average becomes 0.28, so that the subject stands out; in between the target is linear in
+//!   the background's share.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8 stops darker than the brightest 5 % count as 8
 //!   stops: black corners do not decide the exposure.
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
@@ -19,7 +21,11 @@ use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use std::collections::BTreeMap;
 
 /// Middle grey, to which the log-average is taken.
-const KEY: f32 = 0.18;
+const MIDDLE_GREY: f32 = 0.18;
+/// The same of a subject before a background, from which it is to stand out.
+const BEFORE_BACKGROUND: f32 = 0.28;
+/// Share of the picture from which on its background counts in full.
+const BACKGROUND_SHARE: f32 = 0.25;
 /// Share of the blocks that is left out of the log-average at either end.
 const TRIMMED: f64 = 0.05;
 /// Stops below the brightest blocks beyond which darkness does not count.
@@ -54,6 +60,8 @@ struct Meter {
     luminances: Vec<f32>,
     /// Largest channel of each block, in ascending order.
     peaks: Vec<f32>,
+    /// What the log-average is taken to.
+    key: f32,
 }
 
 impl Meter {
@@ -64,18 +72,23 @@ impl Meter {
             Some([r?, g?, b?])
         };
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
-            return Self::of_blocks(Vec::new());
+            return Self::of_blocks(Vec::new(), 1.0);
         };
         let depth = image.channel("Z").map(|channel| channel.values.as_slice());
         let is_surface = |i: usize| depth.is_none_or(|depth| depth.get(i).is_some_and(|&z| z < Z_BACKGROUND));
-        let covered = Self::of_blocks(blocks(image, rgb, is_surface));
+        let surfaces = (0..image.crop.area() as usize).filter(|&i| is_surface(i)).count();
+        let covered = Self::of_blocks(
+            blocks(image, rgb, is_surface),
+            surfaces as f32 / image.crop.area() as f32,
+        );
         match covered.luminances.is_empty() {
-            true => Self::of_blocks(blocks(image, rgb, |_| true)),
+            true => Self::of_blocks(blocks(image, rgb, |_| true), 1.0),
             false => covered,
         }
     }
 
-    fn of_blocks(blocks: Vec<Spectrum>) -> Self {
+    /// Of what covers a share of the picture; the rest is background.
+    fn of_blocks(blocks: Vec<Spectrum>, share: f32) -> Self {
         let sorted = |value: fn(&Spectrum) -> f32| {
             let mut values: Vec<f32> = blocks.iter().map(value).collect();
             values.sort_by(f32::total_cmp);
@@ -84,6 +97,7 @@ impl Meter {
         Self {
             luminances: sorted(|block| block.luminance()),
             peaks: sorted(|block| block.max_component()),
+            key: MIDDLE_GREY + (BEFORE_BACKGROUND - MIDDLE_GREY) * ((1.0 - share) / BACKGROUND_SHARE).min(1.0),
         }
     }
 
@@ -96,7 +110,7 @@ impl Meter {
         let median = at(&self.luminances, 0.5);
 
         // The log-average becomes middle grey, as far as the median stays in its range.
-        let mut stops = KEY.log2() - log_average;
+        let mut stops = self.key.log2() - log_average;
         if let (Some(min), Some(max)) = (to(MEDIAN[0], median), to(MEDIAN[1], median)) {
             stops = stops.clamp(min, max);
         }

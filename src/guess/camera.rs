@@ -20,7 +20,7 @@ const OPEN_SIDE_FOV: f32 = 40.0;
 /// How other cameras of an interior are had.
 const OTHERS: &str = "--view iso shows it from outside, `embrasure views` more cameras";
 /// Share of the width or height of the image that an object fills.
-const FILL: f32 = 0.8;
+const FILL: f32 = 0.84;
 /// Triangles by which a scene is framed at most, evenly spread over its own.
 const MAX_TRIANGLES: u64 = 1 << 23;
 /// Elevation of an isometric view, degrees: its three axes are equally short.

@@ -72,7 +72,7 @@ const SIDE_RAYS: u32 = 12;
 /// Share of them that must go in, and how far, as a share of the box.
 const OPEN: (f32, f32) = (0.75, 0.15);
 /// Share of the side that the image shows at least of its width or height, where its shape is not the image's.
-const SHOWN: f32 = 0.8;
+const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box that has no wall: rooms are modelled so for being looked into. Of several such sides the first
 /// around from azimuth 0 counts. `fov` is vertical, degrees, and `aspect` that of the image, which the side fills.

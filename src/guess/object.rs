@@ -8,6 +8,8 @@ use rayon::prelude::*;
 
 /// Rays along a side of the square through which candidates are compared.
 const RAYS: u32 = 64;
+/// Share of its width or height that a candidate fills.
+const FILL: f32 = 0.8;
 /// Triangles that candidates are framed by.
 const FEW: u64 = 1 << 15;
 /// Azimuths from the front, and elevations, of candidates; the first is taken where all show as much.
@@ -63,7 +65,11 @@ struct Picture(Vec<Option<Seen>>);
 
 impl Picture {
     fn take(looker: &Looker, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
-        let square = Frame { aspect: 1.0, ..*frame };
+        let square = Frame {
+            aspect: 1.0,
+            fill: FILL,
+            ..*frame
+        };
         let (position, look_at) = square.place(looker.scene, FEW, horizon, back);
         let parameters = CameraParameters {
             position,

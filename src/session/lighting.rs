@@ -12,7 +12,7 @@ use crate::scene::RectangleParameters;
 use toml::Spanned;
 
 /// Radiance of the backdrop of a bright object, and of a dark one, W·sr⁻¹·m⁻²: each separates from it.
-const BACKDROPS: [f32; 2] = [0.22, 0.9];
+const BACKDROPS: [f32; 2] = [0.1, 0.9];
 /// Reflectance from which on an object is bright.
 const BRIGHT: f32 = 0.35;
 /// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².

@@ -1,6 +1,6 @@
 //! What the program guesses where nobody said it: the camera of a bare OBJ, and the flags and keys that say it.
 
-use crate::support::program::{done, folder, json, printed, refused, words};
+use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, words};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -139,6 +139,75 @@ fn rooms_without_a_wall_are_looked_into() {
         assert!(turn.abs() < 0.5 && elevation.abs() < 0.1, "{side}: {seen} {elevation}");
         let words = camera["guess"].as_str().unwrap();
         assert!(words.contains("open side"), "{words}");
+    }
+}
+
+/// Lines of a render of `scene` in `folder` that say what was guessed of camera and light; its pictures are `x.exr` and `x.png`.
+fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
+    let args = [
+        &[
+            "render", scene, "--size", "16x16", "--spp", "1", "-o", "x.exr", "-o", "x.png",
+        ],
+        more,
+    ]
+    .concat();
+    let said = words(&done(folder, &args));
+    let is_guess = |line: &&str| {
+        ["camera: ", "  --position", "light: "]
+            .iter()
+            .any(|start| line.starts_with(start))
+    };
+    said.lines().filter(is_guess).map(String::from).collect()
+}
+
+/// The same words and bits on another run, with another number of threads, and from another folder.
+#[test]
+fn guessed_pictures_are_the_same_everywhere() {
+    let files = [("statue.obj", statue().text), ("room.obj", room(&[]))];
+    let [here, there] = [(); 2].map(|()| folder(&files.each_ref().map(|(name, text)| (*name, text.as_str()))));
+    for (scene, _) in &files {
+        let first = guessed(here.path(), scene, &[]);
+        assert_eq!(first.len(), 3, "{first:?}");
+        for [from, to] in [["x.exr", "first.exr"], ["x.png", "first.png"]] {
+            std::fs::rename(here.path().join(from), here.path().join(to)).unwrap();
+        }
+        let path = here.path().join(scene);
+        let from_there = path.to_str().unwrap();
+        for (folder, scene, more) in [
+            (here.path(), *scene, &[][..]),
+            (here.path(), *scene, &["--threads", "3"]),
+            (there.path(), from_there, &[]),
+        ] {
+            assert_eq!(guessed(folder, scene, more), first, "{scene} {more:?}");
+            assert_same_bits(&here.path().join("first.exr"), &folder.join("x.exr"));
+            let [one, other] = [here.path().join("first.png"), folder.join("x.png")].map(|p| std::fs::read(p).unwrap());
+            assert!(one == other, "{scene} {more:?}");
+        }
+    }
+}
+
+/// All backends choose the same camera and light for scenes as they are found.
+#[test]
+#[cfg(all(feature = "embree", feature = "obvhs"))]
+#[cfg_attr(not(shared), ignore = "needs ../shared")]
+fn backends_guess_the_same_of_real_scenes() {
+    use crate::support::shared;
+    let folder = folder(&[]);
+    for scene in [
+        "meshes/suzanne.obj",
+        "meshes/nefertiti.obj",
+        "meshes/stanford-bunny.obj",
+        "cornell-box-mcguire/CornellBox-Sphere.obj",
+        "kitchen-blender/kitchen.obj",
+        "sponza-dabrovic/sponza.obj",
+    ] {
+        let path = shared(&format!("scenes/{scene}"));
+        let [embree, obvhs] = ["embree", "obvhs"].map(|backend| {
+            let more = ["--backend", backend, "--denoise=off"];
+            guessed(folder.path(), path.to_str().unwrap(), &more)
+        });
+        assert!(embree.len() >= 2, "{embree:?}");
+        assert_eq!(embree, obvhs, "{scene}");
     }
 }
 
@@ -410,7 +479,7 @@ fn guesses_are_written_with_the_scene() {
             &[&["render", "d.toml", "-o", "b.exr"], &size[..]].concat(),
         );
         let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
-        crate::support::program::assert_same_bits(&a, &b);
+        assert_same_bits(&a, &b);
         std::fs::remove_file(folder.path().join("d.toml")).unwrap();
     }
 }

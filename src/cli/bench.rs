@@ -1,9 +1,8 @@
 //! Ray rates and the cost of a render, backend by backend.
 
-use super::args::{BenchArgs, RenderArgs};
+use super::args::{BenchArgs, Flags, RenderArgs};
 use super::bench_tables::tables;
 use super::error::CliError;
-use super::flags::Flags;
 use super::job::Job;
 use super::progress::Progress;
 use super::warnings::ShownWarnings;

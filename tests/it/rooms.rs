@@ -382,8 +382,20 @@ fn the_command_line_stands_on_the_library() {
         "description",
         "cli",
     ];
-    for file in ["run", "keeper", "merge", "tev", "clock", "progress"] {
-        let mentions = &imports.mentions[&["cli".to_string(), file.to_string()][..]];
+    for file in [
+        "run",
+        "outputs",
+        "outputs/images",
+        "stop",
+        "summary",
+        "keeper",
+        "merge",
+        "tev",
+        "clock",
+        "progress",
+    ] {
+        let module: Name = ["cli"].into_iter().chain(file.split('/')).map(String::from).collect();
+        let mentions = &imports.mentions[&module];
         assert!(!mentions.is_empty());
         for name in mentions {
             let name = name.join("::");

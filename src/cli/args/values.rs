@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 /// Seconds from `90`, `90s`, `10m` or `2h`.
-pub(super) fn parse_duration(text: &str) -> Result<f64, String> {
+pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match &text[digits.len()..] {
         "" | "s" => 1.0,
@@ -17,7 +17,7 @@ pub(super) fn parse_duration(text: &str) -> Result<f64, String> {
 }
 
 /// A share such as `0.02`, or `2%`; whether it may be that large is found out later.
-pub(super) fn parse_level(text: &str) -> Result<f64, String> {
+pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(percent) => (percent, 0.01),
         None => (text, 1.0),
@@ -27,7 +27,7 @@ pub(super) fn parse_level(text: &str) -> Result<f64, String> {
 }
 
 /// `localhost:14158`; whether there is such a host is found out later.
-pub(super) fn parse_address(text: &str) -> Result<String, String> {
+pub(in crate::cli) fn parse_address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
     match parts {
         Some((host, Ok(1..))) if !host.is_empty() => Ok(text.into()),
@@ -36,7 +36,7 @@ pub(super) fn parse_address(text: &str) -> Result<String, String> {
 }
 
 /// A folder that is there.
-pub(super) fn parse_folder(text: &str) -> Result<PathBuf, String> {
+pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     let folder = PathBuf::from(text);
     match folder.is_dir() {
         true => Ok(folder),
@@ -45,7 +45,7 @@ pub(super) fn parse_folder(text: &str) -> Result<PathBuf, String> {
 }
 
 /// `0..64`, without its end.
-pub(super) fn parse_range(text: &str) -> Result<[u32; 2], String> {
+pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     let ends = text
         .split_once("..")
         .map(|(a, b)| (a.trim().parse().ok(), b.trim().parse().ok()));
@@ -56,7 +56,7 @@ pub(super) fn parse_range(text: &str) -> Result<[u32; 2], String> {
 }
 
 /// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.
-pub(super) fn parse_bytes(text: &str) -> Result<u64, String> {
+pub(in crate::cli) fn parse_bytes(text: &str) -> Result<u64, String> {
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match text[number.len()..].to_ascii_uppercase().as_str() {
         "" | "B" => 1.0,
@@ -73,7 +73,7 @@ pub(super) fn parse_bytes(text: &str) -> Result<u64, String> {
 }
 
 /// The name of a scene file to write: one that does not end in `.toml` could not be rendered.
-pub(super) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
+pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_toml = path
         .extension()
@@ -84,17 +84,17 @@ pub(super) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-pub(super) fn parse_share(text: &str) -> Result<f64, String> {
+pub(in crate::cli) fn parse_share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
     share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
 }
 
-pub(super) fn parse_chance(text: &str) -> Result<f64, String> {
+pub(in crate::cli) fn parse_chance(text: &str) -> Result<f64, String> {
     let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
     chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())
 }
 
-pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(in crate::cli) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let size: Option<Vec<u32>> = text.split(['x', 'X']).map(|n| n.trim().parse().ok()).collect();
     match size.as_deref() {
         Some(&[width, height]) => Ok([width, height]),
@@ -102,7 +102,7 @@ pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-pub(super) fn parse_list<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Result<[T; N], String> {
+pub(in crate::cli) fn parse_list<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Result<[T; N], String> {
     let values: Option<Vec<T>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     values
         .and_then(|v| v.try_into().ok())

@@ -1,6 +1,6 @@
 //! Arguments of `embrasure develop`.
 
-use super::exr_args::ExrArgs;
+use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
 use super::values::{parse_list, parse_size};
 use crate::options::{Denoising, ToneOptions};

@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 /// What flags set of a group of options.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Flags<G>(pub G);
+pub(in crate::cli) struct Flags<G>(pub G);
 
 impl<G: OptionGroup> Args for Flags<G> {
     fn augment_args(command: Command) -> Command {
@@ -92,7 +92,7 @@ impl TypedValueParser for TextParser {
 
 /// Takes the name of a value, which shells complete.
 #[derive(Clone, Copy)]
-pub(super) struct NameParser<T>(PhantomData<T>);
+pub(in crate::cli) struct NameParser<T>(PhantomData<T>);
 
 impl<T> NameParser<T> {
     pub fn new() -> Self {
@@ -124,6 +124,6 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
 }
 
 /// Reads a value of a parameter's type.
-pub(super) fn value_parser<T: Value>(text: &str) -> Result<T, String> {
+pub(in crate::cli) fn value_parser<T: Value>(text: &str) -> Result<T, String> {
     T::of_text(text).ok_or_else(|| format!("use {}", T::KIND))
 }

@@ -2,7 +2,7 @@ use crate::description::SceneFile;
 
 /// Whether there is a ground.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
-pub(super) struct GroundArgs {
+pub(in crate::cli) struct GroundArgs {
     /// Add a ground that only catches shadows; `[ground]` of the scene file places it
     #[arg(long, conflicts_with = "no_ground")]
     pub ground: bool,

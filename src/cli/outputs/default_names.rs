@@ -14,7 +14,7 @@ const HEADER_BYTES: u64 = 1 << 16;
 /// Names that are tried.
 const MAX_NAMES: u32 = 100;
 
-/// Names for the pictures of a scene.
+/// Names for the pictures of a bare OBJ.
 pub(super) struct DefaultNames {
     pub paths: Vec<PathBuf>,
     /// Why they are not the usual ones.
@@ -30,11 +30,8 @@ fn with_extension(scene: &Path, extension: &str) -> PathBuf {
 }
 
 /// For a scene file.
-pub(super) fn of_scene_file(scene: &Path) -> DefaultNames {
-    DefaultNames {
-        paths: vec![with_extension(scene, "exr")],
-        reason: None,
-    }
+pub(super) fn of_scene_file(scene: &Path) -> Vec<PathBuf> {
+    vec![with_extension(scene, "exr")]
 }
 
 /// For a bare OBJ, beside files that the scene has `read`. Both pictures have one stem.
@@ -88,7 +85,7 @@ mod tests {
 
     #[test]
     fn dots_of_a_name_stay() {
-        let names = |scene: &str| of_scene_file(Path::new(scene)).paths;
+        let names = |scene: &str| of_scene_file(Path::new(scene));
         assert_eq!(names("a/x.y.toml"), [PathBuf::from("x.y.exr")]);
         assert_eq!(names("x.toml"), [PathBuf::from("x.exr")]);
         let paths = of_obj(Path::new("far/no such.v2.obj"), &[]).paths;

@@ -1,4 +1,11 @@
 //! The files that a command writes. None may be another output or a file that the command reads (`io/identity.rs`).
+//!
+//! `images` gives images their formats, and those of a render their names; `default_names` has the names where there is no `-o`.
+
+mod default_names;
+mod images;
+
+pub(super) use images::{Images, images_of_render};
 
 use super::error::CliError;
 use crate::io::{FileId, Output};
@@ -9,6 +16,17 @@ use std::path::Path;
 pub(super) struct Outputs(Vec<(&'static str, String, FileId)>);
 
 impl Outputs {
+    /// Checks that the file `path`, which `flag` names, can be written, and takes it in.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written, or it is the same file as another output.
+    pub fn prepare(&mut self, flag: &'static str, path: &Path) -> Result<Output, CliError> {
+        let output = Output::prepare(path)?;
+        self.add(flag, &output)?;
+        Ok(output)
+    }
+
     /// Takes in one more; `flag` is what names it.
     ///
     /// # Errors

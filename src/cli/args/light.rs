@@ -12,7 +12,7 @@ use toml::Spanned;
 
 /// Light over that of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
-pub(super) struct LightFlags {
+pub(in crate::cli) struct LightFlags {
     /// Environment: an .hdr or .exr file, a colour, studio or sky
     #[arg(long, value_name = "FILE|COLOUR|studio|sky", value_parser = parse_env, help_heading = "Light")]
     pub env: Option<EnvFlag>,
@@ -42,7 +42,7 @@ pub(super) struct LightFlags {
 
 /// What `--env` says.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct EnvFlag {
+pub(in crate::cli) struct EnvFlag {
     written: String,
     env: Env,
 }
@@ -57,7 +57,7 @@ enum Env {
 
 /// What `--sun` says.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct SunFlag {
+pub(in crate::cli) struct SunFlag {
     written: String,
     /// Azimuth and elevation, degrees.
     at: [f32; 2],

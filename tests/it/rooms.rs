@@ -247,9 +247,11 @@ fn is_for_tests(attribute: &Attribute) -> bool {
     }
 }
 
-/// A module whose file is declared as `#[cfg(test)] mod tests;`.
+/// A file of a module that is declared as `#[cfg(test)] mod tests;`.
 fn is_test_file(path: &Path) -> bool {
-    path.ends_with("tests.rs")
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut parts = path.strip_prefix(&root).into_iter().flatten();
+    path.ends_with("tests.rs") || parts.any(|part| part == "tests")
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {

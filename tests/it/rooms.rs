@@ -33,7 +33,6 @@ const CIRCLES: &[&str] = &[
     "io: checkpoint cryptomatte exr output png",
     "io: environment read_image",
     "io: machine memory",
-    "io::obj: faces parse",
     "io::obj: groups smoothing",
     "sampler: any perturbed",
     "scene: builder freeze",

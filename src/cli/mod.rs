@@ -11,7 +11,6 @@ mod aov_list;
 mod args;
 mod audit;
 mod bench;
-mod bench_tables;
 mod check;
 mod clock;
 mod compare;

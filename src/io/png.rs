@@ -1,4 +1,4 @@
-use super::{FileError, Metadata, Output};
+use super::Metadata;
 use crate::color::Tone;
 use crate::film::{Image, metered};
 use std::io::{self, Write};
@@ -71,23 +71,4 @@ fn encode_as(
     writer.write_image_data(bytes)?;
     writer.finish()?;
     Ok(())
-}
-
-/// A picture of colours that stand for something, with a word on what.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    /// Columns and rows.
-    pub size: [u32; 2],
-    /// 8-bit sRGB of each pixel, row by row from the top.
-    pub pixels: Vec<[u8; 3]>,
-    /// What the colours mean.
-    pub legend: String,
-}
-
-impl Figure {
-    /// Writes it as a PNG; the legend goes into its text.
-    pub fn write(&self, output: &Output) -> Result<(), FileError> {
-        let texts = [("Description", self.legend.clone())];
-        output.write(|writer| encode(writer, self.size, self.pixels.as_flattened(), &texts))
-    }
 }

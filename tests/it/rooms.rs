@@ -26,12 +26,10 @@ const ROWS: &[&[&str]] = &[
 /// Modules side by side that import each other, as `folder: module module …`. This list may only get shorter.
 const CIRCLES: &[&str] = &[
     "accel::embree: device packet probe scene",
-    "cli: bench bench_tables",
     "description: light_group_section light_section map_section material_section option_section scene_file",
     "geometry: mesh placement",
     "integrator::path: integrator reuse",
-    "io: checkpoint cryptomatte exr output png",
-    "io: environment read_image",
+    "io: checkpoint exr output",
     "io: machine memory",
     "io::obj: groups smoothing",
     "sampler: any perturbed",

@@ -1,7 +1,8 @@
-//! Ray rates and the cost of a render, backend by backend.
+//! `embrasure bench`: ray rates and the cost of a render, backend by backend.
+
+mod tables;
 
 use super::args::{BenchArgs, Flags, RenderArgs};
-use super::bench_tables::tables;
 use super::error::CliError;
 use super::job::Job;
 use super::progress::Progress;
@@ -20,6 +21,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
+use tables::tables;
 
 /// Samples whose rays are recorded, over all pixels: enough to fill every cache, few enough to be kept.
 const MAX_SAMPLES: u64 = 1 << 19;
@@ -30,7 +32,7 @@ const SHORTEST: f64 = 0.05;
 
 /// Everything measured in one run.
 #[derive(Debug, Serialize)]
-pub(super) struct Report {
+struct Report {
     pub version: &'static str,
     pub cpu: Option<String>,
     pub cores: usize,
@@ -38,7 +40,7 @@ pub(super) struct Report {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct SceneReport {
+struct SceneReport {
     pub scene: String,
     pub triangles: u64,
     pub lights: usize,
@@ -50,7 +52,7 @@ pub(super) struct SceneReport {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct BackendReport {
+struct BackendReport {
     pub name: &'static str,
     pub version: String,
     pub isa: &'static str,
@@ -63,7 +65,7 @@ pub(super) struct BackendReport {
 
 /// What was measured with a number of threads.
 #[derive(Debug, Serialize)]
-pub(super) struct Run {
+struct Run {
     pub threads: usize,
     pub mrays_per_s: Rates,
     pub rays: usize,
@@ -76,7 +78,7 @@ pub(super) struct Run {
 
 /// Million rays per second; `null` where the scene sends no such rays.
 #[derive(Debug, Serialize)]
-pub(super) struct Rates {
+struct Rates {
     pub camera: Option<f64>,
     pub first_bounce: Option<f64>,
     pub second_bounce: Option<f64>,

@@ -1,4 +1,4 @@
-use super::bench::{BackendReport, Report, Run, SceneReport};
+use super::{BackendReport, Report, Run, SceneReport};
 use std::fmt::Write;
 
 /// What was measured as three Markdown tables: rays, renders, and the other backends against the first one.

@@ -27,7 +27,7 @@ impl Outputs {
         Ok(output)
     }
 
-    /// Takes in one more; `flag` is what names it.
+    /// Takes in `output`, which `flag` names.
     ///
     /// # Errors
     ///

@@ -1,8 +1,7 @@
 //! One backend checked against another, ray by ray.
 
-use super::args::{AuditArgs, RenderArgs};
+use super::args::{AuditArgs, Flags, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
-use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
@@ -11,7 +10,7 @@ use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::film::Film;
 use crate::geometry::InstanceId;
-use crate::io::{FileError, Output};
+use crate::io::FileError;
 use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics};
@@ -108,9 +107,9 @@ struct ReplayRay {
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
     let other = other_backend(job.settings.backend, args.against)?;
-    let output = args.output.as_deref().map(Output::prepare).transpose()?;
     let mut outputs = Outputs::default();
-    output.iter().try_for_each(|output| outputs.add("-o", output))?;
+    let output = args.output.as_deref();
+    let output = output.map(|path| outputs.prepare("-o", path)).transpose()?;
     outputs.spare([Some(&*args.scene), args.replay.as_deref()].into_iter().flatten())?;
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;

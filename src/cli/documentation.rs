@@ -1,10 +1,7 @@
 //! The tables of docs/conventions.md that follow from parameters and methods. With `EMBRASURE_WRITE_DOCS=1` the test writes them.
 
-use crate::io::LoadParameters;
-use crate::options::{
-    BackgroundOptions, FilterOptions, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, QualityOptions,
-    SamplingOptions, SizeOptions, ToneOptions,
-};
+use crate::description::SceneOptions;
+use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use std::fs;
 use std::path::Path;
 
@@ -33,18 +30,11 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
 
 /// The page with its tables as they should be.
 fn documented(page: &str) -> String {
+    let groups = SceneOptions::GROUPS.iter();
     let mut keys = Some(
-        [
-            rows("image", SizeOptions::PARAMETERS),
-            rows("image", FilterOptions::PARAMETERS),
-            rows("image", BackgroundOptions::PARAMETERS),
-            rows("image", ToneOptions::PARAMETERS),
-            rows("render", SamplingOptions::PARAMETERS),
-            rows("render", QualityOptions::PARAMETERS),
-            rows("render", IntegratorOptions::PARAMETERS),
-            rows("render", LoadParameters::PARAMETERS),
-        ]
-        .concat(),
+        groups
+            .flat_map(|(section, parameters)| rows(section, parameters))
+            .collect::<Vec<_>>(),
     );
     let mut lines: Vec<String> = Vec::new();
     for line in page.lines() {
@@ -100,17 +90,7 @@ fn every_parameter_has_a_reader() {
 /// Help is a line of 80 columns, besides values and default.
 #[test]
 fn help_is_short() {
-    let groups = [
-        SizeOptions::PARAMETERS,
-        FilterOptions::PARAMETERS,
-        BackgroundOptions::PARAMETERS,
-        ToneOptions::PARAMETERS,
-        SamplingOptions::PARAMETERS,
-        QualityOptions::PARAMETERS,
-        IntegratorOptions::PARAMETERS,
-        LoadParameters::PARAMETERS,
-    ];
-    for parameter in groups.concat() {
+    for parameter in SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters) {
         let help = parameter.help();
         assert!(!help.is_empty() && help.len() <= 80, "{}: {help}", parameter.key);
         assert!(!help.ends_with('.'), "{}: {help}", parameter.key);

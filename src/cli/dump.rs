@@ -5,19 +5,10 @@
 
 use super::error::CliError;
 use super::job::Job;
-use super::outputs::Outputs;
 use crate::description::{LightSection, SceneOptions};
 use crate::io::{DEFAULT_LIGHT, Output};
 use crate::options::{BackgroundOptions, SizeOptions};
 use crate::session::Session;
-use std::path::Path;
-
-/// The file to write, which joins `outputs`.
-pub(super) fn dump_output(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
-    let output = Output::prepare(path)?;
-    outputs.add("--dump-scene", &output)?;
-    Ok(output)
-}
 
 /// Writes the scene of `job` as `session` renders it.
 pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Result<(), CliError> {

@@ -23,6 +23,12 @@ pub(super) enum CliError {
 }
 
 impl CliError {
+    /// All of `failures`, as one.
+    pub fn of_failures<T: ToString>(failures: &[T]) -> Self {
+        let words: Vec<String> = failures.iter().map(T::to_string).collect();
+        Self::Failed(words.join("\nerror: "))
+    }
+
     /// Exit code of the process.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -7,9 +7,9 @@ use super::job::read_scene;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::words;
-use crate::color::Spectrum;
+use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
-use crate::io::{FileError, Format, Output};
+use crate::io::{ExrFormat, FileError, Format, Output};
 use crate::light::LightId;
 use crate::lint::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
 use crate::material::{Material, MaterialId};
@@ -38,13 +38,8 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         ..Settings::default()
     };
     settings.check()?;
-    let output = args.output.as_deref().map(|path| {
-        let format = Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))?;
-        Ok::<_, CliError>((format, Output::prepare(path)?))
-    });
-    let output = output.transpose()?;
     let mut outputs = Outputs::default();
-    output.iter().try_for_each(|(_, output)| outputs.add("-o", output))?;
+    let images = outputs.prepare_images(args.output.as_slice(), Tone::default(), &ExrFormat::default())?;
     outputs.spare([&*args.scene])?;
     let pool = thread_pool(settings.threads)?;
     let file = read_scene(&args.scene, &args.load)?;
@@ -82,7 +77,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     } else {
         print_text(&facts);
     }
-    match output {
+    match images.into_iter().next() {
         None => Ok(ExitCode::SUCCESS),
         Some(output) => portray(settings, material, scene.textures(), output, args.quiet),
     }

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::description::inspect_scene;
-use crate::io::{FileError, Output};
+use crate::io::FileError;
 use crate::scene::SceneBuilder;
 use crate::session::Session;
 use std::io::Write;
@@ -32,9 +32,8 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
             path.display()
         )));
     }
-    let output = Output::prepare(&path)?;
     let mut outputs = Outputs::default();
-    outputs.add("-o", &output)?;
+    let output = outputs.prepare("-o", &path)?;
 
     let inspection = inspect_scene(&file, SceneBuilder::new());
     outputs.spare(inspection.files.iter().map(PathBuf::as_path))?;

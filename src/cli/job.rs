@@ -1,12 +1,11 @@
 use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
-use super::exr_args::ExrArgs;
 use super::warnings::ShownWarnings;
 use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
-use crate::io::{ExrFormat, FileError, LoadOptions, Warning};
+use crate::io::{FileError, LoadOptions, Warning};
 use crate::math::UVec2;
 use crate::options::{
     IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
@@ -164,26 +163,6 @@ fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
     let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), method.name());
     idle.map(|parameter| Warning::new("idle-flag", text(parameter)))
         .collect()
-}
-
-/// How EXR files hold pictures.
-pub(super) fn exr_format(args: &ExrArgs) -> Result<ExrFormat, CliError> {
-    let mut format = ExrFormat::default();
-    format.compression = args.compression.unwrap_or(format.compression);
-    for name in &args.half {
-        let layers = ExrFormat::HALF_LAYERS;
-        match layers.iter().find(|layer| *layer == name) {
-            Some(layer) => format.half.push(layer),
-            None if name == "all" => format.half.extend(layers),
-            None => {
-                return Err(CliError::Usage(format!(
-                    "--half {name}: no layer that may be held as half floats\n  help: use some of {}, or all",
-                    layers.join(", ")
-                )));
-            }
-        }
-    }
-    Ok(format)
 }
 
 /// A scene file, or the scene that a bare OBJ stands for, to be read as `args` and itself say.

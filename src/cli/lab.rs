@@ -1,8 +1,7 @@
 //! The ladder of estimators on one scene: the lectures' comparison, made executable.
 
-use super::args::{LabArgs, RenderArgs};
+use super::args::{Flags, LabArgs, RenderArgs};
 use super::error::CliError;
-use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};

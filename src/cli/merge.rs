@@ -1,8 +1,6 @@
 use super::args::MergeArgs;
 use super::error::CliError;
-use super::job::exr_format;
 use super::outputs::Outputs;
-use super::run::{failed, prepare_images};
 use super::words;
 use crate::io::{FileError, Output};
 use crate::session::{Parts, Settings, all_threads, thread_pool};
@@ -18,11 +16,11 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     };
     settings.check()?;
     let mut outputs = Outputs::default();
-    let images = prepare_images(&args.output, settings.tone, &exr_format(&args.exr)?, &mut outputs)?;
-    let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
-    checkpoint
-        .iter()
-        .try_for_each(|output| outputs.add("--checkpoint", output))?;
+    let images = outputs.prepare_images(&args.output, settings.tone, &args.exr.format()?)?;
+    let checkpoint = args.checkpoint.as_deref();
+    let checkpoint = checkpoint
+        .map(|path| outputs.prepare("--checkpoint", path))
+        .transpose()?;
     outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     // Headers first: what does not fit together is refused before anything large is read.
@@ -35,7 +33,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         unkept.into_iter().chain(joined.write(&images)).collect()
     });
     if !failures.is_empty() {
-        return Err(failed(&failures));
+        return Err(CliError::of_failures(&failures));
     }
     if !args.quiet {
         let (samples, size) = (parts.samples(), parts.crop().size());

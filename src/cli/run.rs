@@ -3,24 +3,24 @@
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
 use super::clock::Clock;
-use super::default_outputs::{self, DefaultNames};
-use super::dump::{dump_output, write_scene};
+use super::dump::write_scene;
 use super::error::{CliError, INTERRUPTED};
-use super::job::{Job, exr_format};
+use super::job::Job;
 use super::keeper::Keeper;
-use super::outputs::Outputs;
+use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
-use super::stats::{Denoised, Dropped, Noise, Rays, Stats, peak_rss_bytes};
+use super::stats::{Denoised, Dropped, Noise, Rays, Stats, StatsOutput, peak_rss_bytes};
+use super::stop::Stop;
+use super::summary;
 use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
-use crate::color::{Exposure, Tone};
-use crate::film::{Film, Image, metered};
-use crate::io::{ExrFormat, FileError, Format, Output, Warning, guarded, in_words};
+use crate::film::{Image, metered};
+use crate::io::{FileError, Format, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -30,21 +30,17 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let job = Job::to_show(args)?;
     // Files that cannot be written are found before any work.
     let mut outputs = Outputs::default();
+    let stats = args.stats.as_deref();
     let mut files = Files {
-        images: images(args, &job, &[], &mut outputs)?.0,
-        stats: args
-            .stats
-            .as_deref()
-            .map(|path| stats_output(path, &mut outputs))
-            .transpose()?,
+        images: images_of_render(args, &job, &[], &mut outputs)?.0,
+        stats: stats.map(|path| StatsOutput::prepare(path, &mut outputs)).transpose()?,
         write_every: args.write_every,
     };
-    let dump = args.dump_scene.as_deref().map(|path| dump_output(path, &mut outputs));
-    let dump = dump.transpose()?;
-    let checkpoint = args.checkpoint.as_deref().map(Output::prepare).transpose()?;
-    checkpoint
-        .iter()
-        .try_for_each(|output| outputs.add("--checkpoint", output))?;
+    let [dump, checkpoint] = [&args.dump_scene, &args.checkpoint].map(Option::as_deref);
+    let dump = dump.map(|path| outputs.prepare("--dump-scene", path)).transpose()?;
+    let checkpoint = checkpoint
+        .map(|path| outputs.prepare("--checkpoint", path))
+        .transpose()?;
     outputs.spare([&*args.scene])?;
     let other = args
         .audit_rays
@@ -60,7 +56,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {
         outputs.forget("-o");
-        (files.images, renamed) = images(args, &job, session.files(), &mut outputs)?;
+        (files.images, renamed) = images_of_render(args, &job, session.files(), &mut outputs)?;
     }
     outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
@@ -116,21 +112,12 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 /// How long denoising may go on after an interrupt.
 const DENOISING_AT_END: Duration = Duration::from_millis(500);
 
-/// Pictures to write.
-type Images = Vec<(Format, Output)>;
-
 /// What a render writes.
 struct Files {
     images: Images,
     stats: Option<StatsOutput>,
     /// Seconds after which images are written while the render goes on.
     write_every: Option<f64>,
-}
-
-/// Where statistics go.
-enum StatsOutput {
-    StandardOutput,
-    File(Output),
 }
 
 /// A render that is about to begin.
@@ -208,19 +195,13 @@ impl Run<'_> {
         };
         if let Some(output) = &self.files.stats {
             let json = serde_json::to_string_pretty(&stats).map_err(|e| CliError::Failed(e.to_string()))?;
-            match output {
-                StatsOutput::StandardOutput => outln!("{json}"),
-                StatsOutput::File(output) => {
-                    let unwritten = output.write(|w| std::io::Write::write_all(w, json.as_bytes())).err();
-                    failures.extend(unwritten.iter().map(FileError::to_string));
-                }
-            }
+            failures.extend(output.write(&json).err().iter().map(FileError::to_string));
         }
         if state.is_empty() {
             return Err(self.nothing_written(failures, stop));
         }
         if !job.quiet {
-            self.summarize(&stats, stop);
+            summary::print(job, &self.files.images, &stats, stop);
         }
         finish(failures, stop)
     }
@@ -301,7 +282,7 @@ impl Run<'_> {
         failures.push(format!(
             "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): what {name} prepares, or a sample of all pixels, takes longer"
         ));
-        failed(&failures)
+        CliError::of_failures(&failures)
     }
 
     /// Renders, with breaks in which files are written and pictures shown.
@@ -409,66 +390,6 @@ impl Run<'_> {
             warnings: Vec::new(),
         }
     }
-
-    fn summarize(&self, stats: &Stats, stop: Stop) {
-        let job = self.job;
-        let names: Vec<String> = self
-            .files
-            .images
-            .iter()
-            .map(|(_, o)| o.path().display().to_string())
-            .collect();
-        errln!(
-            "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{}{} -> {}",
-            job.scene_path.display(),
-            stats.width,
-            stats.height,
-            stats.samples as f64 / job.settings.crop().area() as f64,
-            stats.spp,
-            stats.render_s,
-            stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
-            stats.backend,
-            stats.backend_version,
-            stats
-                .error
-                .map_or(String::new(), |error| format!(", relative error {error:.2e}")),
-            stop.words(),
-            match (job.settings.tone.exposure, stats.exposure) {
-                (Exposure::Auto, Some(stops)) => format!(", exposure {stops:+} (auto)"),
-                _ => String::new(),
-            },
-            if names.is_empty() {
-                "no image".into()
-            } else {
-                names.join(", ")
-            },
-        );
-        if job.verbose {
-            errln!(
-                "  {}, {}; load {:.3} s, build {:.3} s, in all {:.3} s",
-                words::count(stats.triangles, "triangle"),
-                words::count(stats.lights as u64, "light"),
-                stats.load_s,
-                stats.build_s,
-                stats.total_s
-            );
-            errln!(
-                "  rays: {} camera, {} bounce, {} shadow; {}, {}",
-                stats.rays.camera,
-                stats.rays.bounce,
-                stats.rays.shadow,
-                words::count(stats.threads as u64, "thread"),
-                stats.isa
-            );
-            errln!(
-                "  memory: scene {:.1} MB, acceleration structure {:.1} MB, peak {:.1} MB; scene hash {}",
-                stats.scene_bytes as f64 / 1e6,
-                stats.bvh_bytes as f64 / 1e6,
-                stats.peak_rss_bytes.unwrap_or(0) as f64 / 1e6,
-                stats.scene_hash,
-            );
-        }
-    }
 }
 
 /// Says what went wrong without ending the render.
@@ -503,15 +424,9 @@ fn fault(outcome: &str, panic: &str) -> String {
     format!("the program has failed, so that {outcome}: {panic}\n  help: please report this, with the command")
 }
 
-/// All of `failures`, as one.
-pub(super) fn failed<T: ToString>(failures: &[T]) -> CliError {
-    let words: Vec<String> = failures.iter().map(T::to_string).collect();
-    CliError::Failed(words.join("\nerror: "))
-}
-
 fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
-        return Err(failed(&failures));
+        return Err(CliError::of_failures(&failures));
     }
     // One that comes after the last sample too: something may have been given up for it.
     if is_interrupted() && stop != Stop::Interrupt {
@@ -522,113 +437,4 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Why a render ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stop {
-    /// All samples were taken.
-    Samples,
-    /// The noise is as low as was asked for.
-    Noise,
-    TimeLimit,
-    Interrupt,
-}
-
-impl Stop {
-    /// Of a render that has done all it was to do.
-    fn of_complete(film: &Film, noise: Option<f64>) -> Self {
-        match noise {
-            Some(level) if Noise::new(film, level).is_reached() => Self::Noise,
-            _ => Self::Samples,
-        }
-    }
-
-    fn is_complete(self) -> bool {
-        matches!(self, Self::Samples | Self::Noise)
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Samples => "samples",
-            Self::Noise => "noise",
-            Self::TimeLimit => "time-limit",
-            Self::Interrupt => "interrupt",
-        }
-    }
-
-    /// For the end of a sentence; nothing where all samples were taken.
-    fn words(self) -> &'static str {
-        match self {
-            Self::Samples => "",
-            Self::Noise => ", stopped by --noise",
-            Self::TimeLimit => ", stopped by --time-limit",
-            Self::Interrupt => ", stopped by an interrupt",
-        }
-    }
-}
-
-/// Where `--stats` goes; `-` is the standard output.
-fn stats_output(path: &Path, outputs: &mut Outputs) -> Result<StatsOutput, CliError> {
-    if path == Path::new("-") {
-        return Ok(StatsOutput::StandardOutput);
-    }
-    let output = Output::prepare(path)?;
-    outputs.add("--stats", &output)?;
-    Ok(StatsOutput::File(output))
-}
-
-/// The images that a render writes, and a warning where the default names are other ones than usual. `read` are the files of the scene, as far as
-/// they are known.
-fn images(
-    args: &RenderArgs,
-    job: &Job,
-    read: &[PathBuf],
-    outputs: &mut Outputs,
-) -> Result<(Images, Option<String>), CliError> {
-    let DefaultNames { paths, reason } = if !args.output.is_empty() {
-        DefaultNames {
-            paths: args.output.clone(),
-            reason: None,
-        }
-    } else if args.samples.is_some() && args.checkpoint.is_some() {
-        // A part that is kept: nobody has asked for a picture of it.
-        DefaultNames {
-            paths: Vec::new(),
-            reason: None,
-        }
-    } else if job.scene.is_file() || args.samples.is_some() {
-        default_outputs::of_scene_file(&args.scene)
-    } else {
-        default_outputs::of_obj(&args.scene, read)
-    };
-    let warning = reason.map(|reason| {
-        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-        format!(
-            "{reason}: the pictures are {}\n  help: name others by -o",
-            names.join(" and ")
-        )
-    });
-    let images = prepare_images(&paths, job.settings.tone, &exr_format(&args.exr)?, outputs)?;
-    Ok((images, warning))
-}
-
-/// The images to write, by name, which join `outputs`.
-pub(super) fn prepare_images(
-    paths: &[PathBuf],
-    tone: Tone,
-    exr: &ExrFormat,
-    outputs: &mut Outputs,
-) -> Result<Vec<(Format, Output)>, CliError> {
-    // A name that is no image is wrong usage; a folder that cannot be written is a failure.
-    let prepared = paths.iter().map(|path| {
-        let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
-            Format::Png(_) => Format::Png(tone),
-            Format::Exr(_) => Format::Exr(exr.clone()),
-        };
-        let output = Output::prepare(path)?;
-        outputs.add("-o", &output)?;
-        Ok((format, output))
-    });
-    prepared.collect()
 }

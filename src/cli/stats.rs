@@ -1,9 +1,47 @@
+//! `--stats`: the statistics of a render, and where they go.
+
 use super::audit::Report;
+use super::error::CliError;
+use super::outputs::Outputs;
 use crate::film::{Film, Tile};
+use crate::io::{FileError, Output};
 use crate::math::list;
 use crate::render::{DroppedSample, MutationCounts};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+/// Where `--stats` goes.
+pub(super) enum StatsOutput {
+    StandardOutput,
+    File(Output),
+}
+
+impl StatsOutput {
+    /// The file `path`, which joins `outputs`; `-` is the standard output.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Outputs::prepare`].
+    pub fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Self, CliError> {
+        if path == Path::new("-") {
+            return Ok(Self::StandardOutput);
+        }
+        Ok(Self::File(outputs.prepare("--stats", path)?))
+    }
+
+    /// Writes the text.
+    pub fn write(&self, json: &str) -> Result<(), FileError> {
+        match self {
+            Self::StandardOutput => {
+                outln!("{json}");
+                Ok(())
+            }
+            Self::File(output) => output.write(|writer| writer.write_all(json.as_bytes())),
+        }
+    }
+}
 
 /// What `--stats` writes: one JSON object.
 #[derive(Debug, Serialize)]

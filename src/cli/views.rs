@@ -1,15 +1,14 @@
 //! `embrasure views`: a contact sheet of candidate cameras, each with the flags to paste.
 
-use super::args::{RenderArgs, ViewsArgs};
+use super::args::{Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
-use super::flags::Flags;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Loading, Progress, Until, is_interrupted};
 use super::words;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
-use crate::io::{Output, Panel, write_contact_sheet};
+use crate::io::{Panel, write_contact_sheet};
 use crate::options::{IntegratorKind, IntegratorOptions, SamplingOptions};
 use crate::render::Outcome;
 use crate::session::Session;
@@ -47,8 +46,8 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     };
     let job = Job::to_show(&render)?;
     let mut named = Outputs::default();
-    let output = args.output.as_deref().map(Output::prepare).transpose()?;
-    output.iter().try_for_each(|output| named.add("-o", output))?;
+    let output = args.output.as_deref();
+    let output = output.map(|path| named.prepare("-o", path)).transpose()?;
     named.spare([&*args.scene])?;
     let loading = Loading::new(job.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);

@@ -11,9 +11,13 @@ use std::path::PathBuf;
 use toml::Spanned;
 
 /// A texture of a material: `"FILE"`, or `{ file = "FILE", … }`, or `false` for none.
-#[derive(Clone, Debug, Default)]
+///
+/// serde derives functions of this name for the table (`remote`), which the implementations below call.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct MapSection {
     /// Whether this says that there is no texture.
+    #[serde(skip)]
     pub is_none: bool,
     /// The file, relative to the scene file.
     pub file: PathBuf,
@@ -31,20 +35,6 @@ pub struct MapSection {
     pub gain: Option<Spanned<f32>>,
     /// Factor of heights.
     pub height: Option<Spanned<f32>>,
-}
-
-/// The table, key by key.
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-struct MapTable {
-    file: PathBuf,
-    scale: Option<Spanned<[f32; 2]>>,
-    offset: Option<Spanned<[f32; 2]>>,
-    wrap: Option<Spanned<String>>,
-    channel: Option<Spanned<String>>,
-    base: Option<Spanned<f32>>,
-    gain: Option<Spanned<f32>>,
-    height: Option<Spanned<f32>>,
 }
 
 impl<'de> Deserialize<'de> for MapSection {
@@ -76,18 +66,7 @@ impl<'de> Deserialize<'de> for MapSection {
 
             // A derived choice between both would not say which key is unknown.
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
-                let table = MapTable::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(MapSection {
-                    is_none: false,
-                    file: table.file,
-                    scale: table.scale,
-                    offset: table.offset,
-                    wrap: table.wrap,
-                    channel: table.channel,
-                    base: table.base,
-                    gain: table.gain,
-                    height: table.height,
-                })
+                MapSection::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(FileOrTable)
@@ -96,35 +75,17 @@ impl<'de> Deserialize<'de> for MapSection {
 
 impl Serialize for MapSection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self {
-            is_none,
-            file,
-            scale,
-            offset,
-            wrap,
-            channel,
-            base,
-            gain,
-            height,
-        } = self.clone();
-        if is_none {
+        if self.is_none {
             return serializer.serialize_bool(false);
         }
-        let is_plain = scale.is_none() && offset.is_none() && wrap.is_none() && channel.is_none();
-        if is_plain && base.is_none() && gain.is_none() && height.is_none() {
-            return file.serialize(serializer);
-        }
-        let table = MapTable {
-            file,
-            scale,
-            offset,
-            wrap,
-            channel,
-            base,
-            gain,
-            height,
+        let plain = Self {
+            file: self.file.clone(),
+            ..Self::default()
         };
-        table.serialize(serializer)
+        match *self == plain {
+            true => self.file.serialize(serializer),
+            false => Self::serialize(self, serializer),
+        }
     }
 }
 

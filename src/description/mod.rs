@@ -1,7 +1,8 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, `patches` lists the changes of materials, `placement` resolves where objects
-//! stand, `load` reads the named files and builds the scene, and `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
+//! `scene_file` reads the file, the `*_section` modules are its parts, and `scene_options` lists the options that its sections `[image]` and `[render]`
+//! set. `patches` lists the changes of materials, `placement` resolves where objects stand, `load` reads the named files and builds the scene, and
+//! `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
 
 mod camera_section;
 mod find_texture;
@@ -14,11 +15,13 @@ mod load;
 mod made_lights;
 mod map_section;
 mod material_section;
+mod object_section;
 mod option_section;
 mod overrides;
 mod patches;
 mod placement;
 mod scene_file;
+mod scene_options;
 mod template;
 mod unknown_key;
 mod write;
@@ -33,7 +36,9 @@ pub use load::{
 };
 pub use map_section::MapSection;
 pub use material_section::{ColorValue, MaterialSection};
-pub use scene_file::{Instances, ObjectSection, Scale, SceneFile, SceneOptions, TransformSection};
+pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
+pub use scene_file::SceneFile;
+pub use scene_options::SceneOptions;
 
 // What the modules here need of the formats
 use crate::io::{

@@ -1,6 +1,7 @@
+use super::scene_options::AnyGroup;
 use super::unknown_key::unknown_key;
 use super::{FileError, InOrder, SceneFile};
-use crate::options::{Entry, Input, InvalidOption, OptionGroup, Parameter};
+use crate::options::{Entry, Input, InvalidOption};
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeSet;
@@ -42,27 +43,6 @@ impl Scalar {
             Self::List(_, Some(numbers)) => Input::List(numbers),
             Self::Other(text) => Input::Other(text),
         }
-    }
-}
-
-/// A group of options, whichever it is.
-pub(super) trait AnyGroup {
-    fn parameters(&self) -> &'static [Parameter];
-    fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
-    fn entries(&self) -> Vec<Entry>;
-}
-
-impl<G: OptionGroup> AnyGroup for G {
-    fn parameters(&self) -> &'static [Parameter] {
-        G::PARAMETERS
-    }
-
-    fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>> {
-        OptionGroup::set(self, key, input)
-    }
-
-    fn entries(&self) -> Vec<Entry> {
-        OptionGroup::entries(self)
     }
 }
 

@@ -62,20 +62,10 @@ impl SceneFile {
     /// A patch that cannot be.
     pub fn with(&self, options: &SceneOptions, camera: &CameraDescription) -> Result<Self, FileError> {
         let mut file = self.clone();
-        let SceneOptions {
-            size,
-            filter,
-            background,
-            tone,
-            sampling,
-            quality,
-            integrator,
-            load,
-        } = options;
         file.version = Some(said(VERSION));
         file.options = *options;
-        file.image = OptionSection::of(&[size, filter, background, tone]);
-        file.render = OptionSection::of(&[sampling, quality, integrator, load]);
+        file.image = OptionSection::of(&options.image());
+        file.render = OptionSection::of(&options.render());
         file.texture_dirs = self.all_texture_dirs()?;
         file.camera = Some(CameraSection::of(camera));
         file.patch.0 = self.own_patches()?;

@@ -6,9 +6,10 @@
 //! An image without its sums cannot be resumed; `Renderer::resume` compares what a checkpoint says of itself with the render.
 
 use super::exr::{Header, RowChannel, write_rows};
+use super::exr_text::text_attribute;
+use super::header_limits::check_exr;
 use super::input::{Input, ReadFailure};
 use super::memory::Allowance;
-use super::read_image::check_exr;
 use super::{FileError, Metadata, Output};
 use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
 use crate::math::{Encode, UVec2};
@@ -231,12 +232,8 @@ impl Opened {
             )
         };
         let attributes = &header.own_attributes;
-        let text = |name: &str| match attributes.other.get(&exr::Text::from(name)) {
-            Some(exr::AttributeValue::Text(text)) => Some(text.to_string()),
-            _ => None,
-        };
-        let digest = text(DIGEST).ok_or_else(stateless)?;
-        let statistics = text(STATISTICS).ok_or_else(stateless)?;
+        let digest = text_attribute(attributes, DIGEST).ok_or_else(stateless)?;
+        let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
         // Where the picture lies, and which word each channel holds

@@ -1,9 +1,11 @@
 //! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant light.
 
 use super::FileError;
+use super::header_limits::check_size;
 use super::input::Input;
 use super::memory::Allowance;
-use super::read_image::{check_size, read_exr_within};
+pub(crate) use super::read_image::BYTES_OF_A_NEW_TEXEL;
+use super::read_image::read_exr_within;
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
 use crate::math::list;
@@ -13,8 +15,6 @@ use std::path::Path;
 
 /// Bytes that a texel of an environment takes for good: its colour, and what directions are drawn by.
 const BYTES_OF_A_TEXEL: u64 = 20;
-/// Bytes that it takes while it is read: three floats and its colour.
-pub(crate) const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Bytes that an environment of so many texels takes for good.
 pub(crate) fn environment_bytes(texels: u64) -> u64 {

@@ -1,24 +1,19 @@
 use super::FileError;
-use super::environment::BYTES_OF_A_NEW_TEXEL;
-use super::input::{Input, ReadFailure};
+use super::exr_file::ExrFile;
 use super::memory::Allowance;
 use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
-use std::io::{BufReader, Seek};
 use std::path::Path;
 
-// A header is believed only so far, since memory is taken for the pixels before they are seen.
-/// Pixels that an image may have.
-const MAX_PIXELS: u64 = 1 << 28;
-/// Bytes of samples, and so pixels too, that a byte of a file may hold. Deflate, the tightest code in use, makes one byte of 1032 at most (zlib's manual).
-const MAX_BYTES_PER_BYTE: u64 = 1032;
+/// Bytes that a pixel of an image, or a texel of an environment, takes while it is read: three floats and its colour.
+pub(crate) const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Reads `R G B` of the first layer of an EXR file.
 pub fn read_exr(path: &Path) -> Result<RgbImage, FileError> {
     read_exr_within(path, Allowance::of_system())
 }
 
-/// The same, where reading may take so much memory.
+/// Reads `R G B` of the first layer of an EXR file, where reading may take so much memory.
 pub(super) fn read_exr_within(path: &Path, allowance: Allowance) -> Result<RgbImage, FileError> {
     let failed = |error: &dyn std::fmt::Display| {
         let message = format!("cannot read this as an EXR image with R, G and B: {error}");
@@ -45,72 +40,6 @@ pub(super) fn read_exr_within(path: &Path, allowance: Allowance) -> Result<RgbIm
         .from_buffered(reader);
     let image = image.map_err(|e| failure.or(path, failed(&e)))?;
     Ok(image.layer_data.channel_data.pixels)
-}
-
-/// An EXR file whose header was read and can be believed.
-pub(super) struct ExrFile {
-    pub meta: exr::MetaData,
-    /// At the start of the file.
-    pub reader: BufReader<Input>,
-    pub failure: ReadFailure,
-}
-
-impl ExrFile {
-    /// Opens the file; `failed` says of a header that it is wrong.
-    pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
-        let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
-        let known = (input.length(), input.failure());
-        Self::read(path, input.buffered(path)?, known, failed)
-    }
-
-    /// Reads the header of a file of so many bytes, from its start.
-    pub fn read(
-        path: &Path,
-        mut reader: BufReader<Input>,
-        (length, failure): (u64, ReadFailure),
-        failed: &dyn Fn(&dyn std::fmt::Display) -> FileError,
-    ) -> Result<Self, FileError> {
-        let meta = exr::MetaData::read_from_buffered(&mut reader, false);
-        let meta = meta.map_err(|e| failure.or(path, failed(&e)))?;
-        check_exr(path, length, &meta)?;
-        let rewound = reader.rewind();
-        rewound.map_err(|e| FileError::system(path, "cannot read it", &e))?;
-        Ok(Self { meta, reader, failure })
-    }
-}
-
-/// An error where a layer, or a block of it, is larger than an EXR file of `file_bytes` can have: the exr crate (1.74) takes as much memory
-/// as a block's length says, before it reads the block, if its pixels could be as many.
-pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> Result<(), FileError> {
-    for header in &meta.headers {
-        let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        check_size(path, file_bytes, width, height)?;
-        // All channels together, of which there may be thousands
-        let bytes = (width as u64 * height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
-        if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
-            let count = header.channels.list.len();
-            let message = format!(
-                "the header says {width}x{height} pixels of {count} channels, which {file_bytes} bytes cannot hold"
-            );
-            return Err(FileError::new(path, message).help("the file may be damaged"));
-        }
-        let block = header.max_block_pixel_size();
-        check_size(path, file_bytes, block.width(), block.height())?;
-    }
-    Ok(())
-}
-
-/// An error where the header of `path` names more pixels than an image, or a file of so many bytes, can have.
-pub(super) fn check_size(path: &Path, bytes: u64, width: usize, height: usize) -> Result<(), FileError> {
-    let most = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
-    if (width as u64)
-        .checked_mul(height as u64)
-        .is_some_and(|pixels| pixels <= most)
-    {
-        return Ok(());
-    }
-    let message = format!("the header says {width}x{height} pixels; at most {most} can be read from {bytes} bytes");
-    Err(FileError::new(path, message).help("the file may be damaged; else scale the image down"))
 }
 
 #[cfg(test)]

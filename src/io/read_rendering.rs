@@ -1,7 +1,8 @@
 use super::FileError;
-use super::exr::{BIAS, COMMON_ERRORS, SETTINGS};
+use super::exr_file::{DataWindow, ExrFile, resolution};
+use super::exr_text::text_attribute;
 use super::memory::Allowance;
-use super::read_image::ExrFile;
+use super::metadata::{BIAS, COMMON_ERRORS, SETTINGS};
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
 use crate::compare::{CommonErrors, Noise};
@@ -9,7 +10,7 @@ use crate::film::{Rect, RgbImage};
 use crate::math::UVec2;
 use crate::options::Value;
 use ::exr::meta::header::Header;
-use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
+use ::exr::prelude as exr;
 use std::path::Path;
 
 /// Floats a pixel that a [`Rendering`] has, with copies on the way to it.
@@ -105,19 +106,11 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         FileError::new(path, format!("cannot read this as an EXR image: {error}"))
             .help("give an .exr file that a renderer wrote")
     };
-    let ExrFile { meta, reader, failure } = ExrFile::open(path, &failed)?;
+    let file = ExrFile::open(path, &failed)?;
     let samples = |header: &Header| header.layer_size.area() as u64 * (header.channels.list.len() as u64 + FLOATS_MADE);
-    let floats: u64 = meta.headers.iter().map(samples).sum();
+    let floats: u64 = file.meta.headers.iter().map(samples).sum();
     Allowance::of_system().check(path, floats * size_of::<f32>() as u64)?;
-    let file = exr::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(reader)
-        .map_err(|e| failure.or(path, failed(&e)))?;
+    let file = file.layers(path, &failed)?;
     let display = file.attributes.display_window;
     let found = file.layer_data.iter().find_map(|layer| Some((layer, colors(layer)?)));
     let Some((layer, colors)) = found else {
@@ -130,45 +123,27 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         return Err(FileError::new(path, message).help("name the channels of the picture R, G and B"));
     };
 
-    // Coordinates count from the corner of the display window; what lies outside of it is left out.
-    let data = layer.absolute_bounds();
-    let size = |bounds: &exr::IntegerBounds| (bounds.size.width() as i64, bounds.size.height() as i64);
-    let (full, (width, height)) = (size(&display), size(&data));
-    let corner = |at: fn(exr::Vec2<i32>) -> i32| at(data.position) as i64 - at(display.position) as i64;
-    let (left, top) = (corner(|p| p.x()), corner(|p| p.y()));
-    let point = |x: i64, y: i64| UVec2::new(x.clamp(0, full.0) as u32, y.clamp(0, full.1) as u32);
-    let window = Rect {
-        min: point(left, top),
-        max: point(left + width, top + height),
-    };
-    if window.area() == 0 {
+    let Some(place) = DataWindow::new(&display, &layer.absolute_bounds()) else {
         let message = "none of its pixels lies in its display window";
         return Err(FileError::new(path, message).help("write it again with a display window that it meets"));
-    }
-    let index = |at: UVec2| ((at.y as i64 - top) * width + at.x as i64 - left) as usize;
+    };
     let rgb = |channels: &[Vec<f32>; 3]| -> Vec<[f32; 3]> {
         let value = |c: usize, i: usize| channels[c].get(i).copied().unwrap_or(0.0);
-        window
-            .pixels()
-            .map(|at| [0, 1, 2].map(|c| value(c, index(at))))
-            .collect()
+        place.indices().map(|i| [0, 1, 2].map(|c| value(c, i))).collect()
     };
 
-    let pixels = window.area() as usize;
+    let window = place.window;
     let noise = channels(layer, ["variance.R", "variance.G", "variance.B"]).map(|variance| Noise {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
-            Some(samples) => window
-                .pixels()
-                .map(|at| samples.get(index(at)).copied().unwrap_or(1.0))
-                .collect(),
+            Some(samples) => place.pick(&samples),
             // Not said: variances are taken as they are.
-            None => vec![f32::INFINITY; pixels],
+            None => vec![f32::INFINITY; window.area() as usize],
         },
-        common: common_errors(layer),
+        common: common_errors(&layer.attributes),
     });
     Ok(Rendering {
-        resolution: point(full.0, full.1),
+        resolution: resolution(&display),
         window,
         image: RgbImage {
             width: window.size().x as usize,
@@ -177,7 +152,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         },
         noise,
         is_display: false,
-        bias: text_attribute(layer, BIAS),
+        bias: text_attribute(&layer.attributes, BIAS),
     })
 }
 
@@ -201,31 +176,14 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// The text of an attribute.
-fn text_attribute(layer: &Layer, name: &str) -> Option<String> {
-    let (_, value) = layer.attributes.other.iter().find(|(other, _)| **other == *name)?;
-    match value {
-        exr::AttributeValue::Text(text) => Some(text.to_string()),
-        _ => None,
-    }
-}
-
 /// Which errors pixels may have in common. A file of this program that does not say so, as earlier builds wrote, may have any; one of another
 /// program those of tiles.
-fn common_errors(layer: &Layer) -> CommonErrors {
-    let attributes = &layer.attributes.other;
-    let attribute = |name: &str| {
-        attributes
-            .iter()
-            .find(|(other, _)| *other == name)
-            .map(|(_, value)| value)
-    };
-    match (attribute(COMMON_ERRORS), attribute(SETTINGS)) {
-        (Some(exr::AttributeValue::Text(text)), _) => {
-            CommonErrors::of_text(&text.to_string()).unwrap_or(CommonErrors::Picture)
-        }
-        (None, None) => CommonErrors::Tile,
-        _ => CommonErrors::Picture,
+fn common_errors(attributes: &exr::LayerAttributes) -> CommonErrors {
+    let is_there = |name: &str| attributes.other.contains_key(&exr::Text::from(name));
+    match text_attribute(attributes, COMMON_ERRORS) {
+        Some(text) => CommonErrors::of_text(&text).unwrap_or(CommonErrors::Picture),
+        None if is_there(COMMON_ERRORS) || is_there(SETTINGS) => CommonErrors::Picture,
+        None => CommonErrors::Tile,
     }
 }
 

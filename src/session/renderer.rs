@@ -5,7 +5,8 @@
 //! `orthogonal`, `--directions perturbed-qmc`).
 
 use super::backend::BUILD;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, check_pixels, thread_pool};
+use super::memory::check_pixels;
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, thread_pool};
 use crate::accel::{Auditor, BackendInfo, Dispatch};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};

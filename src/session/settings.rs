@@ -99,24 +99,15 @@ impl Settings {
 
     /// Settings of `options`, with defaults for what they do not set.
     pub(crate) fn new(options: &SceneOptions, camera: CameraSettings) -> Self {
-        let SceneOptions {
-            size,
-            filter,
-            background,
-            tone,
-            sampling,
-            quality,
-            integrator,
-            load: _,
-        } = options;
-        let noise = quality.noise(sampling);
-        let sampling = quality.under(*sampling);
+        let (size, filter) = (&options.size, &options.filter);
+        let noise = options.quality.noise(&options.sampling);
+        let sampling = options.quality.under(options.sampling);
         Self {
             resolution: UVec2::new(size.width(), size.height()),
             crop: None,
             filter: filter.filter(),
             filter_radius: filter.filter_radius(),
-            background: background.background(),
+            background: options.background.background(),
             guesses: Guesses::default(),
             camera,
             spp: sampling.samples(),
@@ -124,13 +115,13 @@ impl Settings {
             noise,
             seed: sampling.seed(),
             sampler: sampling.sampler(),
-            integrator: *integrator,
+            integrator: options.integrator,
             aovs: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
             threads: all_threads(),
             compact: false,
-            tone: tone.tone_settings(),
+            tone: options.tone.tone_settings(),
         }
     }
 

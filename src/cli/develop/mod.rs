@@ -6,16 +6,14 @@
 mod figure;
 mod layer;
 
-use super::develop_args::{DevelopArgs, Scale};
+use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
-use super::job::exr_format;
 use super::outputs::Outputs;
-use super::run::failed;
 use super::words;
 use crate::color::{Curve, Exposure, Tone};
 use crate::denoise::Denoiser;
 use crate::film::{Channel, Image, Rect, metered, resample, resample_nearest};
-use crate::io::{Developed, FileError, Format, Layers, Output, read_layers};
+use crate::io::{Developed, FileError, Format, Layers, read_layers};
 use crate::math::UVec2;
 use crate::options::{Denoising, OptionGroup, Value};
 use layer::{Kind, Layer};
@@ -33,14 +31,9 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         )));
     }
     let mut outputs = Outputs::default();
-    let exr = exr_format(&args.exr)?;
-    let mut files = Vec::new();
-    for path in &args.output {
-        let format = Format::of_path(path).map_err(|error| CliError::Usage(error.to_string()))?;
-        let output = Output::prepare(path)?;
-        outputs.add("-o", &output)?;
-        files.push((format, output));
-    }
+    let exr = args.exr.format()?;
+    // The tone is known once the file is read.
+    let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
     outputs.spare([&*args.input])?;
     let layers = read_layers(&args.input)?;
     if args.list {
@@ -108,7 +101,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     if failures.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
-    Err(failed(&failures))
+    Err(CliError::of_failures(&failures))
 }
 
 /// Prints the layers with their channels.

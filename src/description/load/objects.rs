@@ -3,8 +3,8 @@
 use super::Loader;
 use crate::description::FileError;
 use crate::description::obj::ObjFile;
+use crate::description::object_section::{Instances, ObjectSection};
 use crate::description::placement::{ObjectPlacement, place};
-use crate::description::scene_file::{Instances, ObjectSection};
 use crate::geometry::Mesh;
 use crate::material::MaterialId;
 use crate::math::Affine3A;

@@ -1,4 +1,5 @@
-use super::parse::{FaceRange, Outline, Pieces, parse};
+use super::outline::{FaceRange, Outline};
+use super::parse::{Pieces, parse};
 use super::polygon::triangulate;
 use super::{PIECE_BYTES, read_text};
 use crate::io::FileError;
@@ -99,7 +100,13 @@ impl ObjFaces {
         self.runs.iter().flat_map(|(section, range, material)| {
             let section = &self.outline.sections[*section];
             let faces = section.faces(range).zip(section.lines(range));
-            faces.map(|(corners, line)| section.face(corners, line, *material))
+            faces.map(|(corners, line)| Face {
+                line,
+                material: *material,
+                positions: section.positions(corners.clone()),
+                normals: section.normals(corners.clone()),
+                has_uvs: section.have_uvs(corners),
+            })
         })
     }
 

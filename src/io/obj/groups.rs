@@ -4,7 +4,7 @@
 //! groups (`smoothing`) or the triangle itself give them, as indices counted on from those of the file, so that one rule joins corners in every case.
 
 use super::Group;
-use super::parse::{FaceRange, NONE, Outline, Section, VertexData};
+use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
 use super::polygon::triangulate;
 use super::smoothing::has_normal;
 use crate::geometry::{Mesh, triangle_normal};

@@ -1,11 +1,12 @@
-//! OBJ files: statements (`parse`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`), smoothing groups
-//! (`smoothing`).
+//! OBJ files: statements (`parse`) and what they say (`outline`), faces by material (`groups`) or as they are written (`faces`), polygons (`polygon`),
+//! smoothing groups (`smoothing`).
 //!
 //! A text is cut between statements into pieces of a fixed size, which are read in parallel and joined in order: neither pieces nor threads change a
 //! bit. One reader serves renders, which want a mesh, and `embrasure check`, which wants all mistakes (`io/finding.rs`).
 
 mod faces;
 mod groups;
+mod outline;
 mod parse;
 mod polygon;
 mod remarks;
@@ -19,7 +20,8 @@ use super::normals::smooth_by_angle;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
-use parse::{Outline, Pieces};
+use outline::Outline;
+use parse::Pieces;
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::fs;

@@ -1,10 +1,9 @@
 //! Statements of OBJ files, read in parallel.
 //!
 //! Lines, `v`, `vt` and `vn` are counted first. Each piece then knows its line and what indices mean in it, and names a wrong line at once. A render
-//! ends with the first error of the file. Corners are kept as three lists of indices. A list that no face uses stays empty, so that a mesh of
-//! positions alone takes 16 bytes a triangle beside the text.
+//! ends with the first error of the file.
 
-use super::faces::Face;
+use super::outline::{NONE, Outline, Section, VertexData};
 use super::polygon::MAX_CLIPPED;
 use super::remarks::{Remark, Remarks};
 use crate::io::statements::{pieces, place_of, split_keyword, statements};
@@ -12,184 +11,11 @@ use crate::io::{FileError, MAX_WRONG, Position};
 use crate::math::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::ops::Range;
 use std::path::Path;
 use std::str;
 
-/// The index of what a corner does not have.
-pub(super) const NONE: u32 = u32::MAX;
-
 /// Characters of a word that an error shows.
 const MAX_SHOWN: usize = 60;
-
-/// What the statements of an OBJ file say, before faces are cut into triangles.
-pub(super) struct Outline {
-    /// Values of all `v`, `vt` and `vn` lines.
-    pub vertices: VertexData,
-    /// Faces and changes of state, in the file's order.
-    pub sections: Vec<Section>,
-    /// Names in `mtllib` with their lines.
-    pub libraries: Vec<(String, usize)>,
-    /// What is left out or assumed.
-    pub remarks: Remarks,
-    /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
-    pub wrong: Vec<FileError>,
-    /// How many those are in all.
-    pub wrong_count: usize,
-}
-
-/// Values that corners of faces name by index.
-#[derive(Default)]
-pub(super) struct VertexData {
-    /// In the file's units.
-    pub positions: Vec<Vec3>,
-    /// Texture coordinates, v upwards.
-    pub uvs: Vec<Vec2>,
-    /// Unit normals; zero where the file's is none.
-    pub normals: Vec<Vec3>,
-}
-
-/// Faces of a part of the file.
-#[derive(Default)]
-pub(super) struct Section {
-    /// Number of corners of each face.
-    sizes: Vec<u32>,
-    /// Index of each corner's position.
-    v: Vec<u32>,
-    /// Index of each corner's texture coordinates, or [`NONE`]; empty where no corner has any.
-    vt: Vec<u32>,
-    /// Index of each corner's normal, or [`NONE`]; empty where no corner has any.
-    vn: Vec<u32>,
-    /// Changes of state, in their order.
-    switches: Vec<Switch>,
-    /// The line of each face, where lines are kept.
-    lines: Vec<u32>,
-}
-
-/// A change of what faces belong to.
-#[derive(Default)]
-pub(super) struct Switch {
-    /// The first face it is for.
-    face: usize,
-    /// The first corner it is for.
-    corner: usize,
-    /// The line of the material.
-    pub line: usize,
-    /// The material from now on; `None` leaves it as it was.
-    pub material: Option<String>,
-    /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
-    pub smoothing: Option<u32>,
-}
-
-/// Faces of a section that follow each other.
-#[derive(Clone)]
-pub(super) struct FaceRange {
-    faces: Range<usize>,
-    corner: usize,
-}
-
-impl FaceRange {
-    pub fn is_empty(&self) -> bool {
-        self.faces.is_empty()
-    }
-}
-
-impl Section {
-    /// Each change of state with the faces that it is for, which may be none.
-    pub fn states(&self) -> impl Iterator<Item = (&Switch, FaceRange)> {
-        let ends = self.switches.iter().skip(1).map(|next| next.face);
-        let ends = ends.chain([self.sizes.len()]);
-        self.switches.iter().zip(ends).map(|(switch, end)| {
-            let (faces, corner) = (switch.face..end, switch.corner);
-            (switch, FaceRange { faces, corner })
-        })
-    }
-
-    /// The corners of each face, as indices for [`corner`](Self::corner).
-    pub fn faces(&self, range: &FaceRange) -> impl Iterator<Item = Range<usize>> {
-        let mut end = range.corner;
-        self.sizes[range.faces.clone()].iter().map(move |&size| {
-            let start = end;
-            end += size as usize;
-            start..end
-        })
-    }
-
-    /// The lines of faces, where lines are kept.
-    pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
-        let lines = self.lines.get(range.faces.clone()).unwrap_or_default();
-        lines.iter().map(|&line| line as usize)
-    }
-
-    /// The face of these corners, as it is written.
-    pub fn face(&self, corners: Range<usize>, line: usize, material: usize) -> Face<'_> {
-        let part = |indices: &[u32]| corners.start.min(indices.len())..corners.end.min(indices.len());
-        let uvs = &self.vt[part(&self.vt)];
-        Face {
-            line,
-            material,
-            positions: &self.v[part(&self.v)],
-            normals: &self.vn[part(&self.vn)],
-            has_uvs: !uvs.is_empty() && !uvs.contains(&NONE),
-        }
-    }
-
-    /// Indices of a corner's position, texture coordinates and normal.
-    pub fn corner(&self, i: usize) -> [u32; 3] {
-        let optional = |indices: &[u32]| indices.get(i).copied().unwrap_or(NONE);
-        [self.v[i], optional(&self.vt), optional(&self.vn)]
-    }
-
-    /// Gives a corner another normal.
-    pub fn set_normal(&mut self, i: usize, index: u32) {
-        self.vn.resize(self.v.len(), NONE);
-        self.vn[i] = index;
-    }
-
-    fn push_corner(&mut self, [v, vt, vn]: [u32; 3]) {
-        push_optional(&mut self.vt, vt, self.v.len());
-        push_optional(&mut self.vn, vn, self.v.len());
-        self.v.push(v);
-    }
-
-    /// Forgets all corners but the first `len`.
-    fn truncate(&mut self, len: usize) {
-        self.v.truncate(len);
-        self.vt.truncate(len);
-        self.vn.truncate(len);
-    }
-
-    fn switch(&mut self) -> &mut Switch {
-        let (face, corner) = (self.sizes.len(), self.v.len());
-        if self.switches.last().is_none_or(|last| last.face != face) {
-            self.switches.push(Switch {
-                face,
-                corner,
-                ..Switch::default()
-            });
-        }
-        let last = self.switches.len() - 1;
-        &mut self.switches[last]
-    }
-
-    fn shrink_to_fit(&mut self) {
-        self.sizes.shrink_to_fit();
-        self.v.shrink_to_fit();
-        self.vt.shrink_to_fit();
-        self.vn.shrink_to_fit();
-        self.lines.shrink_to_fit();
-    }
-}
-
-/// Adds an index to those of `count` corners before it, an empty list if none of them has any.
-fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
-    if index != NONE && indices.is_empty() {
-        indices.resize(count, NONE);
-    }
-    if index != NONE || !indices.is_empty() {
-        indices.push(index);
-    }
-}
 
 /// A text cut into pieces whose statements have been counted: each knows its line and what indices mean in it.
 pub(super) struct Pieces<'a> {
@@ -275,29 +101,12 @@ pub(super) fn parse(
     }
     // Indices have 32 bits. Normals are counted on for smoothing groups and for flat triangles, by one a corner at
     // most.
-    let corners: usize = outline.sections.iter().map(|s| s.v.len()).sum();
+    let corners: usize = outline.sections.iter().map(Section::corner_count).sum();
     if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
         let message = "the file has more vertices and faces than 32-bit indices can name";
         return Err(FileError::new(path, message).help("cut it into several files"));
     }
     Ok(outline)
-}
-
-impl VertexData {
-    /// Where a corner of a section is.
-    pub fn position(&self, section: &Section, corner: usize) -> Vec3 {
-        self.positions[section.v[corner] as usize]
-    }
-
-    fn append(&mut self, more: &mut Self) {
-        self.positions.append(&mut more.positions);
-        self.uvs.append(&mut more.uvs);
-        self.normals.append(&mut more.normals);
-    }
-
-    fn counts(&self) -> [usize; 3] {
-        [self.positions.len(), self.uvs.len(), self.normals.len()]
-    }
 }
 
 /// Keywords of what corners name, in the order of a corner's parts.
@@ -457,7 +266,7 @@ impl<'a> Piece<'a> {
     }
 
     fn read_face(&mut self, corners: &str, line: usize) -> Result<(), Fault> {
-        let start = self.section.v.len();
+        let start = self.section.corner_count();
         if corners.split_ascii_whitespace().nth(2).is_none() {
             self.remarks.add(Remark::ShortFace, line);
             return Ok(());
@@ -466,7 +275,7 @@ impl<'a> Piece<'a> {
             let corner = self.corner(word).inspect_err(|_| self.section.truncate(start))?;
             self.section.push_corner(corner);
         }
-        let size = self.section.v.len() - start;
+        let size = self.section.corner_count() - start;
         if size > MAX_CLIPPED {
             self.remarks.add(Remark::LongFace, line);
         }
@@ -475,10 +284,8 @@ impl<'a> Piece<'a> {
             let message = format!("a face of {size} corners");
             return Err(Fault::new("f", message, "cut the face into smaller ones"));
         };
-        self.section.sizes.push(size);
-        if self.keep_lines {
-            self.section.lines.push(u32::try_from(line).unwrap_or(u32::MAX));
-        }
+        let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
+        self.section.push_face(size, line);
         Ok(())
     }
 

@@ -1,5 +1,5 @@
 use super::groups::Run;
-use super::parse::{NONE, Outline, Section, VertexData};
+use super::outline::{NONE, Outline, Section, VertexData};
 use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;

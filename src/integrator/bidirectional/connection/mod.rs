@@ -3,19 +3,20 @@
 //! With s = 1 a point on a light is sampled anew for the vertex that it lights, and with t = 1 a point on the lens. `light_tracing` uses t = 1 alone,
 //! `metropolis/pssmlt.rs` asks for single strategies, and `photon/vcm.rs` adds merging.
 
+mod light_samples;
 mod weights;
 
-use super::subpath::{EMISSION_BLOCK, LightEnd, MAX_VERTICES, PathRay, PathVertex, VertexKind, Walk, block};
+use super::subpath::{EMISSION_BLOCK, MAX_VERTICES, PathRay, PathVertex, Walk, block};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::search_radius::Radii;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
-use crate::light::{LightId, LightSample, LightSampleContext};
+use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
-use crate::scene::Scene;
+use light_samples::{LightNumbers, sample_lights};
 use weights::Met;
 
 /// Connects a subpath from the camera and one from a light, by all strategies.
@@ -266,27 +267,34 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };
-        self.lights(&self.light_context(last), time, &numbers, sampler, |sampled| {
-            let wi = sampled.sample.wi;
-            let f = surface.scattered(self.world.scene, surface.back, wi);
-            if f.is_black() {
-                return;
-            }
-            let ray = sampled
-                .sample
-                .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
-                .when(time);
-            let transmittance = self.world.transmittance(&ray, out);
-            if transmittance > 0.0 {
-                found(Contribution {
-                    strategy: (1, camera.len()),
-                    radiance: last.beta * f * sampled.radiance() * transmittance,
-                    weight: self.weight(camera, &[sampled.vertex()], None, time),
-                    film: None,
-                    light: sampled.id,
-                });
-            }
-        });
+        sample_lights(
+            self.world.scene,
+            &self.light_context(last),
+            time,
+            &numbers,
+            sampler,
+            |sampled| {
+                let wi = sampled.sample.wi;
+                let f = surface.scattered(self.world.scene, surface.back, wi);
+                if f.is_black() {
+                    return;
+                }
+                let ray = sampled
+                    .sample
+                    .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
+                    .when(time);
+                let transmittance = self.world.transmittance(&ray, out);
+                if transmittance > 0.0 {
+                    found(Contribution {
+                        strategy: (1, camera.len()),
+                        radiance: last.beta * f * sampled.radiance() * transmittance,
+                        weight: self.weight(camera, &[sampled.vertex()], None, time),
+                        film: None,
+                        light: sampled.id,
+                    });
+                }
+            },
+        );
     }
 
     /// s = t = 1: a light is sampled for the lens.
@@ -303,7 +311,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             choice: number(Bounce::Decisions),
             point: number(Bounce::LightPoint),
         };
-        self.lights(
+        sample_lights(
+            self.world.scene,
             &LightSampleContext::any_side(lens.p),
             time,
             &numbers,
@@ -419,39 +428,6 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         Some((importance.film, we / self.paths()))
     }
 
-    /// Samples of lights, of one or of all, for `context`.
-    fn lights(
-        &self,
-        context: &LightSampleContext,
-        time: f32,
-        numbers: &LightNumbers,
-        sampler: &impl Sampler,
-        mut found: impl FnMut(Sampled<'a>),
-    ) {
-        let scene = self.world.scene;
-        let selection = scene.light_selection();
-        let mut of = |id: LightId, pmf: f32, point: Dimension| {
-            let light = &scene.lights()[id.0 as usize];
-            let sample = light.sample(context.p, time, sampler.get_2d(point), scene.textures());
-            if let Some(sample) = sample {
-                found(Sampled {
-                    scene,
-                    id,
-                    pmf,
-                    sample,
-                    time,
-                });
-            }
-        };
-        if let Some(ids) = selection.all() {
-            for (&id, index) in ids.iter().zip(1..) {
-                of(id, 1.0, numbers.point.nth(index));
-            }
-        } else if let Some((id, pmf)) = selection.sample(scene.lights(), context, sampler.get_2d(numbers.choice).x) {
-            of(id, pmf, numbers.point);
-        }
-    }
-
     /// The vertex as a point that light falls on, seen from the vertex before it on a path from the camera.
     fn light_context(&self, vertex: &PathVertex) -> LightSampleContext {
         match vertex.surface() {
@@ -464,52 +440,5 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())
-    }
-}
-
-/// Dimensions of the numbers that sample a light.
-struct LightNumbers {
-    choice: Dimension,
-    point: Dimension,
-}
-
-/// A sample of the light `id`, which was chosen with probability `pmf`.
-struct Sampled<'a> {
-    scene: &'a Scene,
-    id: LightId,
-    pmf: f32,
-    sample: LightSample,
-    time: f32,
-}
-
-impl<'a> Sampled<'a> {
-    /// What arrives, over the density.
-    fn radiance(&self) -> Spectrum {
-        self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
-    }
-
-    /// The light's end of the path, as a path that starts there would have made it.
-    fn vertex(&self) -> PathVertex<'a> {
-        let light = &self.scene.lights()[self.id.0 as usize];
-        let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
-        let ng = match is_infinite {
-            true => -sample.wi,
-            false => light.normal(self.time).unwrap_or(Vec3::ZERO),
-        };
-        let [position, direction] = light.emission_pdfs(ng, -sample.wi, self.time, &self.scene.ball());
-        let end = LightEnd {
-            id: self.id,
-            is_infinite,
-            is_delta: sample.is_delta,
-        };
-        PathVertex {
-            kind: VertexKind::Light(end),
-            p: sample.target.unwrap_or(Vec3::ZERO),
-            ng,
-            beta: Spectrum::ZERO,
-            forward: self.scene.emission_selection().pmf(self.id) * if is_infinite { direction } else { position },
-            reverse: 0.0,
-            is_delta: false,
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
 //!
-//! `path` is a path of path space, whose vertices do not know how they were made. `space` makes subpaths, joins them, and computes from the vertices
-//! alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the mutations.
-//! `seed` finds the paths that chains start from.
+//! `path` is a path of path space, whose vertices do not know how they were made. `space` makes subpaths and joins them. `factors` computes from the
+//! vertices alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the
+//! mutations. `seed` finds the paths that chains start from.
 //!
 //! The acceptance of a mutation depends on what it changes. For a bidirectional mutation that is the sum over all splits of the new vertices between
 //! both ends. For a perturbation it is what remains when film point and directions are integrated over. A mutation that deletes some vertices and
@@ -28,6 +28,7 @@
 //! statistics of the paths must have the same mean before and after.
 
 mod bidirectional;
+mod factors;
 mod numbers;
 mod path;
 mod perturbation;

@@ -1,5 +1,5 @@
 use super::numbers::Numbers;
-use super::path::{CameraSample, Factors, LightSource, LightSourceKind, Path, Single, Vertex};
+use super::path::{CameraSample, LightSource, LightSourceKind, Path, Single, Vertex};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
@@ -29,7 +29,7 @@ pub(super) struct PathSpace<'w, 'a, A> {
     /// Width and height of the film, pixels.
     film_size: Vec2,
     /// Infinitely distant lights that rays can meet.
-    far_lights: usize,
+    pub far_lights: usize,
 }
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
@@ -373,157 +373,6 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             target,
         })
     }
-
-    /// Factors of the vertex `at`, where the path comes from the camera by `before`, and goes on to both of `after`.
-    pub fn factors(
-        &self,
-        at: &Vertex,
-        before: Option<&Vertex>,
-        after: [Option<&Vertex>; 2],
-        time: f32,
-    ) -> Option<Factors> {
-        let joint = after[0].map_or(1.0, |next| edge(at, next, after[1]));
-        match &at.kind {
-            VertexKind::Lens => {
-                let camera = self.world.camera;
-                let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
-                // Per area of the lens and solid angle, over the density of film and lens
-                let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
-                let seen = seen * camera.lens_area() / self.film_area();
-                Some(Factors {
-                    joint: seen as f64 * joint,
-                    ..Factors::default()
-                })
-            }
-            VertexKind::Light(source) => self.factors_of_light(at, source, before?, time),
-            VertexKind::Surface(surface) => {
-                let (wo, wi) = (at.direction_to(before?), at.direction_to(after[0]?));
-                let factors = match at.is_delta {
-                    true => self.factors_of_delta(surface, wo, wi)?,
-                    false => self.factors_of_surface(surface, wo, wi),
-                };
-                Some(Factors { joint, ..factors })
-            }
-        }
-    }
-
-    fn factors_of_surface(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Factors {
-        let scene = self.world.scene;
-        let [out, into] = [wo, wi].map(|w| w.dot(surface.point.ng).abs() as f64);
-        let towards_camera = out / into;
-        Factors {
-            value: surface.scattered(scene, wo, wi),
-            camera: surface.pdf_from_camera(scene, wo, wi) as f64,
-            light: surface.pdf_from_light(wi, wo) as f64 / towards_camera,
-            towards_camera,
-            ..Factors::default()
-        }
-    }
-
-    fn factors_of_delta(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<Factors> {
-        let single = |from: Vec3, to: Vec3, mode| {
-            let frame = surface.frame_for(self.world.scene, from, mode);
-            let (from, to) = (frame.to_local(from), frame.to_local(to));
-            Single::of(&surface.bsdf, from, from.z * to.z > 0.0, mode)
-        };
-        let camera = single(wo, wi, TransportMode::Radiance)?;
-        let light = single(wi, wo, TransportMode::Importance)?;
-        let adjoint = surface.point.adjoint_factor(wi, wo);
-        let towards_camera = (light.flux.luminance() * adjoint) as f64 / camera.flux.luminance() as f64;
-        Some(Factors {
-            value: camera.flux,
-            camera: camera.probability as f64,
-            light: light.probability as f64 / towards_camera,
-            towards_camera,
-            ..Factors::default()
-        })
-    }
-
-    fn factors_of_light(&self, at: &Vertex, source: &LightSource, before: &Vertex, time: f32) -> Option<Factors> {
-        let scene = self.world.scene;
-        let light = &scene.lights()[source.id.0 as usize];
-        let w = at.direction_to(before);
-        let [position, direction] = light.emission_pdfs(at.ng, w, time, &scene.ball()).map(f64::from);
-        let (start, onwards) = match source.kind.is_infinite() {
-            true => (direction, position),
-            false => (position, direction),
-        };
-        let (value, towards_camera) = match source.kind {
-            LightSourceKind::Area => {
-                let cos = w.dot(at.ng);
-                (cos > 0.0).then_some((source.radiance, cos as f64))?
-            }
-            LightSourceKind::Point => {
-                let sample = light.sample(before.p, time, Vec2::ZERO, scene.textures())?;
-                (sample.radiance * before.p.distance_squared(at.p), 1.0)
-            }
-            LightSourceKind::Far | LightSourceKind::Parallel => (source.radiance, 1.0),
-        };
-        Some(Factors {
-            value,
-            light: onwards / towards_camera,
-            towards_camera,
-            start: scene.emission_selection().pmf(source.id) as f64 * start,
-            ..Factors::default()
-        })
-    }
-
-    /// Probability with which a ray that leaves the scene, or meets a surface, finds the light `source` there.
-    pub fn met(&self, source: &LightSource) -> f64 {
-        match source.kind {
-            LightSourceKind::Area => 1.0,
-            LightSourceKind::Far => 1.0 / self.far_lights as f64,
-            LightSourceKind::Point | LightSourceKind::Parallel => 0.0,
-        }
-    }
-
-    /// The density with which bidirectional path tracing makes the `count` vertices of `path` that come after the first `kept` ones, by any of the ways to
-    /// split them between both ends, over what the path contributes; up to a factor of the vertices that are kept.
-    ///
-    /// Either subpath keeps what is its own, `kept` vertices from the camera and all that remain from the light, and goes on from there; then the two
-    /// are joined, but where the camera's has met a light (Veach 1997, §10.2 and §11.4.2.1).
-    pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
-        let n = path.len();
-        let kept_light = n - kept - count;
-        let factors = |i: usize| &path.vertices[i].factors;
-        let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
-        // By the number t of vertices from the camera, beginning with most: steps from the light are multiplied up, and the sum, from t on, of all
-        // ways over the steps from the camera that they have in common, as Horner has it
-        let first = (n - kept_light).min(n - 1);
-        let (mut from_light, mut sum) = (1.0, 0.0);
-        for t in (kept.max(1)..=kept + count).rev() {
-            if t < first {
-                from_light *= factors(t + 1).light;
-            }
-            let ends = match (path.source(), kept_light) {
-                (Some(source), 0) if t == n => self.met(source),
-                (_, 0) => factors(n - 1).start,
-                _ => 1.0,
-            };
-            let joint = match t {
-                t if t == n => 1.0,
-                t if path.can_be_joined(t - 1) => factors(t - 1).joint,
-                _ => f64::INFINITY,
-            };
-            sum = or_0(from_light * ends / (joint * path.target)) + or_0(factors(t - 1).camera * sum);
-        }
-        sum
-    }
-}
-
-/// What the values of `at` and `next` are multiplied by where their edge joins two subpaths: `through |cos| / d²` at `next`, whose value is over the
-/// cosine of the light that comes from `after` (Veach 1997, §8.2).
-fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
-    if next.is_infinite() {
-        return at.through as f64;
-    }
-    let w = next.direction_to(at);
-    let cos = |w: Vec3| match next.ng == Vec3::ZERO {
-        true => 1.0,
-        false => w.dot(next.ng).abs() as f64,
-    };
-    let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
-    at.through as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
 }
 
 /// Whether the surface `met` is where `camera`, a path from the camera, has left it. There are no such paths here: they are made in one way only.

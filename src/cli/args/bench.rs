@@ -1,0 +1,44 @@
+//! Arguments of `embrasure bench`.
+
+use super::flags::NameParser;
+use super::values::parse_size;
+use crate::options::Backend;
+use clap::Parser;
+use std::path::PathBuf;
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Rays are those of a render with default settings. They are recorded, then traced again with nothing else in between:
+`render / replay` is the cost of a render in units of its ray tracing.
+Examples:
+  embrasure bench scenes/cornell-box.toml
+  embrasure bench scenes/cornell-box.toml bunny.obj --size 256x256 --json")]
+pub(in crate::cli) struct BenchArgs {
+    /// .toml scene files or bare .obj files
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// This ray-tracing backend only [default: all that are built in, besides brute]
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
+    pub backend: Option<Backend>,
+
+    /// Size of the image in pixels [default: the scene's]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Measurements of which the median is taken
+    #[arg(long, value_name = "N", default_value = "7")]
+    pub repeat: std::num::NonZeroUsize,
+
+    /// Threads, besides one [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No progress
+    #[arg(short, long)]
+    pub quiet: bool,
+}

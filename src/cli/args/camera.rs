@@ -1,0 +1,89 @@
+//! The camera, as flags say it.
+
+use super::flags::NameParser;
+use super::values::parse_list;
+use crate::guess::{Orbit, View};
+use crate::math::{Vec2, Vec3};
+use crate::session::CameraSettings;
+
+/// Where the picture is taken from; what is not said, by flags or the scene file, is guessed.
+#[derive(Debug, Default, clap::Args)]
+pub(in crate::cli) struct CameraArgs {
+    /// View: front, back, left, right, top, iso, inside, or auto, which chooses [default: auto]
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit"])]
+    view: Option<View>,
+
+    /// Camera at azimuth AZ and elevation EL in degrees, at distance D [default: the scene fills the image]
+    #[arg(long, value_name = "AZ,EL[,D]", value_parser = parse_orbit, allow_hyphen_values = true, conflicts_with = "position")]
+    orbit: Option<Orbit>,
+
+    /// Camera position
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    pub position: Option<[f32; 3]>,
+
+    /// Point in the middle of the image
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    look_at: Option<[f32; 3]>,
+
+    /// Direction that is up in the image [default: 0,1,0, or guessed with the camera]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_list::<f32, 3>, allow_hyphen_values = true)]
+    up: Option<[f32; 3]>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    fov: Option<f32>,
+
+    /// Radius of the lens in scene units; 0 is a pinhole [default: 0]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    lens_radius: Option<f32>,
+
+    /// Distance along the view axis to the plane in focus [default: that of --look-at]
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    focus_distance: Option<f32>,
+
+    /// Focus on the surface at this pixel
+    #[arg(long, value_name = "X,Y", value_parser = parse_list::<f32, 2>, conflicts_with = "focus_distance")]
+    focus_at: Option<[f32; 2]>,
+
+    /// When the shutter opens and closes, from 0 to 1, where what moves is at its last place [default: 0,1]
+    #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
+    shutter: Option<[f32; 2]>,
+}
+
+impl CameraArgs {
+    /// The camera of the scene file with these flags over it.
+    pub fn apply(&self, camera: &mut CameraSettings) {
+        // A view replaces the place of the camera, not its lens.
+        if self.view.is_some() || self.orbit.is_some() {
+            *camera = CameraSettings {
+                view: self.view,
+                orbit: self.orbit,
+                position: None,
+                look_at: None,
+                position_close: None,
+                look_at_close: None,
+                ..*camera
+            };
+        }
+        if self.position.is_some() {
+            (camera.view, camera.orbit) = (None, None);
+        }
+        if self.focus_distance.is_some() {
+            camera.focus_at = None;
+        }
+        camera.position = self.position.map(Vec3::from).or(camera.position);
+        camera.look_at = self.look_at.map(Vec3::from).or(camera.look_at);
+        camera.up = self.up.map(Vec3::from).or(camera.up);
+        camera.vertical_fov = self.fov.or(camera.vertical_fov);
+        camera.lens_radius = self.lens_radius.or(camera.lens_radius);
+        camera.focus_distance = self.focus_distance.or(camera.focus_distance);
+        camera.focus_at = self.focus_at.map(Vec2::from).or(camera.focus_at);
+        camera.shutter = self.shutter.or(camera.shutter);
+    }
+}
+
+/// `30,20` or `30,20,4.5`.
+fn parse_orbit(text: &str) -> Result<Orbit, String> {
+    let numbers: Result<Vec<f32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    Orbit::of(&numbers.unwrap_or_default()).map_err(String::from)
+}

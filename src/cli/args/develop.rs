@@ -1,0 +1,99 @@
+//! Arguments of `embrasure develop`.
+
+use super::exr::ExrArgs;
+use super::flags::{Flags, NameParser};
+use super::values::{parse_list, parse_size};
+use crate::options::{Denoising, ToneOptions};
+use clap::Parser;
+use std::fmt;
+use std::path::PathBuf;
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Without --exposure and --tone a picture is shown as its render showed it, where the file says so.
+Examples:
+  embrasure develop room.exr -o room.png --exposure auto --tone agx
+  embrasure develop room.exr --list
+  embrasure develop room.exr --channel Z -o depth.png
+  embrasure develop cycles.exr --channel ViewLayer.Combined --denoise -o clean.exr -o clean.png
+  embrasure develop room.exr --crop 100,50,300,200 --scale 2 -o detail.png")]
+pub(in crate::cli) struct DevelopArgs {
+    /// EXR file, of this program or another one
+    pub input: PathBuf,
+
+    /// Picture to write, .png (display, or data in false colours) or .exr (linear values); repeatable
+    #[arg(short, long, value_name = "FILE", required_unless_present = "list")]
+    pub output: Vec<PathBuf>,
+
+    /// Layer or channel to show, such as albedo, N, Z or light_key [default: the picture]
+    #[arg(long, value_name = "NAME")]
+    pub channel: Option<String>,
+
+    /// List layers and channels
+    #[arg(long, conflicts_with_all = ["output", "channel"])]
+    pub list: bool,
+
+    /// Print the list as JSON
+    #[arg(long, requires = "list")]
+    pub json: bool,
+
+    #[command(flatten)]
+    pub tone: Flags<ToneOptions>,
+
+    /// Denoiser: oidn, atrous or gaussian [default: off; without a name: the best one built in]
+    #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
+    pub denoise: Option<Option<Denoising>>,
+
+    /// Pixels of the full image to keep: half-open, origin top left
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
+    pub crop: Option<[u32; 4]>,
+
+    /// Size of the result: a factor such as 0.5, or pixels such as 960x540
+    #[arg(long, value_name = "FACTOR|WxH", value_parser = parse_scale)]
+    pub scale: Option<Scale>,
+
+    #[command(flatten)]
+    pub exr: ExrArgs,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Size of a picture, of which there is one already.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::cli) enum Scale {
+    Factor(f64),
+    Size([u32; 2]),
+}
+
+impl fmt::Display for Scale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Factor(factor) => write!(f, "{factor}"),
+            Self::Size([width, height]) => write!(f, "{width}x{height}"),
+        }
+    }
+}
+
+fn parse_scale(text: &str) -> Result<Scale, String> {
+    let factor = text.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0);
+    let scale = factor
+        .map(Scale::Factor)
+        .or_else(|| parse_size(text).ok().map(Scale::Size));
+    scale.ok_or_else(|| "a factor above 0 such as 0.5, or a size in pixels such as 960x540, is expected".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_are_factors_or_sizes() {
+        assert_eq!(parse_scale("0.5"), Ok(Scale::Factor(0.5)));
+        assert_eq!(parse_scale("64x48"), Ok(Scale::Size([64, 48])));
+        for wrong in ["0", "-1", "nan", "inf", "half", "3x", "1x2x3", ""] {
+            assert!(parse_scale(wrong).is_err(), "{wrong}");
+        }
+    }
+}

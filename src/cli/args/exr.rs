@@ -1,0 +1,42 @@
+use super::flags::NameParser;
+use crate::cli::error::CliError;
+use crate::io::{Compression, ExrFormat};
+
+/// How EXR files hold pictures.
+#[derive(Debug, Default, clap::Args)]
+pub(in crate::cli) struct ExrArgs {
+    /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
+    pub compression: Option<Compression>,
+
+    /// Layers of EXR files to hold as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
+    /// float32 [default: none]
+    #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
+    pub half: Vec<String>,
+}
+
+impl ExrArgs {
+    /// The format that these flags ask for.
+    ///
+    /// # Errors
+    ///
+    /// A layer that cannot be held as half floats.
+    pub fn format(&self) -> Result<ExrFormat, CliError> {
+        let mut format = ExrFormat::default();
+        format.compression = self.compression.unwrap_or(format.compression);
+        for name in &self.half {
+            let layers = ExrFormat::HALF_LAYERS;
+            match layers.iter().find(|layer| *layer == name) {
+                Some(layer) => format.half.push(layer),
+                None if name == "all" => format.half.extend(layers),
+                None => {
+                    return Err(CliError::Usage(format!(
+                        "--half {name}: no layer that may be held as half floats\n  help: use some of {}, or all",
+                        layers.join(", ")
+                    )));
+                }
+            }
+        }
+        Ok(format)
+    }
+}

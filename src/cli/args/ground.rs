@@ -1,0 +1,24 @@
+use crate::description::SceneFile;
+
+/// Whether there is a ground.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub(in crate::cli) struct GroundArgs {
+    /// Add a ground that only catches shadows; `[ground]` of the scene file places it
+    #[arg(long, conflicts_with = "no_ground")]
+    pub ground: bool,
+
+    /// Render without a ground, whatever the scene file says
+    #[arg(long)]
+    pub no_ground: bool,
+}
+
+impl GroundArgs {
+    /// Adds the ground to `scene`, or takes it out.
+    pub fn apply(self, scene: &mut SceneFile) {
+        if self.no_ground {
+            scene.ground = None;
+        } else if self.ground {
+            scene.ground.get_or_insert_default();
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Flags that change the light of a scene: `--env`, `--sun` and `--key-light` set `[[light]]` sections of the scene file before it is loaded.
+
+use crate::color::srgb;
+use crate::description::{DEFAULT_SUN, LightSection, SceneFile};
+use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
+use crate::math::{Horizon, Vec3};
+use crate::options::nearest;
+use crate::session::CameraSettings;
+use std::ops::Range;
+use std::path::PathBuf;
+use toml::Spanned;
+
+/// Light over that of the scene file.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(in crate::cli) struct LightFlags {
+    /// Environment: an .hdr or .exr file, a colour, studio or sky
+    #[arg(long, value_name = "FILE|COLOUR|studio|sky", value_parser = parse_env, help_heading = "Light")]
+    pub env: Option<EnvFlag>,
+
+    /// Add a sun: azimuth, elevation in degrees; irradiance [default: 3]
+    #[arg(
+        long,
+        value_name = "AZ,EL[,STRENGTH]",
+        value_parser = parse_sun,
+        allow_hyphen_values = true,
+        help_heading = "Light"
+    )]
+    pub sun: Option<SunFlag>,
+
+    /// Add soft light from the camera's upper left; its irradiance [default: 2]
+    #[arg(
+        long,
+        value_name = "STRENGTH",
+        value_parser = parse_strength,
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "2",
+        help_heading = "Light"
+    )]
+    pub key_light: Option<f32>,
+}
+
+/// What `--env` says.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct EnvFlag {
+    written: String,
+    env: Env,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Env {
+    File(PathBuf),
+    Color([f32; 3]),
+    Studio,
+    Sky,
+}
+
+/// What `--sun` says.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct SunFlag {
+    written: String,
+    /// Azimuth and elevation, degrees.
+    at: [f32; 2],
+    /// Luminance of its irradiance, W·m⁻².
+    strength: f32,
+}
+
+impl LightFlags {
+    /// Changes the sections of `file`: `--env` takes the place of all its environments, and `--sun` is one more light, and the place of the sun in each
+    /// sky. The front of a studio is where the camera stands, as far as that is known. Up is +z where that is the axis nearest to the camera's up, and +y elsewhere.
+    pub fn apply(&self, file: &mut SceneFile, camera: &CameraSettings) {
+        let up = camera.up.filter(|up| is_nearest_to_z(*up)).map(|_| Vec3::Z);
+        if let Some(EnvFlag { written, env }) = &self.env {
+            let span = file.flag_span(format!("--env {written}"));
+            file.light.retain(|light| !light.is_environment());
+            let back = camera.position.zip(camera.look_at).map(|(position, at)| position - at);
+            let front = back.and_then(|back| Horizon::new(up.unwrap_or(Vec3::Y)).azimuth(back));
+            file.light.push(env.section(span, up, front.unwrap_or(0.0)));
+        }
+        if let Some(SunFlag { written, at, strength }) = &self.sun {
+            let span = file.flag_span(format!("--sun {written}"));
+            let skies = file.light.iter_mut().filter(|light| light.kind.get_ref() == "sky");
+            let (mut turbidity, mut up) = (DEFAULT_TURBIDITY, up);
+            for sky in skies {
+                sky.sun = Some(Spanned::new(span.clone(), *at));
+                up = sky.up.as_ref().map_or(up, |up| Some(Vec3::from(*up.get_ref())));
+                turbidity = sky.turbidity.as_ref().map_or(turbidity, |t| *t.get_ref());
+            }
+            let sun = LightSection::sun(span, *at, *strength, turbidity, up);
+            file.light.push(sun);
+        }
+    }
+
+    /// Adds the light of `--key-light` to `file`. Where `camera` does not say where it stands and looks, it looks from azimuth 0, horizontally.
+    pub fn apply_key_light(&self, file: &mut SceneFile, camera: &CameraSettings) {
+        let Some(strength) = self.key_light else { return };
+        let span = file.flag_span(format!("--key-light={strength}"));
+        let back = camera.position.zip(camera.look_at).map(|(position, at)| position - at);
+        file.light
+            .push(LightSection::key_light(span, back, camera.up, strength));
+    }
+}
+
+/// Whether +z is the axis nearest to a camera's up. Cameras that roll or look straight down have other axes there, and the sky stays above +y.
+fn is_nearest_to_z(up: Vec3) -> bool {
+    up.z > up.x.abs() && up.z > up.y.abs()
+}
+
+impl Env {
+    fn section(&self, span: Range<usize>, up: Option<Vec3>, front: f32) -> LightSection {
+        match self {
+            // Paths on the command line are relative to the current folder, those of scene files to theirs.
+            Self::File(path) => {
+                let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+                LightSection::environment(span, path)
+            }
+            Self::Color(color) => LightSection::constant(span, *color),
+            Self::Studio => LightSection::studio(span, front, up),
+            Self::Sky => LightSection::sky(span, DEFAULT_SUN, up),
+        }
+    }
+}
+
+/// A file, a colour, `studio` or `sky`.
+fn parse_env(text: &str) -> Result<EnvFlag, String> {
+    let env = match text {
+        "studio" => Env::Studio,
+        "sky" => Env::Sky,
+        "white" => Env::Color([1.0; 3]),
+        "black" => Env::Color([0.0; 3]),
+        _ => match text.strip_prefix('#') {
+            Some(digits) => {
+                Env::Color(srgb_color(digits).ok_or("a colour of six digits is expected, such as #ffcc80")?)
+            }
+            None => match numbers(text) {
+                Some(numbers) => Env::Color(linear_color(&numbers)?),
+                None if text.contains(['.', '/', '\\']) => Env::File(text.into()),
+                None => {
+                    let near = nearest(text, ["studio", "sky", "white", "black"]);
+                    let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                    return Err(format!(
+                        "{near}an .hdr or .exr file, white, black, a number, R,G,B, #rrggbb, studio or sky is expected"
+                    ));
+                }
+            },
+        },
+    };
+    Ok(EnvFlag {
+        written: text.into(),
+        env,
+    })
+}
+
+/// Numbers with commas between them; `None` where something else is there.
+fn numbers(text: &str) -> Option<Vec<f32>> {
+    text.split(',').map(|number| number.trim().parse().ok()).collect()
+}
+
+/// One number for all channels, or one for each.
+fn linear_color(numbers: &[f32]) -> Result<[f32; 3], String> {
+    let color = match *numbers {
+        [grey] => Some([grey; 3]),
+        [r, g, b] => Some([r, g, b]),
+        _ => None,
+    };
+    let valid = color.filter(|color| color.iter().all(|c| c.is_finite() && *c >= 0.0));
+    valid.ok_or_else(|| "a colour is one number or R,G,B, each finite and 0 or more".into())
+}
+
+/// Linear light of six hexadecimal digits of sRGB.
+fn srgb_color(digits: &str) -> Option<[f32; 3]> {
+    let is_color = digits.len() == 6 && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let code = u32::from_str_radix(digits, 16).ok().filter(|_| is_color)?;
+    Some([16, 8, 0].map(|shift| srgb::decode((code >> shift & 0xff) as f32 / 255.0)))
+}
+
+/// `AZ,EL` or `AZ,EL,STRENGTH`.
+fn parse_sun(text: &str) -> Result<SunFlag, String> {
+    let (at, strength) = match numbers(text).as_deref() {
+        Some(&[azimuth, elevation]) => ([azimuth, elevation], SUN_IRRADIANCE),
+        Some(&[azimuth, elevation, strength]) => ([azimuth, elevation], strength),
+        _ => {
+            return Err(
+                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3"
+                    .into(),
+            );
+        }
+    };
+    if !at[0].is_finite() {
+        return Err("the azimuth must be finite".into());
+    }
+    if !(at[1] > 0.0 && at[1] <= 90.0) {
+        return Err("the elevation must lie above 0 and at 90 degrees at most".into());
+    }
+    if !(strength.is_finite() && strength >= 0.0) {
+        return Err("the strength must be finite and 0 or more".into());
+    }
+    Ok(SunFlag {
+        written: text.into(),
+        at,
+        strength,
+    })
+}
+
+fn parse_strength(text: &str) -> Result<f32, String> {
+    let strength = text.parse().ok().filter(|s: &f32| s.is_finite() && *s >= 0.0);
+    strength.ok_or_else(|| "an irradiance of 0 or more is expected, such as 2".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn env(text: &str) -> Env {
+        parse_env(text).unwrap().env
+    }
+
+    #[test]
+    fn environments_are_files_colours_and_words() {
+        assert_eq!(env("studio"), Env::Studio);
+        assert_eq!(env("white"), Env::Color([1.0; 3]));
+        assert_eq!(env("0.5"), Env::Color([0.5; 3]));
+        assert_eq!(env(".5"), Env::Color([0.5; 3]));
+        assert_eq!(env("1, 0.5,2e1"), Env::Color([1.0, 0.5, 20.0]));
+        assert_eq!(env("#ff0000"), Env::Color([1.0, 0.0, 0.0]));
+        let Env::Color(grey) = env("#808080") else { panic!() };
+        assert!((grey[0] - 0.2158605).abs() < 1e-6);
+        for file in ["a.hdr", "../b/c.exr", "sky.exr", "folder/sky"] {
+            assert_eq!(env(file), Env::File(file.into()));
+        }
+        for wrong in [
+            "", "-1", "1,2", "nan", "inf", "#fff", "#gg0000", "#+12345", "1,,2", "blue",
+        ] {
+            assert!(parse_env(wrong).is_err(), "{wrong}");
+        }
+        assert!(parse_env("stduio").unwrap_err().contains("did you mean studio"));
+    }
+
+    #[test]
+    fn suns_are_above_the_horizon() {
+        let sun = parse_sun("-45, 30").unwrap();
+        assert_eq!((sun.at, sun.strength), ([-45.0, 30.0], SUN_IRRADIANCE));
+        assert_eq!(parse_sun("400,90,0").unwrap().strength, 0.0);
+        for wrong in [
+            "1", "1,2,3,4", "a,b", "1,0", "1,-5", "1,91", "nan,5", "1,nan", "1,5,-1", "1,5,inf",
+        ] {
+            assert!(parse_sun(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_environment_of_the_file_is_replaced_and_other_lights_stay() {
+        let mut file = SceneFile::of_obj(Path::new("a.obj"));
+        for kind in [
+            "constant",
+            "sky",
+            "point",
+            "studio",
+            "directional",
+            "environment",
+            "rectangle",
+        ] {
+            file.light.push(LightSection::of_type(kind, 0..0));
+        }
+        let flags = LightFlags {
+            env: Some(parse_env("sky").unwrap()),
+            sun: Some(parse_sun("90,30,2").unwrap()),
+            key_light: Some(1.5),
+        };
+        let camera = CameraSettings {
+            up: Some(Vec3::new(0.1, 0.2, 1.5)),
+            ..CameraSettings::default()
+        };
+        flags.apply(&mut file, &camera);
+        flags.apply_key_light(&mut file, &camera);
+        let kinds: Vec<&str> = file.light.iter().map(|light| light.kind.get_ref().as_str()).collect();
+        assert_eq!(
+            kinds,
+            ["point", "directional", "rectangle", "sky", "directional", "directional"]
+        );
+        let [sky, sun, key] = &file.light[3..] else { panic!() };
+        assert_eq!(sky.sun.as_ref().unwrap().get_ref(), &[90.0, 30.0]);
+        assert_eq!(sky.up.as_ref().unwrap().get_ref(), &[0.0, 0.0, 1.0]);
+        assert!(sun.direction.is_some());
+        assert_eq!(key.irradiance.as_ref().unwrap().get_ref(), &[1.5; 3]);
+        // A studio turns with the camera.
+        let studio = LightFlags {
+            env: Some(parse_env("studio").unwrap()),
+            ..LightFlags::default()
+        };
+        for (position, front) in [(Vec3::new(5.0, 1.0, 0.0), 90.0), (Vec3::new(0.0, 9.0, 0.0), 0.0)] {
+            let mut file = SceneFile::of_obj(Path::new("a.obj"));
+            let camera = CameraSettings {
+                position: Some(position),
+                look_at: Some(Vec3::ZERO),
+                ..CameraSettings::default()
+            };
+            studio.apply(&mut file, &camera);
+            assert_eq!(file.light[0].front.as_ref().unwrap().get_ref(), &front);
+        }
+        // Errors name the flag.
+        let error = file.error(sky.kind.span(), "no");
+        assert_eq!(error.message, "--env sky: no");
+        let error = file.error(key.kind.span(), "no");
+        assert_eq!(error.message, "--key-light=1.5: no");
+    }
+}

@@ -1,0 +1,38 @@
+//! Arguments of all commands that load a scene.
+
+use super::flags::Flags;
+use super::values::{parse_bytes, parse_folder};
+use crate::io::LoadParameters;
+use clap::Parser;
+use std::path::PathBuf;
+
+/// How files are read where their formats leave something open.
+#[derive(Clone, Debug, Default, Parser)]
+pub(in crate::cli) struct LoadArgs {
+    #[command(flatten)]
+    pub parameters: Flags<LoadParameters>,
+
+    /// Refuse to take more memory than this, such as 8G or 500M, before it is taken [default: what is available]
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Set a key of the scene file, such as render.max_depth=8; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+
+    /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
+    #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
+    pub patches: Vec<String>,
+
+    /// Folder in which missing textures are looked for; repeatable
+    #[arg(long, value_name = "DIR", value_parser = parse_folder)]
+    pub texture_dir: Vec<PathBuf>,
+
+    /// Make missing and unreadable textures and material libraries errors
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Take less memory and more time; also done where only so --max-memory is kept
+    #[arg(long)]
+    pub compact: bool,
+}

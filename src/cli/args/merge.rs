@@ -1,0 +1,48 @@
+//! Arguments of `embrasure merge`.
+
+use super::exr::ExrArgs;
+use super::flags::Flags;
+use crate::options::ToneOptions;
+use clap::Parser;
+use std::path::PathBuf;
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Parts come from `render` with --samples, --crop or both, by -o or --checkpoint. They must be of one picture: the same scene, settings, seed,
+program and backend; nothing may be missing or be there twice.
+Examples:
+  embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
+  embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
+  embrasure merge a.exr b.exr -o room.exr -o room.png
+  embrasure merge a.exr b.exr --checkpoint ab.exr            (a part again, of many)")]
+pub(in crate::cli) struct MergeArgs {
+    /// EXR files that hold parts
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+
+    /// Image to write, .exr (linear float32) or .png (display); repeatable
+    #[arg(short, long, value_name = "FILE", required_unless_present = "checkpoint")]
+    pub output: Vec<PathBuf>,
+
+    #[command(flatten)]
+    pub tone: Flags<ToneOptions>,
+
+    #[command(flatten)]
+    pub exr: ExrArgs,
+
+    /// Keep the joined sums here, to join them further or to go on from them; without -o they may be a part of the samples
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Join what there is: pixels or samples may be missing, parts may be unfinished
+    #[arg(long)]
+    pub allow_gaps: bool,
+
+    /// Threads [default: all]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// No summary
+    #[arg(short, long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,244 @@
+//! Arguments, as they are typed: the program's own, and a module for those of each command. What several commands take is in `camera`, `exr`, `ground`,
+//! `light` and `load`. `flags` makes the flags of [`crate::options`], and `values` reads values.
+
+mod audit;
+mod bench;
+mod camera;
+mod compare;
+mod completions;
+mod develop;
+mod explain;
+mod exr;
+mod flags;
+mod ground;
+mod init;
+mod lab;
+mod light;
+mod load;
+mod man;
+mod merge;
+mod render;
+mod scene;
+mod values;
+mod views;
+
+pub(super) use audit::AuditArgs;
+pub(super) use bench::BenchArgs;
+pub(super) use compare::{CompareArgs, Map};
+pub(super) use completions::CompletionsArgs;
+pub(super) use develop::{DevelopArgs, Scale};
+pub(super) use explain::ExplainArgs;
+pub(super) use flags::Flags;
+pub(super) use init::InitArgs;
+pub(super) use lab::LabArgs;
+pub(super) use load::LoadArgs;
+pub(super) use man::ManArgs;
+pub(super) use merge::MergeArgs;
+pub(super) use render::RenderArgs;
+pub(super) use scene::SceneArgs;
+pub(super) use views::ViewsArgs;
+
+use clap::error::ErrorKind;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
+
+/// A path tracer over Intel Embree.
+#[derive(Debug, Parser)]
+#[command(name = "embrasure", disable_version_flag = true, arg_required_else_help = true)]
+#[command(after_help = "\
+Examples:
+  embrasure render scenes/cornell-box.toml -o box.exr -o box.png
+  embrasure check room.obj
+  embrasure help render")]
+pub(super) struct Args {
+    /// Print version, backends built in, and the instruction set in use
+    #[arg(short = 'V', long)]
+    pub version: bool,
+
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+impl Args {
+    /// Parses the arguments of the process.
+    pub fn of_process() -> Result<Self, clap::Error> {
+        Self::of(std::env::args_os())
+    }
+
+    /// Parses `words`. A flag that takes a value takes a negative number too, and its own message says what it refuses: clap would call `-1` a flag, and
+    /// advise to write `-- -1`.
+    fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+        let negative = |arg: clap::Arg| match arg.get_action().takes_values() && arg.get_long().is_some() {
+            true => arg.allow_negative_numbers(true),
+            false => arg,
+        };
+        let mut command = Self::command().mut_subcommands(|command| command.mut_args(negative));
+        let words = with_values(words.into_iter().map(Into::into));
+        let matches = command.try_get_matches_from_mut(words)?;
+        // Refusals of values say what to write instead; the usage would say no more.
+        Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
+            ErrorKind::ValueValidation => e,
+            _ => e.format(&mut command),
+        })
+    }
+}
+
+/// `words` with `--denoise NAME` as `--denoise=NAME`, and `--key-light STRENGTH` likewise. These flags may stand alone, and clap would take the value for a
+/// scene. A scene has a `.` in its name, a filter has none; a strength is a number.
+fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let is_filter = |word: &str| !word.is_empty() && !word.starts_with('-') && !word.contains(['.', '/', '\\']);
+    let is_number = |word: &str| word.parse::<f32>().is_ok();
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut is_over = false;
+    for word in words {
+        let is_value = |flag: &OsString| match (flag.to_str(), word.to_str()) {
+            (Some("--denoise"), Some(word)) => is_filter(word),
+            (Some("--key-light"), Some(word)) => is_number(word),
+            _ => false,
+        };
+        match joined.last_mut().filter(|last| !is_over && is_value(last)) {
+            Some(flag) => {
+                flag.push("=");
+                flag.push(word);
+            }
+            None => {
+                is_over |= word == "--";
+                joined.push(word);
+            }
+        }
+    }
+    joined
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Render a scene to EXR and PNG files
+    Render(Box<RenderArgs>),
+    /// Render one scene by every estimator of the ladder, and compare them
+    Lab(Box<LabArgs>),
+    /// Check a ray-tracing backend against another one, ray by ray
+    Audit(AuditArgs),
+    /// Measure ray rates and the cost of a render, backend by backend
+    Bench(BenchArgs),
+    /// Join parts of a render, sample ranges or crops, to the bits of the whole
+    Merge(MergeArgs),
+    /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
+    Develop(DevelopArgs),
+    /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    #[command(after_help = "\
+Examples:
+  embrasure info scenes/cornell-box.toml
+  embrasure info room.obj --json")]
+    Info(SceneArgs),
+    /// Show cameras to choose from, each with the flags that give it
+    Views(ViewsArgs),
+    /// Write a commented scene file for an OBJ: camera, light, exposure, every material
+    Init(InitArgs),
+    /// Say what is wrong with a scene's files, and what is assumed: file:line:column
+    #[command(after_help = "\
+The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
+Examples:
+  embrasure check scenes/cornell-box.toml
+  embrasure check room.obj --json")]
+    Check(SceneArgs),
+    /// Say what a material does with light, and render a sphere of it
+    Explain(ExplainArgs),
+    /// Say how far an image is from a reference, and whether by more than noise
+    Compare(CompareArgs),
+    /// Print the script that makes a shell complete commands and flags
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write those of all commands
+    Man(ManArgs),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Exposure;
+    use crate::options::{Input, IntegratorOptions, OptionGroup, Value};
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn negative_coordinates_are_values() {
+        let args = Args::try_parse_from(["embrasure", "render", "s.obj", "--position", "-1,2,-3"]).unwrap();
+        let Some(Command::Render(args)) = args.command else {
+            panic!()
+        };
+        assert_eq!(args.camera.position, Some([-1.0, 2.0, -3.0]));
+    }
+
+    /// Who types a number that cannot be is told why.
+    #[test]
+    fn negative_numbers_are_values() {
+        let of = |flags: &str| Args::of(["embrasure", "render", "s.obj"].into_iter().chain(flags.split(' ')));
+        let said = of("--photons -1").unwrap_err().to_string();
+        assert!(said.contains("--photons -1") && !said.contains("-- -1"), "{said}");
+        let said = of("--photon-radius -1").unwrap_err().to_string();
+        assert!(
+            said.contains("--photon-radius -1\n  help: use a number above 0"),
+            "{said}"
+        );
+        let Some(Command::Render(args)) = of("--exposure -1 -q --noise -0.5").unwrap().command else {
+            panic!()
+        };
+        assert_eq!(
+            (args.tone.0.exposure, args.noise, args.quiet),
+            (Some(Exposure::Stops(-1.0)), Some(-0.5), true)
+        );
+    }
+
+    /// The name of a filter may follow with or without a `=`, before the scene or after it; the flag may stand alone.
+    #[test]
+    fn denoisers_are_named_either_way() {
+        for (line, expected) in [
+            ("s.obj --denoise gaussian -q", "gaussian"),
+            ("--denoise gaussian s.obj", "gaussian"),
+            ("--denoise=atrous s.obj", "atrous"),
+            ("--denoise s.obj", "oidn"),
+            ("s.obj --denoise", "oidn"),
+            ("s.obj --denoise -q", "oidn"),
+            ("--denoise -- s.obj", "oidn"),
+        ] {
+            let args = Args::of(["embrasure", "render"].into_iter().chain(line.split(' '))).unwrap();
+            let Some(Command::Render(args)) = args.command else {
+                panic!()
+            };
+            assert_eq!(
+                (args.sampling.0.denoise().text().as_str(), args.scene.to_str()),
+                (expected, Some("s.obj")),
+                "{line}"
+            );
+        }
+    }
+
+    /// Defaults in the help can be typed.
+    #[test]
+    fn defaults_in_the_help_are_taken() {
+        let mut command = Args::command();
+        let render = command.find_subcommand_mut("render").unwrap();
+        let help = render.render_long_help().to_string();
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        for parameter in IntegratorOptions::PARAMETERS {
+            let flag = parameter.flag();
+            let text = help.split(&format!("--{flag} <")).nth(1).unwrap();
+            assert!(text.contains("[default: "), "{flag}");
+            let default = text
+                .split("[default: ")
+                .nth(1)
+                .unwrap()
+                .split([']', ';'])
+                .next()
+                .unwrap();
+            // Some depend on the scene
+            if !parameter.default().contains(' ') {
+                let mut options = IntegratorOptions::default();
+                let read = options.set(parameter.key, Input::Flag(default));
+                assert_eq!(read, Some(Ok(())), "--{flag} {default}");
+            }
+        }
+    }
+}

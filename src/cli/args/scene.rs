@@ -1,0 +1,23 @@
+//! Arguments of `embrasure info` and `embrasure check`.
+
+use super::light::LightFlags;
+use super::load::LoadArgs;
+use clap::Parser;
+use std::path::PathBuf;
+
+/// A scene to look at.
+#[derive(Debug, Parser)]
+pub(in crate::cli) struct SceneArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+
+    #[command(flatten)]
+    pub light: LightFlags,
+}

@@ -1,0 +1,132 @@
+//! Values of flags: text in, values out, or a message that says what is expected.
+
+use std::path::PathBuf;
+
+/// Seconds from `90`, `90s`, `10m` or `2h`.
+pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match &text[digits.len()..] {
+        "" | "s" => 1.0,
+        "m" => 60.0,
+        "h" => 3600.0,
+        _ => return Err("a time such as 90s, 10m or 2h is expected".into()),
+    };
+    let seconds = digits.parse().ok().map(|n: f64| n * unit);
+    let good = seconds.filter(|s| s.is_finite() && *s > 0.0);
+    good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
+}
+
+/// A share such as `0.02`, or `2%`; whether it may be that large is found out later.
+pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(percent) => (percent, 0.01),
+        None => (text, 1.0),
+    };
+    let level = number.trim().parse().ok().map(|n: f64| n * unit);
+    level.ok_or_else(|| "a relative error such as 0.02 or 2% is expected".into())
+}
+
+/// `localhost:14158`; whether there is such a host is found out later.
+pub(in crate::cli) fn parse_address(text: &str) -> Result<String, String> {
+    let parts = text.rsplit_once(':').map(|(host, port)| (host, port.parse::<u16>()));
+    match parts {
+        Some((host, Ok(1..))) if !host.is_empty() => Ok(text.into()),
+        _ => Err("a host and a port are expected, such as 127.0.0.1:14158".into()),
+    }
+}
+
+/// A folder that is there.
+pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(text);
+    match folder.is_dir() {
+        true => Ok(folder),
+        false => Err("a folder that is there is expected".into()),
+    }
+}
+
+/// `0..64`, without its end.
+pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
+    let ends = text
+        .split_once("..")
+        .map(|(a, b)| (a.trim().parse().ok(), b.trim().parse().ok()));
+    match ends {
+        Some((Some(first), Some(end))) if first < end => Ok([first, end]),
+        _ => Err("the first sample and one past the last are expected, as in 64..128".into()),
+    }
+}
+
+/// `500M`, `8G` or a number of bytes; multiples of 1000, with or without a B.
+pub(in crate::cli) fn parse_bytes(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit = match text[number.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 1.0,
+        "K" | "KB" => 1e3,
+        "M" | "MB" => 1e6,
+        "G" | "GB" => 1e9,
+        "T" | "TB" => 1e12,
+        _ => return Err("a size such as 500M or 8G is expected".into()),
+    };
+    let bytes = number.parse().ok().map(|n: f64| n * unit);
+    let good = bytes.filter(|bytes| *bytes >= 1.0 && *bytes < u64::MAX as f64);
+    good.map(|bytes| bytes as u64)
+        .ok_or_else(|| "a size above 0 is expected, such as 500M or 8G".into())
+}
+
+/// The name of a scene file to write: one that does not end in `.toml` could not be rendered.
+pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_toml = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    match is_toml {
+        true => Ok(path),
+        false => Err("the name of a .toml scene file is expected".into()),
+    }
+}
+
+pub(in crate::cli) fn parse_share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
+    share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
+}
+
+pub(in crate::cli) fn parse_chance(text: &str) -> Result<f64, String> {
+    let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
+    chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())
+}
+
+pub(in crate::cli) fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size: Option<Vec<u32>> = text.split(['x', 'X']).map(|n| n.trim().parse().ok()).collect();
+    match size.as_deref() {
+        Some(&[width, height]) => Ok([width, height]),
+        _ => Err("two whole numbers are expected, as in 640x480".into()),
+    }
+}
+
+pub(in crate::cli) fn parse_list<T: std::str::FromStr + Copy, const N: usize>(text: &str) -> Result<[T; N], String> {
+    let values: Option<Vec<T>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    values
+        .and_then(|v| v.try_into().ok())
+        .ok_or_else(|| format!("{N} numbers with commas between them are expected"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_and_sizes() {
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
+        assert!(parse_size("640").is_err() && parse_size("-1x3").is_err() && parse_size("1x2x3").is_err());
+        assert_eq!(parse_list::<f32, 3>("1, -2.5,3e1"), Ok([1.0, -2.5, 30.0]));
+        assert!(parse_list::<f32, 3>("1,2").is_err());
+    }
+
+    #[test]
+    fn levels_may_be_percentages() {
+        assert_eq!((parse_level("0.02"), parse_level("-0.5")), (Ok(0.02), Ok(-0.5)));
+        for text in ["5%", "5 %", "5.0%"] {
+            assert!((parse_level(text).unwrap() - 0.05).abs() < 1e-12, "{text}");
+        }
+        assert!(parse_level("%").is_err() && parse_level("5%%").is_err() && parse_level("low").is_err());
+    }
+}

@@ -1,0 +1,49 @@
+//! Arguments of `embrasure views`.
+
+use super::flags::NameParser;
+use super::load::LoadArgs;
+use super::values::parse_size;
+use crate::options::Backend;
+use clap::Parser;
+use std::path::PathBuf;
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+Examples:
+  embrasure views room.obj -o views.png
+  embrasure render room.obj --orbit 30,20")]
+pub(in crate::cli) struct ViewsArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Write a contact sheet of the views here, a .png [default: the flags are printed alone]
+    #[arg(short, long, value_name = "SHEET.png")]
+    pub output: Option<PathBuf>,
+
+    /// Size of each picture in pixels [default: 240x240]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Samples a pixel [default: 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+
+    /// The ray-tracing backend
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
+    pub backend: Option<Backend>,
+
+    /// Render and build threads, 64 for each processor at most [default: one for each]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+
+    /// No progress; warnings and errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}

@@ -1,0 +1,375 @@
+//! `embrasure bench`: ray rates and the cost of a render, backend by backend.
+
+mod tables;
+
+use super::args::{BenchArgs, Flags, RenderArgs};
+use super::error::CliError;
+use super::job::Job;
+use super::progress::Progress;
+use super::warnings::ShownWarnings;
+use crate::accel::{Accel, Dispatch, Query, QueryKind, Recorder};
+use crate::film::{Film, FirstSurface};
+use crate::integrator::{RayKind, RaySink, Sink};
+use crate::math::{Ray, UVec2};
+use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
+use crate::sampler::SampleKey;
+use crate::session::{AccelTask, Prepared, Session, thread_pool};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::hint::black_box;
+use std::ops::Range;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+use tables::tables;
+
+/// Samples whose rays are recorded, over all pixels: enough to fill every cache, few enough to be kept.
+const MAX_SAMPLES: u64 = 1 << 19;
+/// Their indices: a single pass.
+const SAMPLES: Range<u32> = 16..32;
+/// A measurement of less is repeated until it has taken so long, in seconds.
+const SHORTEST: f64 = 0.05;
+
+/// Everything measured in one run.
+#[derive(Debug, Serialize)]
+struct Report {
+    pub version: &'static str,
+    pub cpu: Option<String>,
+    pub cores: usize,
+    pub scenes: Vec<SceneReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct SceneReport {
+    pub scene: String,
+    pub triangles: u64,
+    pub lights: usize,
+    pub width: u32,
+    pub height: u32,
+    /// Samples a pixel of the renders that are timed.
+    pub spp: usize,
+    pub backends: Vec<BackendReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct BackendReport {
+    pub name: &'static str,
+    pub version: String,
+    pub isa: &'static str,
+    /// With all threads; the median, as all times here.
+    pub build_s: f64,
+    pub bytes: u64,
+    pub bytes_per_triangle: f64,
+    pub runs: Vec<Run>,
+}
+
+/// What was measured with a number of threads.
+#[derive(Debug, Serialize)]
+struct Run {
+    pub threads: usize,
+    pub mrays_per_s: Rates,
+    pub rays: usize,
+    pub render_s: f64,
+    /// The render's rays through the intersector alone.
+    pub replay_s: f64,
+    /// The median of ratios of neighbouring measurements, which noise disturbs less than the medians' ratio.
+    pub render_over_replay: f64,
+}
+
+/// Million rays per second; `null` where the scene sends no such rays.
+#[derive(Debug, Serialize)]
+struct Rates {
+    pub camera: Option<f64>,
+    pub first_bounce: Option<f64>,
+    pub second_bounce: Option<f64>,
+    pub shadow: Option<f64>,
+}
+
+/// Measures the scenes and prints tables or JSON.
+pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
+    // Everything that can be wrong is found before the first ray.
+    let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
+    let mut jobs = jobs?;
+    jobs.iter_mut().for_each(shrink);
+    let scenes: Result<Vec<_>, CliError> = jobs.into_iter().map(|job| bench_scene(args, job)).collect();
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION"),
+        cpu: cpu_name(),
+        cores: std::thread::available_parallelism().map_or(1, |n| n.get()),
+        scenes: scenes?,
+    };
+    if args.json {
+        let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
+        outln!("{json}");
+    } else {
+        out!("{}", tables(&report));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The render command whose rays are measured.
+fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
+    RenderArgs {
+        scene: scene.to_path_buf(),
+        size: args.size,
+        sampling: Flags(SamplingOptions {
+            backend: args.backend,
+            // The picture's noise is measured, not looked at.
+            denoise: Some(Denoising::Off),
+            ..SamplingOptions::default()
+        }),
+        threads: args.threads,
+        quiet: true,
+        // Each path by itself: its rays are asked for one by one, and can be again.
+        integrator: Flags(IntegratorOptions {
+            reuse: Some(PathReuse::None),
+            ..IntegratorOptions::default()
+        }),
+        ..RenderArgs::default()
+    }
+}
+
+fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
+    let session = Session::load(&job.scene, job.settings, &())?;
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
+    let (scene, settings) = (session.scene(), session.settings());
+    let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
+
+    // Every triangle against every ray is no measure of anything, unless asked for by name.
+    let chosen = |b: &Backend| match args.backend {
+        Some(_) => *b == settings.backend,
+        None => *b != Backend::Brute || Backend::ALL.len() == 1,
+    };
+    let mut backends = Vec::new();
+    for backend in Backend::ALL.iter().copied().filter(chosen) {
+        let tell = |what: &str| {
+            if !args.quiet {
+                errln!("{name}: {}, {what}", backend.name());
+            }
+        };
+        tell("build");
+        let mut build_s = Vec::new();
+        for _ in 0..args.repeat.get() {
+            let start = Instant::now();
+            let _accel = backend.build(scene, session.pool())?;
+            build_s.push(start.elapsed().as_secs_f64());
+        }
+        tell("rays");
+        let measured = backend.build(scene, session.pool())?.with(Measure {
+            session: &session,
+            prepared: session.prepared(),
+            repeat: args.repeat.get(),
+            build_s: median(build_s),
+        })?;
+        backends.push(measured);
+    }
+    Ok(SceneReport {
+        scene: name.into_owned(),
+        triangles: scene.triangle_count(),
+        lights: scene.lights().len(),
+        width: settings.resolution.x,
+        height: settings.resolution.y,
+        spp: SAMPLES.len(),
+        backends,
+    })
+}
+
+/// Scales the image down until sixteen samples of each pixel are no more than can be kept: with fewer, camera rays would not be
+/// traced together as they are in renders.
+fn shrink(job: &mut Job) {
+    let resolution = &mut job.settings.resolution;
+    let pixels = (MAX_SAMPLES / SAMPLES.len() as u64) as f64;
+    let scale = (pixels / (resolution.x as f64 * resolution.y as f64)).sqrt().min(1.0);
+    let side = |n: u32| ((n as f64 * scale) as u32).max(1);
+    *resolution = UVec2::new(side(resolution.x), side(resolution.y));
+}
+
+struct Measure<'a> {
+    session: &'a Session,
+    prepared: Prepared,
+    repeat: usize,
+    build_s: f64,
+}
+
+impl AccelTask for Measure<'_> {
+    type Output = Result<BackendReport, CliError>;
+
+    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
+        let recording = self.session.install(|| self.record(accel));
+        let mut threads = vec![1, self.session.settings().threads];
+        threads.dedup();
+        let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(accel, &recording, n)).collect();
+        let info = accel.info();
+        Ok(BackendReport {
+            name: info.name,
+            version: info.version,
+            isa: info.isa,
+            build_s: self.build_s,
+            bytes: accel.bytes(),
+            bytes_per_triangle: accel.bytes() as f64 / self.session.scene().triangle_count().max(1) as f64,
+            runs: runs?,
+        })
+    }
+}
+
+/// The rays of a render, tile by tile in the order of tracing.
+#[derive(Default)]
+struct Recording {
+    all: Vec<Vec<Query>>,
+    /// Those to the closest hit after 0, 1 and 2 scatterings, and those to lights.
+    by_kind: [Vec<Vec<Ray>>; 4],
+}
+
+/// Place of the rays to lights in `by_kind`.
+const SHADOW: usize = 3;
+
+impl Measure<'_> {
+    /// Renders once, and keeps the rays.
+    fn record<A: Dispatch>(&self, accel: &A) -> Recording {
+        let settings = self.session.settings();
+        let (world, nobody) = (self.session.world(accel), Progress::new(0, true));
+        settings
+            .method()
+            .prepare((world, &self.prepared), &settings.random_numbers(), &nobody);
+        let film = Film::new(settings.resolution, settings.crop());
+        let tiles = film.tiles().par_iter().map(|tile| {
+            let any: &dyn Accel = accel;
+            let recorder = Recorder::new(&any);
+            let recorded: &dyn Accel = &recorder;
+            let mut sampler = settings.random_numbers();
+            let mut rays = <[Vec<Ray>; 4]>::default();
+            let mut all = Vec::new();
+            for (pixel, _) in tile.iter() {
+                for index in SAMPLES {
+                    let key = SampleKey::new(pixel.x, pixel.y, index);
+                    let world = self.session.world(&recorded);
+                    let key = (settings.resolution, key);
+                    let world = (world, &self.prepared);
+                    settings
+                        .method()
+                        .sample(world, key, &mut sampler, &|_| Box::new(Nothing));
+                    let mut scatterings = 0;
+                    for (query, _) in recorder.take() {
+                        all.push(query);
+                        match query.kind {
+                            QueryKind::Occlusion => rays[SHADOW].push(query.ray),
+                            QueryKind::Closest => {
+                                if scatterings < SHADOW {
+                                    rays[scatterings].push(query.ray);
+                                }
+                                scatterings += 1;
+                            }
+                        }
+                    }
+                }
+            }
+            (all, rays)
+        });
+        let tiles: Vec<_> = tiles.collect();
+        let mut recording = Recording::default();
+        for (all, rays) in tiles {
+            recording.all.push(all);
+            for (list, rays) in recording.by_kind.iter_mut().zip(rays) {
+                list.push(rays);
+            }
+        }
+        recording
+    }
+
+    fn measure<A: Dispatch>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
+        let pool = thread_pool(threads)?;
+        let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
+        let closest = |ray: &Ray| accel.intersect(ray).is_some();
+        let occluded = |ray: &Ray| accel.occluded(ray);
+
+        // A render and its rays alone, in turns
+        let mut pairs = Vec::new();
+        for _ in 0..self.repeat {
+            let render_s = seconds(&|| self.render(accel));
+            let replay_s = seconds(&|| trace(&recording.all, |query| query.ask(accel).is_hit()));
+            pairs.push((render_s, replay_s));
+        }
+
+        let rate = |rays: &[Vec<Ray>], of: &(dyn Fn(&Ray) -> bool + Sync)| {
+            let count: usize = rays.iter().map(Vec::len).sum();
+            let times = (0..self.repeat).map(|_| seconds(&|| trace(rays, of)));
+            (count > 0).then(|| count as f64 / median(times.collect()) / 1e6)
+        };
+        let [camera, first_bounce, second_bounce, shadow] = &recording.by_kind;
+        Ok(Run {
+            threads,
+            mrays_per_s: Rates {
+                camera: rate(camera, &closest),
+                first_bounce: rate(first_bounce, &closest),
+                second_bounce: rate(second_bounce, &closest),
+                shadow: rate(shadow, &occluded),
+            },
+            rays: recording.all.iter().map(Vec::len).sum(),
+            render_s: median(pairs.iter().map(|(render, _)| *render).collect()),
+            replay_s: median(pairs.iter().map(|(_, replay)| *replay).collect()),
+            render_over_replay: median(pairs.iter().map(|(render, replay)| render / replay).collect()),
+        })
+    }
+
+    fn render<A: Dispatch>(&self, accel: &A) {
+        let settings = self.session.settings();
+        let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
+        let world = (self.session.world(accel), &self.prepared);
+        let sampler = settings.random_numbers();
+        let method = settings.method();
+        let nobody = Progress::new(0, true);
+        black_box(method.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));
+    }
+}
+
+/// Asks for every item, a tile at a time to each thread.
+fn trace<T: Sync>(tiles: &[Vec<T>], is_hit: impl Fn(&T) -> bool + Sync) {
+    let hits = tiles
+        .par_iter()
+        .map(|tile| tile.iter().filter(|item| is_hit(item)).count());
+    black_box(hits.sum::<usize>());
+}
+
+/// Seconds that `work` takes, repeated until that can be told.
+fn repeated_seconds(work: impl Fn()) -> f64 {
+    let start = Instant::now();
+    for times in 1.. {
+        work();
+        let elapsed = start.elapsed().as_secs_f64();
+        if elapsed >= SHORTEST {
+            return elapsed / times as f64;
+        }
+    }
+    f64::NAN
+}
+
+/// The middle value, or the mean of both.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    match values.len() {
+        0 => f64::NAN,
+        n => (values[(n - 1) / 2] + values[n / 2]) / 2.0,
+    }
+}
+
+/// The processor, as Linux names it.
+fn cpu_name() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_string())
+}
+
+/// Takes what is found and keeps nothing.
+struct Nothing;
+
+impl Sink for Nothing {
+    type Radiance = crate::color::Spectrum;
+    fn weight(&mut self, _: f32) {}
+    fn radiance(&mut self, _: crate::color::Spectrum) {}
+    fn first_surface(&mut self, _: FirstSurface) {}
+}
+
+impl RaySink for Nothing {
+    fn ray(&mut self, _: RayKind) {}
+    fn cut_walk(&mut self) {}
+}

@@ -1,0 +1,72 @@
+use super::{CHANNELS, Comparison, left_out, scale_name};
+use crate::compare::{CommonErrors, Extreme};
+use crate::film::Rect;
+use crate::options::name_of;
+use serde_json::{Value, json};
+
+impl Comparison<'_> {
+    /// What was found, as `--json` prints it.
+    pub fn json(&self) -> Value {
+        let (pair, errors, args) = (self.pair, &self.errors, self.args);
+        let verdict = self.verdict.as_ref().map(|verdict| {
+            json!({
+                "significance": verdict.level,
+                "p": verdict.p,
+                "differs": verdict.differs(),
+                "tests": verdict.extremes.iter().map(extreme_json).collect::<Vec<_>>(),
+                "worst": verdict.worst().map(extreme_json),
+                "common_errors": name_of(CommonErrors::NAMES, verdict.common),
+                "rare_samples": verdict.rare,
+                "left_out": left_out(verdict),
+            })
+        });
+        let limits = self.limits().map(|(flag, value, limit)| {
+            (
+                flag.replace('-', "_"),
+                json!({ "limit": limit, "value": value, "passed": value <= limit }),
+            )
+        });
+        json!({
+            "reference": args.reference.display().to_string(),
+            "image": args.image.display().to_string(),
+            "resolution": pair.resolution,
+            "window": corners(pair.window),
+            "display_values": pair.is_display,
+            "not_finite": { "reference": pair.not_finite[0], "image": pair.not_finite[1] },
+            "reference_mean": errors.reference_mean,
+            "mean": errors.mean,
+            "bias": errors.bias(),
+            "relative_bias": errors.relative_bias(),
+            "mse": errors.mse,
+            "rel_mse": errors.rel_mse,
+            "psnr_db": errors.psnr(),
+            "flip": {
+                "mean": self.flip.mean,
+                "exposures": self.flip.exposures.map(|e| json!({ "start": e.start, "stop": e.stop, "count": e.count })),
+            },
+            "outcome": self.outcome.words(),
+            "biased_by": { "reference": pair.reference.bias, "image": pair.image.bias },
+            "verdict": verdict,
+            "limits": limits.collect::<serde_json::Map<String, Value>>(),
+            "failed": self.fails(),
+        })
+    }
+}
+
+fn corners(window: Rect) -> [u32; 4] {
+    [window.min.x, window.min.y, window.max.x, window.max.y]
+}
+
+fn extreme_json(e: &Extreme) -> Value {
+    json!({
+        "scale": scale_name(e.scale),
+        "tests": e.tests,
+        "window": corners(e.window),
+        "channel": CHANNELS[e.channel.min(2)],
+        "reference": e.reference,
+        "image": e.image,
+        "difference": e.difference,
+        "score": e.score,
+        "p": e.p,
+    })
+}

@@ -1,0 +1,71 @@
+//! Pictures of a difference.
+
+use super::{Comparison, Pair};
+use crate::cli::args::Map;
+use crate::cli::error::CliError;
+use crate::color::{Spectrum, false_color};
+use crate::compare::pixel_scores;
+use crate::film::RgbImage;
+use crate::io::Figure;
+
+/// Draws the difference of `pair`.
+///
+/// # Errors
+///
+/// Scores of images that say nothing of their noise.
+pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
+    let size = pair.window.size();
+    let figure = |pixels, legend| Figure {
+        size: [size.x, size.y],
+        pixels,
+        legend,
+    };
+    let diverging = |values: &[f32], range: f32| values.iter().map(|v| false_color::diverging(v / range)).collect();
+    match map {
+        Map::Flip => {
+            let pixels = comparison.flip.map.iter().map(|e| false_color::magma(*e)).collect();
+            Ok(figure(pixels, "FLIP, black 0 to pale yellow 1".into()))
+        }
+        Map::Error => {
+            let values = relative_differences(&pair.image.image, &pair.reference.image);
+            let range = round_range(&values);
+            let percent = 100.0 * range;
+            let legend = format!(
+                "(Y - Yref) / (Yref² + 0.01)^(1/2) of luminance, blue -{percent} % over grey 0 to red +{percent} %"
+            );
+            Ok(figure(diverging(&values, range), legend))
+        }
+        Map::Scores => {
+            let scores = pair
+                .noisy()
+                .and_then(|[reference, image]| pixel_scores(pair.window, reference, image));
+            let Some(scores) = scores else {
+                let message = "--map z: one of the images says nothing of its noise\n  help: use --map error or flip";
+                return Err(CliError::Failed(message.into()));
+            };
+            const RANGE: f32 = 6.0;
+            let legend = "difference over its standard deviation, of the channel where that is largest, blue -6 over grey 0 to red +6";
+            Ok(figure(diverging(&scores, RANGE), legend.into()))
+        }
+    }
+}
+
+/// Signed, of luminance, in the measure of relMSE.
+fn relative_differences(image: &RgbImage, reference: &RgbImage) -> Vec<f32> {
+    let luminance = |p: &[f32; 3]| Spectrum::from(*p).luminance();
+    let pairs = image.pixels.iter().zip(&reference.pixels);
+    let difference = |(x, r): (f32, f32)| (x - r) / (r * r + 0.01).sqrt();
+    pairs.map(|(x, r)| difference((luminance(x), luminance(r)))).collect()
+}
+
+/// The next of 1, 2, 5, 10 … over the size of all values but the largest hundredth; 0.01 at least.
+fn round_range(values: &[f32]) -> f32 {
+    let mut sizes: Vec<f32> = values.iter().map(|v| v.abs()).collect();
+    sizes.sort_by(f32::total_cmp);
+    let usual = sizes
+        .get(sizes.len().saturating_sub(1) * 99 / 100)
+        .copied()
+        .unwrap_or(0.0);
+    let steps = (0..).flat_map(|decade| [1.0, 2.0, 5.0].map(|step| step * 10f32.powi(decade - 2)));
+    steps.take(60).find(|step| *step >= usual).unwrap_or(1.0)
+}

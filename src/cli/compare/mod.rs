@@ -1,0 +1,178 @@
+//! `embrasure compare`: how far an image is from a reference, and whether by more than their noise.
+
+mod json;
+mod map;
+mod pair;
+mod text;
+
+use super::args::CompareArgs;
+use super::error::CliError;
+use super::outputs::Outputs;
+use crate::compare::{CommonErrors, Errors, Flip, MIN_RARE, Scale, Significance, SizeMismatch};
+use crate::io::{Format, Output};
+use pair::Pair;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Prints how far the image is from the reference. The exit code is 1 where it differs, or is beyond a limit.
+pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
+    let mut outputs = Outputs::default();
+    let output = args.output.as_deref();
+    let output = output.map(|path| prepare(path, &mut outputs)).transpose()?;
+    outputs.spare([&*args.reference, &*args.image])?;
+    for (flag, limit) in [("--max-relmse", args.max_relmse), ("--max-flip", args.max_flip)] {
+        if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
+            return Err(CliError::Usage(format!(
+                "{flag} {limit}\n  help: use a number, 0 or more"
+            )));
+        }
+    }
+    let pair = Pair::read(&args.reference, &args.image)?;
+    let comparison = Comparison::new(args, &pair).map_err(|e| CliError::Failed(e.to_string()))?;
+    // What a person would look at is there even where the picture of it cannot be written.
+    if args.json {
+        outln!("{:#}", comparison.json());
+    } else {
+        comparison.print();
+    }
+    if let Some(output) = output {
+        let figure = map::draw(args.map, &pair, &comparison)?;
+        figure.write(&output)?;
+        if !args.json {
+            outln!("  {}: {}", output.path().display(), figure.legend);
+        }
+    }
+    Ok(ExitCode::from(u8::from(comparison.fails())))
+}
+
+/// The file of the picture, which joins `outputs`.
+fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
+    match Format::of_path(path) {
+        Ok(Format::Png(_)) => outputs.prepare("-o", path),
+        _ => {
+            let path = path.display();
+            let message =
+                format!("-o {path}: the picture of a difference is a PNG\n  help: use a name that ends in .png");
+            Err(CliError::Usage(message))
+        }
+    }
+}
+
+/// What is said of the pair as a whole.
+#[derive(Clone, Copy, PartialEq)]
+enum Outcome {
+    Identical,
+    Equal,
+    Differs,
+    /// Nothing is known of the noise.
+    Unknown,
+}
+
+impl Outcome {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Identical => "identical",
+            Self::Equal => "equal within noise",
+            Self::Differs => "differs",
+            Self::Unknown => "no verdict",
+        }
+    }
+}
+
+/// What was found.
+struct Comparison<'a> {
+    args: &'a CompareArgs,
+    pair: &'a Pair,
+    errors: Errors,
+    flip: Flip,
+    verdict: Option<Significance>,
+    outcome: Outcome,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(args: &'a CompareArgs, pair: &'a Pair) -> Result<Self, SizeMismatch> {
+        let (reference, image) = (&pair.reference.image, &pair.image.image);
+        let verdict = pair
+            .noisy()
+            .and_then(|[reference, image]| Significance::new(pair.window, reference, image, args.significance));
+        let outcome = match &verdict {
+            _ if pair.not_finite != [0; 2] => Outcome::Differs,
+            _ if pair.is_identical => Outcome::Identical,
+            None => Outcome::Unknown,
+            Some(verdict) if verdict.differs() => Outcome::Differs,
+            Some(verdict) if verdict.extremes.is_empty() => Outcome::Unknown,
+            Some(_) => Outcome::Equal,
+        };
+        Ok(Self {
+            args,
+            pair,
+            errors: Errors::new(image, reference)?,
+            flip: if pair.is_display {
+                Flip::ldr(image, reference)?
+            } else {
+                Flip::hdr(image, reference)?
+            },
+            verdict,
+            outcome,
+        })
+    }
+
+    /// Limits that were given: flag, measured, limit.
+    fn limits(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
+        let limits = [
+            ("max-relmse", self.errors.rel_mse, self.args.max_relmse),
+            ("max-flip", self.flip.mean, self.args.max_flip),
+        ];
+        limits
+            .into_iter()
+            .filter_map(|(flag, value, limit)| Some((flag, value, limit?)))
+    }
+
+    /// Whether the exit code is to say so.
+    fn fails(&self) -> bool {
+        if self.limits().next().is_none() {
+            return self.outcome == Outcome::Differs;
+        }
+        self.pair.not_finite != [0; 2] || self.limits().any(|(_, value, limit)| value > limit)
+    }
+}
+
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+fn scale_name(scale: Scale) -> &'static str {
+    match scale {
+        Scale::Pixel => "pixel",
+        Scale::Tile => "tile",
+        Scale::Region => "region",
+        Scale::Whole => "whole",
+    }
+}
+
+/// Why there is no verdict on pictures whose noise consists of so few samples.
+fn heavy_tails(rare: f64) -> String {
+    format!(
+        "heavy tails: not testable at this count; nearly all noise is that of about {rare:.0} rare samples, {MIN_RARE} at least are needed; take more samples a pixel"
+    )
+}
+
+/// What is not tested, and why.
+fn left_out(verdict: &Significance) -> Option<String> {
+    match verdict.common {
+        _ if verdict.extremes.is_empty() => verdict.rare.map(heavy_tails),
+        CommonErrors::None | CommonErrors::Tile => verdict.rare.map(|rare| {
+            format!(
+                "left out: pixels, tiles and regions; heavy tails: nearly all noise is that of about {rare:.0} rare samples, which most tiles have not seen"
+            )
+        }),
+        CommonErrors::Sample => Some(
+            "left out: regions; pixels of one sample have errors in common, so tiles and the whole are judged more mildly; \
+             means of several seeds tell more"
+                .into(),
+        ),
+        CommonErrors::Picture => Some(
+            "left out: pixels, tiles and regions; all samples look at the same photons or records, whose errors are in no variance; \
+             means of several seeds tell more"
+                .into(),
+        ),
+    }
+}

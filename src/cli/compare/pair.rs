@@ -1,0 +1,86 @@
+use crate::cli::error::CliError;
+use crate::compare::Noise;
+use crate::film::{Rect, RgbImage};
+use crate::io::{FileError, Rendering, read_rendering};
+use std::path::Path;
+
+/// Both images, cut to the pixels that both have, with black for values that are none.
+pub(super) struct Pair {
+    pub window: Rect,
+    pub resolution: [u32; 2],
+    pub reference: Rendering,
+    pub image: Rendering,
+    /// Pixels with values that are not finite, of the reference and the image.
+    pub not_finite: [usize; 2],
+    /// Whether the pixels are the same to the bit.
+    pub is_identical: bool,
+    /// Whether values are those that a display can show.
+    pub is_display: bool,
+}
+
+impl Pair {
+    /// Reads both.
+    ///
+    /// # Errors
+    ///
+    /// Files that cannot be read, and images of two sizes or without common pixels.
+    pub fn read(reference: &Path, image: &Path) -> Result<Self, CliError> {
+        let [mut first, mut second] = [read_rendering(reference)?, read_rendering(image)?];
+        let [a, b] = [first.resolution, second.resolution];
+        if a != b {
+            let message = format!(
+                "has {}x{} pixels, but {} has {}x{}",
+                b.x,
+                b.y,
+                reference.display(),
+                a.x,
+                a.y
+            );
+            let help = "compare images of one size; of a crop the EXR keeps the full image's window";
+            return Err(FileError::new(image, message).help(help).into());
+        }
+        let window = first.window.intersection(second.window);
+        if window.area() == 0 {
+            let message = format!("has no pixel in common with {}", reference.display());
+            return Err(FileError::new(image, message).help("compare crops that overlap").into());
+        }
+        let is_display = first.is_display || second.is_display;
+        for rendering in [&mut first, &mut second] {
+            if rendering.window != window {
+                *rendering = rendering.cropped(window);
+            }
+        }
+        let bits = |image: &RgbImage| image.pixels.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>();
+        let is_identical = bits(&first.image) == bits(&second.image);
+        let mut not_finite = [0; 2];
+        let (pixels, others) = (&mut first.image.pixels, &mut second.image.pixels);
+        for (a, b) in pixels.iter_mut().zip(others) {
+            let wrong = [&*a, &*b].map(|p| !p.iter().all(|v| v.is_finite()));
+            (0..2).for_each(|i| not_finite[i] += usize::from(wrong[i]));
+            if wrong != [false; 2] {
+                (*a, *b) = ([0.0; 3], [0.0; 3]);
+            }
+            if is_display {
+                (*a, *b) = (a.map(|v| v.clamp(0.0, 1.0)), b.map(|v| v.clamp(0.0, 1.0)));
+            }
+        }
+        Ok(Self {
+            window,
+            resolution: [a.x, a.y],
+            reference: first,
+            image: second,
+            not_finite,
+            is_identical,
+            is_display,
+        })
+    }
+
+    /// The images with their noise, where both are known.
+    pub fn noisy(&self) -> Option<[(&RgbImage, &Noise); 2]> {
+        let (reference, image) = (&self.reference, &self.image);
+        Some([
+            (&reference.image, reference.noise.as_ref()?),
+            (&image.image, image.noise.as_ref()?),
+        ])
+    }
+}

@@ -1,0 +1,183 @@
+//! What `embrasure compare` prints for people.
+
+use super::{CHANNELS, Comparison, Outcome, heavy_tails, left_out, scale_name};
+use crate::film::Rect;
+
+impl Comparison<'_> {
+    /// Prints what was found.
+    pub fn print(&self) {
+        let (pair, errors) = (self.pair, &self.errors);
+        let size = pair.window.size();
+        outln!(
+            "{} against {}",
+            self.args.image.display(),
+            self.args.reference.display()
+        );
+        let part = if [size.x, size.y] == pair.resolution {
+            String::new()
+        } else {
+            let (from, full) = (pair.window.min, pair.resolution);
+            format!(
+                " from {},{} on, which both have of {}x{}",
+                from.x, from.y, full[0], full[1]
+            )
+        };
+        let values = if pair.is_display {
+            "display values decoded by the sRGB curve, clamped to [0, 1]"
+        } else {
+            "linear values"
+        };
+        outln!("  {}x{} pixels{part}; {values}", size.x, size.y);
+        if pair.not_finite != [0; 2] {
+            let [reference, image] = pair.not_finite;
+            outln!(
+                "  not finite: {reference} pixels of the reference, {image} of the image; they count as black in both"
+            );
+        }
+        let row = |name: &str, values: [f64; 3], show: &dyn Fn(f64) -> String| {
+            let cells: Vec<String> = values.iter().map(|v| format!("{:>12}", show(*v))).collect();
+            outln!("  {name:<17}{}", cells.concat());
+        };
+        outln!("  {:<17}{:>12}{:>12}{:>12}", "", "red", "green", "blue");
+        row("mean, reference", errors.reference_mean, &|v| format!("{v:.6}"));
+        row("mean, image", errors.mean, &|v| format!("{v:.6}"));
+        row("bias", errors.bias(), &|v| format!("{v:+.6}"));
+        row("bias, %", errors.relative_bias(), &|v| format!("{:+.3}", 100.0 * v));
+        outln!("  MSE     {:.6e}", errors.mse);
+        outln!(
+            "  relMSE  {:<12.6}mean of (x - ref)² / (ref² + 0.01), without the worst 0.1 % of the pixels",
+            errors.rel_mse
+        );
+        outln!(
+            "  PSNR    {:<12}of sRGB values in [0, 1]; the peak is 1",
+            decibels(errors.psnr())
+        );
+        outln!("  FLIP    {:<12.6}{}", self.flip.mean, self.flip_words());
+        self.print_verdict();
+        for line in self.biased() {
+            outln!("  {line}");
+        }
+        for (flag, value, limit) in self.limits() {
+            let word = if value > limit { "above" } else { "within" };
+            outln!("  limit: {value:.6} is {word} --{flag} {limit}");
+        }
+    }
+
+    /// That the mean of a picture is not that of all light, of each of both.
+    fn biased(&self) -> impl Iterator<Item = String> {
+        let pictures = [
+            (&self.args.reference, &self.pair.reference),
+            (&self.args.image, &self.pair.image),
+        ];
+        pictures.into_iter().filter_map(|(path, picture)| {
+            let bias = picture.bias.as_ref()?;
+            Some(format!(
+                "{} is biased by {bias}: a difference may be that bias, and no sign of an error",
+                path.display()
+            ))
+        })
+    }
+
+    fn flip_words(&self) -> String {
+        match self.flip.exposures {
+            None => "LDR-FLIP, mean; 0 looks alike, 1 is the most".into(),
+            Some(e) => format!(
+                "HDR-FLIP, mean, of {} exposures from {:+.2} to {:+.2} stops; 0 looks alike, 1 is the most",
+                e.count, e.start, e.stop
+            ),
+        }
+    }
+
+    /// About how many rare samples the noise consists of, where that limits what is tested.
+    fn rare(&self) -> Option<f64> {
+        self.verdict.as_ref().and_then(|verdict| verdict.rare)
+    }
+
+    fn print_verdict(&self) {
+        let level = self.args.significance;
+        if let (Outcome::Unknown, Some(rare)) = (self.outcome, self.rare()) {
+            outln!("  verdict: {}: {}", self.outcome.words(), heavy_tails(rare));
+            return;
+        }
+        let Some(verdict) = self.verdict.as_ref().filter(|verdict| !verdict.extremes.is_empty()) else {
+            let why = match (self.outcome, self.pair.noisy()) {
+                (Outcome::Unknown, None) => ": one of them says nothing of its noise (variance.R, .G, .B)",
+                (Outcome::Unknown, Some(_)) => {
+                    ": what they say of their noise is not enough; take 2 samples a pixel or more, and of photon-map and irradiance-cache 160x160 pixels or more"
+                }
+                _ => "",
+            };
+            outln!("  verdict: {}{why}", self.outcome.words());
+            return;
+        };
+        outln!(
+            "  {:<8}{:>9}  {:<18}{:<8}{:>12}{:>12}{:>10}{:>9}{:>10}",
+            "tests of",
+            "tests",
+            "furthest off",
+            "",
+            "reference",
+            "image",
+            "%",
+            "score",
+            "p"
+        );
+        for e in &verdict.extremes {
+            outln!(
+                "  {:<8}{:>9}  {:<18}{:<8}{:>12.6}{:>12.6}{:>+10.3}{:>+9.2}{:>10}",
+                scale_name(e.scale),
+                e.tests,
+                place(e.window),
+                CHANNELS[e.channel.min(2)],
+                e.reference,
+                e.image,
+                100.0 * e.difference,
+                e.score,
+                chance(e.p)
+            );
+        }
+        if let Some(words) = left_out(verdict) {
+            outln!("  {words}");
+        }
+        let p = format!("p = {} over all tests, significance {level}", chance(verdict.p));
+        match (self.outcome, verdict.worst()) {
+            (Outcome::Differs, Some(e)) if verdict.differs() => {
+                let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
+                let percent = 100.0 * e.difference;
+                outln!(
+                    "  verdict: differs by {percent:+.3} % in {channel}, here: {} {what} ({p})",
+                    scale_name(e.scale)
+                );
+            }
+            (Outcome::Differs, _) => outln!("  verdict: differs: there are values that are not finite"),
+            (outcome, _) => outln!("  verdict: {} ({p})", outcome.words()),
+        }
+    }
+}
+
+/// First corner and, of more than a pixel, the size.
+fn place(window: Rect) -> String {
+    let (at, size) = (window.min, window.size());
+    if window.area() == 1 {
+        format!("{},{}", at.x, at.y)
+    } else {
+        format!("{},{} ({}x{})", at.x, at.y, size.x, size.y)
+    }
+}
+
+/// A chance, to three digits that matter.
+fn chance(p: f64) -> String {
+    if p < 1e-3 {
+        format!("{p:.1e}")
+    } else {
+        format!("{p:.3}")
+    }
+}
+
+fn decibels(psnr: f64) -> String {
+    if psnr.is_finite() {
+        format!("{psnr:.2} dB")
+    } else {
+        "no error".into()
+    }
+}

@@ -1,0 +1,94 @@
+//! Names of the pictures of a render that has no `-o`: the scene's stem in the current folder, with `.exr`, and with `.png` before it for a bare OBJ.
+//!
+//! The name of a bare OBJ is often that of its texture too. A picture beside which such a file lies gets another name: files that the scene reads, and
+//! files that this program did not write, are never replaced by a name that nobody typed.
+
+use crate::io::FileId;
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// Bytes of a picture in which the name of the program that wrote it is looked for.
+const HEADER_BYTES: u64 = 1 << 16;
+/// Names that are tried.
+const MAX_NAMES: u32 = 100;
+
+/// Names for the pictures of a bare OBJ.
+pub(super) struct DefaultNames {
+    pub paths: Vec<PathBuf>,
+    /// Why they are not the usual ones.
+    pub reason: Option<String>,
+}
+
+/// The name of `scene` without its last extension, and with another one.
+fn with_extension(scene: &Path, extension: &str) -> PathBuf {
+    let mut name = OsString::from(scene.file_stem().unwrap_or_default());
+    name.push(".");
+    name.push(extension);
+    name.into()
+}
+
+/// For a scene file.
+pub(super) fn of_scene_file(scene: &Path) -> Vec<PathBuf> {
+    vec![with_extension(scene, "exr")]
+}
+
+/// For a bare OBJ, beside files that the scene has `read`. Both pictures have one stem.
+pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
+    let read: Vec<FileId> = read.iter().filter_map(|path| FileId::of(path)).collect();
+    let mut reason = None;
+    for n in 0..MAX_NAMES {
+        let tag = match n {
+            0 => String::new(),
+            1 => "render.".into(),
+            n => format!("render-{n}."),
+        };
+        let paths = ["png", "exr"].map(|extension| with_extension(scene, &format!("{tag}{extension}")));
+        let Some(why) = paths.iter().find_map(|path| why_not(path, &read)) else {
+            return DefaultNames {
+                paths: paths.into(),
+                reason,
+            };
+        };
+        reason = reason.or(Some(why));
+    }
+    // The check of outputs says what is wrong with these.
+    let paths = ["png", "exr"].map(|extension| with_extension(scene, extension));
+    DefaultNames {
+        paths: paths.into(),
+        reason: None,
+    }
+}
+
+/// Why a picture must not replace the file at `path`; `None` if it may.
+fn why_not(path: &Path, read: &[FileId]) -> Option<String> {
+    let name = path.display();
+    if FileId::of(path).is_some_and(|id| read.contains(&id)) {
+        return Some(format!("{name} is a file that this scene reads"));
+    }
+    let is_foreign = path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0) && !is_own(path);
+    is_foreign.then(|| format!("{name} is there and was not written by this program"))
+}
+
+/// Whether this program wrote the picture at `path`: its header says so.
+fn is_own(path: &Path) -> bool {
+    let mut header = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(HEADER_BYTES).read_to_end(&mut header));
+    let name = b"embrasure";
+    read.is_ok() && header.windows(name.len()).any(|bytes| bytes == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_of_a_name_stay() {
+        let names = |scene: &str| of_scene_file(Path::new(scene));
+        assert_eq!(names("a/x.y.toml"), [PathBuf::from("x.y.exr")]);
+        assert_eq!(names("x.toml"), [PathBuf::from("x.exr")]);
+        let paths = of_obj(Path::new("far/no such.v2.obj"), &[]).paths;
+        assert_eq!(paths, ["no such.v2.png", "no such.v2.exr"].map(PathBuf::from));
+    }
+}

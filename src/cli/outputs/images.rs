@@ -1,0 +1,64 @@
+//! Images that a command writes: their names, and their formats by these names.
+
+use super::Outputs;
+use super::default_names;
+use crate::cli::args::RenderArgs;
+use crate::cli::error::CliError;
+use crate::cli::job::Job;
+use crate::color::Tone;
+use crate::io::{ExrFormat, Format, Output};
+use std::path::PathBuf;
+
+/// Images to write.
+pub(in crate::cli) type Images = Vec<(Format, Output)>;
+
+impl Outputs {
+    /// Checks that the images `paths`, which `-o` names, can be written, and takes them in. PNG files show light as `tone` says.
+    ///
+    /// # Errors
+    ///
+    /// A name that is none of an image, a file that cannot be written, or one that is the same as another output.
+    pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
+        // A name that is no image is wrong usage; a folder that cannot be written is a failure.
+        let prepared = paths.iter().map(|path| {
+            let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
+                Format::Png(_) => Format::Png(tone),
+                Format::Exr(_) => Format::Exr(exr.clone()),
+            };
+            Ok((format, self.prepare("-o", path)?))
+        });
+        prepared.collect()
+    }
+}
+
+/// The images that a render writes, which join `outputs`, and a warning where the default names are other ones than usual. `read` are the files of the
+/// scene, as far as they are known.
+pub(in crate::cli) fn images_of_render(
+    args: &RenderArgs,
+    job: &Job,
+    read: &[PathBuf],
+    outputs: &mut Outputs,
+) -> Result<(Images, Option<String>), CliError> {
+    let mut reason = None;
+    let paths = if !args.output.is_empty() {
+        args.output.clone()
+    } else if args.samples.is_some() && args.checkpoint.is_some() {
+        // A part that is kept: nobody has asked for a picture of it.
+        Vec::new()
+    } else if job.scene.is_file() || args.samples.is_some() {
+        default_names::of_scene_file(&args.scene)
+    } else {
+        let names = default_names::of_obj(&args.scene, read);
+        reason = names.reason;
+        names.paths
+    };
+    let warning = reason.map(|reason| {
+        let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        format!(
+            "{reason}: the pictures are {}\n  help: name others by -o",
+            names.join(" and ")
+        )
+    });
+    let images = outputs.prepare_images(&paths, job.settings.tone, &args.exr.format()?)?;
+    Ok((images, warning))
+}

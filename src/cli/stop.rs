@@ -1,0 +1,46 @@
+use super::stats::Noise;
+use crate::film::Film;
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// All samples were taken.
+    Samples,
+    /// The noise is as low as was asked for.
+    Noise,
+    TimeLimit,
+    Interrupt,
+}
+
+impl Stop {
+    /// Of a render that has done all it was to do.
+    pub fn of_complete(film: &Film, noise: Option<f64>) -> Self {
+        match noise {
+            Some(level) if Noise::new(film, level).is_reached() => Self::Noise,
+            _ => Self::Samples,
+        }
+    }
+
+    pub fn is_complete(self) -> bool {
+        matches!(self, Self::Samples | Self::Noise)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "samples",
+            Self::Noise => "noise",
+            Self::TimeLimit => "time-limit",
+            Self::Interrupt => "interrupt",
+        }
+    }
+
+    /// For the end of a sentence; nothing where all samples were taken.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Samples => "",
+            Self::Noise => ", stopped by --noise",
+            Self::TimeLimit => ", stopped by --time-limit",
+            Self::Interrupt => ", stopped by an interrupt",
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The lines that a render ends with.
+
+use super::job::Job;
+use super::outputs::Images;
+use super::stats::Stats;
+use super::stop::Stop;
+use super::words;
+use crate::color::Exposure;
+
+/// Says what was rendered, how fast and to which files; more of it with `--verbose`.
+pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
+    let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
+    errln!(
+        "{}: {}x{}, {:.1} of {} samples a pixel in {:.2} s ({:.2} M samples/s, {} {}){}{}{} -> {}",
+        job.scene_path.display(),
+        stats.width,
+        stats.height,
+        stats.samples as f64 / job.settings.crop().area() as f64,
+        stats.spp,
+        stats.render_s,
+        stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
+        stats.backend,
+        stats.backend_version,
+        stats
+            .error
+            .map_or(String::new(), |error| format!(", relative error {error:.2e}")),
+        stop.words(),
+        match (job.settings.tone.exposure, stats.exposure) {
+            (Exposure::Auto, Some(stops)) => format!(", exposure {stops:+} (auto)"),
+            _ => String::new(),
+        },
+        if names.is_empty() {
+            "no image".into()
+        } else {
+            names.join(", ")
+        },
+    );
+    if job.verbose {
+        errln!(
+            "  {}, {}; load {:.3} s, build {:.3} s, in all {:.3} s",
+            words::count(stats.triangles, "triangle"),
+            words::count(stats.lights as u64, "light"),
+            stats.load_s,
+            stats.build_s,
+            stats.total_s
+        );
+        errln!(
+            "  rays: {} camera, {} bounce, {} shadow; {}, {}",
+            stats.rays.camera,
+            stats.rays.bounce,
+            stats.rays.shadow,
+            words::count(stats.threads as u64, "thread"),
+            stats.isa
+        );
+        errln!(
+            "  memory: scene {:.1} MB, acceleration structure {:.1} MB, peak {:.1} MB; scene hash {}",
+            stats.scene_bytes as f64 / 1e6,
+            stats.bvh_bytes as f64 / 1e6,
+            stats.peak_rss_bytes.unwrap_or(0) as f64 / 1e6,
+            stats.scene_hash,
+        );
+    }
+}

@@ -1,0 +1,257 @@
+//! A scene file as it was written: reading and parsing it, what its text alone tells, and errors with their places in it (`errors`). `inspect` finds all
+//! errors, for `embrasure check`.
+
+mod errors;
+mod inspect;
+#[cfg(test)]
+mod tests;
+
+use super::in_order::InOrder;
+use super::input::read_bytes;
+use super::option_section::OptionSection;
+use super::overrides::Overrides;
+use super::unknown_key::parser_error;
+use super::{
+    CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MaterialSection,
+    ObjectSection, Position, SceneOptions,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use toml::Spanned;
+
+/// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// Version of the format; 1.
+    pub(super) version: Option<Spanned<u32>>,
+    /// Where the picture is taken from.
+    pub camera: Option<CameraSection>,
+    /// `[image]` as it was written.
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) image: OptionSection,
+    /// `[render]` as it was written.
+    #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
+    pub(super) render: OptionSection,
+    /// What both of them say.
+    #[serde(skip)]
+    pub options: SceneOptions,
+    /// Geometry.
+    #[serde(default)]
+    pub object: Vec<ObjectSection>,
+    /// Materials that replace those of the MTL files, by name, or patch them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub material: BTreeMap<Spanned<String>, MaterialSection>,
+    /// Patches of materials, by globs of their names.
+    #[serde(default, skip_serializing_if = "InOrder::is_empty")]
+    pub patch: InOrder<MaterialSection>,
+    /// Lights besides emitting triangles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light: Vec<LightSection>,
+    /// The plane that catches shadows, if there is one.
+    pub ground: Option<GroundSection>,
+    /// Groups of emitting materials.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub light_group: Vec<LightGroupSection>,
+    /// How OBJ and MTL files are read.
+    #[serde(skip)]
+    pub load: LoadOptions,
+    /// Folders in which textures are looked for before those of the key `render.texture_dir`.
+    #[serde(skip)]
+    pub texture_dirs: Vec<PathBuf>,
+    /// The file itself; paths are relative to its folder.
+    #[serde(skip)]
+    path: PathBuf,
+    /// Its text, for places in messages.
+    #[serde(skip)]
+    pub(super) text: String,
+    /// Keys that are set over those of the file.
+    #[serde(skip)]
+    pub(super) overrides: Overrides,
+    /// Bytes at which its lines start, once a place was asked for.
+    #[serde(skip)]
+    line_starts: OnceLock<Vec<usize>>,
+}
+
+/// Key of `[render]`: folders in which textures are looked for.
+pub(super) const TEXTURE_DIR: &str = "texture_dir";
+
+impl SceneFile {
+    /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
+    pub fn load(path: &Path) -> Result<Self, FileError> {
+        Self::load_with(path, &[])
+    }
+
+    /// Reads a scene file with keys set over its own, each as `KEY=VALUE`: a dotted key of TOML, and a value of TOML or a plain string.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneFile::load`]. An error of a key that is set names it.
+    pub fn load_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+        let text = read(path)?;
+        let overrides = read_overrides(path, set, &text)?;
+        Self::parse(path, text, &overrides)
+    }
+
+    fn parse(path: &Path, text: String, overrides: &Overrides) -> Result<Self, FileError> {
+        Self::parse_spanned(path, text, overrides).map_err(|(error, _)| error)
+    }
+
+    /// What the text says, or an error and the byte that it is about.
+    fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
+        let mut file: Self = overrides.read(&text).map_err(|error| {
+            let (mut message, mut help) = parser_error(error.message());
+            let Some(start) = error.span().map(|span| span.start) else {
+                return (FileError::new(path, message).help(help), None);
+            };
+            if let Some((section, name)) = overrides.dotted_material(&text, start) {
+                message = format!("[{section}.{name}]: TOML takes a dot for the beginning of a key");
+                help = format!("quote a name with dots: [{section}.\"{name}\"]");
+            }
+            let error = match overrides.at(start) {
+                Some(written) => FileError::new(path, format!("{written}: {message}")).of_flag(),
+                None => FileError::new(path, message).at(Position::of_byte(&text, start)),
+            };
+            (error.help(help), Some(start))
+        })?;
+        file.path = path.to_path_buf();
+        file.text = text;
+        file.overrides = overrides.clone();
+        match &file.version {
+            Some(version) if *version.get_ref() == 1 => {}
+            Some(version) => {
+                let message = format!("version {} of the scene format is not known", version.get_ref());
+                let error = file.error(version.span(), message);
+                return Err((error.help("this program reads version = 1"), None));
+            }
+            None => {
+                let error = FileError::new(path, "no `version` key").help("start the file with version = 1");
+                return Err((error, None));
+            }
+        }
+        if let Some((span, message, help)) = file.camera.as_ref().and_then(CameraSection::contradiction) {
+            return Err((file.error(span, message).help(help), None));
+        }
+        file.options = file.read_options().map_err(|(error, start)| (error, Some(start)))?;
+        file.load.parameters = file.options.load;
+        if file.object.is_empty() {
+            let error = FileError::new(path, "no [[object]] in this scene");
+            return Err((error.help("add [[object]] with obj = \"FILE.obj\""), None));
+        }
+        Ok(file)
+    }
+
+    /// The scene that consists of one OBJ file.
+    pub fn of_obj(path: &Path) -> Self {
+        let object = ObjectSection {
+            obj: Spanned::new(0..0, path.to_path_buf()),
+            name: None,
+            transform: None,
+            matrix: None,
+            transform_close: None,
+            matrix_close: None,
+            obj_close: None,
+            instances: None,
+        };
+        Self {
+            object: vec![object],
+            ..Default::default()
+        }
+    }
+
+    /// The scene that consists of one OBJ file, with keys set as in [`SceneFile::load_with`].
+    ///
+    /// # Errors
+    ///
+    /// A key or value that a scene file cannot have; the error names it.
+    pub fn of_obj_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+        let mut file = Self::of_obj(path);
+        if !set.is_empty() {
+            let text = "version = 1\n[[object]]\nobj = ''\n";
+            let overrides = read_overrides(path, set, text)?;
+            file = Self::parse(path, text.into(), &overrides)?;
+            let object = &mut file.object[0];
+            if object.obj.get_ref().as_os_str().is_empty() {
+                object.obj = Spanned::new(0..0, path.to_path_buf());
+            }
+            (file.path, file.text) = Default::default();
+        }
+        Ok(file)
+    }
+
+    /// What `[image]` and `[render]` say, or an error and the byte that it is about.
+    fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
+        let mut options = SceneOptions::default();
+        self.image.read("image", self, &mut options.image_mut(), &[])?;
+        self.render
+            .read("render", self, &mut options.render_mut(), &[TEXTURE_DIR])?;
+        if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
+            let error = self.error(span.clone(), format!("{TEXTURE_DIR} is no name of a folder"));
+            return Err((
+                error.help("write a folder, or a list: [\"maps\", \"textures\"]"),
+                span.start,
+            ));
+        }
+        Ok(options)
+    }
+
+    /// Folders in which textures are looked for, in their order.
+    ///
+    /// # Errors
+    ///
+    /// A folder of the key `render.texture_dir` that is not there.
+    pub(super) fn all_texture_dirs(&self) -> Result<Vec<PathBuf>, FileError> {
+        let mut folders = self.texture_dirs.clone();
+        if let Some((Some(names), span)) = self.render.strings(TEXTURE_DIR) {
+            for name in names {
+                let folder = self.resolve(Path::new(name));
+                if !folder.is_dir() {
+                    let error = self.error(span, format!("{TEXTURE_DIR}: there is no folder {}", folder.display()));
+                    return Err(error.help("correct its name; it is relative to the scene file"));
+                }
+                folders.push(folder);
+            }
+        }
+        Ok(folders)
+    }
+
+    /// Whether any light, or the emission of any material, is said to be in a group.
+    pub fn has_light_groups(&self) -> bool {
+        !self.light_group.is_empty() || self.light.iter().any(|light| light.group.is_some())
+    }
+
+    /// A path in the scene file, which is relative to its folder.
+    pub fn resolve(&self, relative: &Path) -> PathBuf {
+        self.path.parent().unwrap_or(Path::new("")).join(relative)
+    }
+
+    /// Whether this stands for a scene file rather than a bare OBJ.
+    pub fn is_file(&self) -> bool {
+        !self.path.as_os_str().is_empty()
+    }
+
+    /// The scene file itself; `None` for a bare OBJ.
+    pub fn path(&self) -> Option<&Path> {
+        self.is_file().then_some(&self.path)
+    }
+}
+
+fn read_overrides(path: &Path, set: &[String], text: &str) -> Result<Overrides, FileError> {
+    Overrides::new(set, text.len()).map_err(|written| {
+        let error = FileError::new(path, format!("--set {written}: no key with a value"));
+        error.of_flag().help(
+            "write a key of the scene file and its value, such as render.max_depth=8 or 'camera.position=[0, 1, 4]'",
+        )
+    })
+}
+
+fn read(path: &Path) -> Result<String, FileError> {
+    let bytes = read_bytes(path, "the scene file").map_err(|error| error.help_if_none("check the path"))?;
+    String::from_utf8(bytes).map_err(|e| {
+        let (text, end) = (String::from_utf8_lossy(e.as_bytes()), e.utf8_error().valid_up_to());
+        let error = FileError::new(path, "what begins here is no text in UTF-8");
+        error.at(Position::of_byte(&text, end)).help("save the file as UTF-8")
+    })
+}

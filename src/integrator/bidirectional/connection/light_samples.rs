@@ -1,0 +1,87 @@
+//! Samples of lights that paths from the camera end at, for the strategies with s = 1.
+
+use crate::color::Spectrum;
+use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind};
+use crate::light::{LightId, LightSample, LightSampleContext};
+use crate::math::Vec3;
+use crate::sampler::{Dimension, Sampler};
+use crate::scene::Scene;
+
+/// Dimensions of the numbers that sample a light.
+pub(super) struct LightNumbers {
+    pub choice: Dimension,
+    pub point: Dimension,
+}
+
+/// A sample of the light `id`, which was chosen with probability `pmf`.
+pub(super) struct Sampled<'a> {
+    scene: &'a Scene,
+    pub id: LightId,
+    pmf: f32,
+    pub sample: LightSample,
+    time: f32,
+}
+
+impl<'a> Sampled<'a> {
+    /// What arrives, over the density.
+    pub fn radiance(&self) -> Spectrum {
+        self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
+    }
+
+    /// The light's end of the path, as a path that starts there would have made it.
+    pub fn vertex(&self) -> PathVertex<'a> {
+        let light = &self.scene.lights()[self.id.0 as usize];
+        let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
+        let ng = match is_infinite {
+            true => -sample.wi,
+            false => light.normal(self.time).unwrap_or(Vec3::ZERO),
+        };
+        let [position, direction] = light.emission_pdfs(ng, -sample.wi, self.time, &self.scene.ball());
+        let end = LightEnd {
+            id: self.id,
+            is_infinite,
+            is_delta: sample.is_delta,
+        };
+        PathVertex {
+            kind: VertexKind::Light(end),
+            p: sample.target.unwrap_or(Vec3::ZERO),
+            ng,
+            beta: Spectrum::ZERO,
+            forward: self.scene.emission_selection().pmf(self.id) * if is_infinite { direction } else { position },
+            reverse: 0.0,
+            is_delta: false,
+        }
+    }
+}
+
+/// Samples of lights of `scene`, of one or of all, for `context`.
+pub(super) fn sample_lights<'a>(
+    scene: &'a Scene,
+    context: &LightSampleContext,
+    time: f32,
+    numbers: &LightNumbers,
+    sampler: &impl Sampler,
+    mut found: impl FnMut(Sampled<'a>),
+) {
+    let selection = scene.light_selection();
+    let mut of = |id: LightId, pmf: f32, point: Dimension| {
+        let light = &scene.lights()[id.0 as usize];
+        let sample = light.sample(context.p, time, sampler.get_2d(point), scene.textures());
+        if let Some(sample) = sample {
+            found(Sampled {
+                scene,
+                id,
+                pmf,
+                sample,
+                time,
+            });
+        }
+    };
+    if let Some(ids) = selection.all() {
+        for (&id, index) in ids.iter().zip(1..) {
+            of(id, 1.0, numbers.point.nth(index));
+        }
+    } else if let Some((id, pmf)) = selection.sample(scene.lights(), context, sampler.get_2d(numbers.choice).x) {
+        of(id, pmf, numbers.point);
+    }
+}

@@ -1,0 +1,196 @@
+//! Subpaths from the camera and from lights: the walk here, vertices in `vertex`, and the surfaces that they are on in `surface`.
+//!
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: that of being sampled from its own end, and that of
+//! being sampled from the other end.
+//!
+//! Both ends must agree on one measurement contribution. BSDFs are therefore those that belong to the geometric normal (Veach 1997, §5.3). Where a
+//! shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent for the vertex on the camera's side, also if the path came from the light.
+//! Three rules follow:
+//!
+//! - A ray that looks for light starts on the side that the light has by the bent normal, as in `path/direct.rs`. A ray that carries light away
+//!   starts on the side of the facet from which it is seen.
+//! - A light path does not know its viewer. It draws some directions about the normal of the facet (`Surface::facet_share`): where the shading normal
+//!   is far from it, light leaves in directions that a lobe about the shading normal never draws.
+//! - A camera ray that starts above a facet in a direction below it meets the same facet again (`Surface::is_met_again`). No other strategy can make
+//!   such a vertex; its density is infinite in all weights.
+//!
+//! The filter width of texture lookups must be the same from both ends, and so depends on the point alone (`World::footprint`).
+
+mod surface;
+mod vertex;
+
+pub(crate) use surface::Surface;
+pub(crate) use vertex::{LightEnd, PathVertex, VertexKind};
+
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::color::Spectrum;
+use crate::integrator::{RayKind, RaySink, Roulette, World};
+use crate::math::{Ray, Vec2};
+use crate::sampler::{Bounce, Dimension, Sampler};
+
+/// Maximum number of vertices of a path, both ends counted: light that is scattered more often cannot be seen.
+pub(crate) const MAX_VERTICES: usize = 66;
+
+/// A ray that leaves a vertex of a subpath.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathRay {
+    pub ray: Ray,
+    /// Throughput.
+    pub beta: Spectrum,
+    /// Density of the direction, per solid angle; of rays from infinity per area of a disk.
+    pub pdf: f32,
+}
+
+/// How a subpath walks on from its first vertex.
+pub(crate) struct Walk<'w, 'a, A> {
+    pub world: &'w World<'a, A>,
+    pub mode: TransportMode,
+    pub roulette: Roulette,
+    /// Maximum number of vertices.
+    pub most: usize,
+}
+
+impl<'a, A: Accel> Walk<'_, 'a, A> {
+    /// Adds to `path`, whose only vertex is left by `first`, all further vertices. Gives the segment that leaves the scene, if one does.
+    pub fn follow(
+        &self,
+        path: &mut Vec<PathVertex<'a>>,
+        first: PathRay,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
+    ) -> Option<PathRay> {
+        let PathRay {
+            mut ray,
+            mut beta,
+            mut pdf,
+        } = first;
+        let start = beta.max_component();
+        let mut kind = match self.mode {
+            TransportMode::Radiance => RayKind::Camera,
+            TransportMode::Importance => RayKind::Bounce,
+        };
+        // How much larger radiance is for having been refracted
+        let mut roulette_scale = 1.0;
+        while path.len() < self.most {
+            let Some(hit) = self.world.intersect(&ray, kind, out) else {
+                return Some(PathRay { ray, beta, pdf });
+            };
+            kind = RayKind::Bounce;
+            let surface = Surface::new(self.world, hit, &ray);
+            let depth = path.len() as u32 - 1;
+            let mut vertex = PathVertex {
+                p: surface.point.p,
+                ng: surface.point.ng,
+                kind: VertexKind::Surface(surface),
+                beta,
+                forward: 0.0,
+                reverse: 0.0,
+                is_delta: false,
+            };
+            let before = path.len() - 1;
+            let is_met_again = match (path[before].surface(), vertex.surface()) {
+                (Some(left), Some(met)) => met.is_met_again(left),
+                _ => false,
+            };
+            vertex.forward = match path[before].is_delta {
+                _ if is_met_again => f32::INFINITY,
+                true => 1.0,
+                false => path[before].density_at(pdf, &vertex),
+            };
+            path.push(vertex);
+            if path.len() == self.most {
+                break;
+            }
+
+            // A direction
+            let block = block(self.mode, depth);
+            let u_lobe = sampler.get_1d(Dimension::bounce(block, Bounce::Lobe));
+            let u = sampler.get_2d(Dimension::bounce(block, Bounce::Direction));
+            let next = {
+                let Some(surface) = path[before + 1].surface() else {
+                    break;
+                };
+                self.scatter(surface, u_lobe, u)
+            };
+            let Some(next) = next else { break };
+            path[before + 1].is_delta = next.is_delta;
+            path[before].reverse = match next.is_delta {
+                true => 1.0,
+                false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
+            };
+            beta *= next.weight;
+            roulette_scale *= next.eta * next.eta;
+            let u = sampler.get_2d(Dimension::bounce(block, Bounce::Decisions)).y;
+            let Some(factor) = self.roulette.play(depth, beta * (roulette_scale / start), u) else {
+                break;
+            };
+            beta *= factor;
+            pdf = next.pdf;
+            ray = next.ray;
+        }
+        None
+    }
+
+    /// Samples a direction in which the subpath goes on from `surface`.
+    fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Onwards> {
+        let scene = self.world.scene;
+        let back = surface.back;
+        let is_from_camera = self.mode == TransportMode::Radiance;
+        let frame = surface.frame_for(scene, back, self.mode);
+        let sample = match is_from_camera {
+            true => surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?,
+            false => surface.sample_from_light(back, u_lobe, u)?,
+        };
+        let w = frame.to_world(sample.wi);
+        let weight = match (is_from_camera, sample.is_delta()) {
+            (true, _) => sample.weight,
+            (false, true) => sample.weight * surface.point.adjoint_factor(back, w),
+            // By the normal that the camera will see
+            (false, false) => surface.carried(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
+        };
+        if weight.is_black() {
+            return None;
+        }
+        let (pdf, reverse_pdf) = match (sample.is_delta(), is_from_camera) {
+            (true, _) => (1.0, 1.0),
+            (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
+            (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
+        };
+        let origin = match is_from_camera {
+            true => surface.origin_towards_light(scene, back, w),
+            false => surface.origin_towards_camera(w),
+        };
+        Some(Onwards {
+            ray: Ray::new(origin, w).when(surface.point.time),
+            weight,
+            is_delta: sample.is_delta(),
+            pdf,
+            reverse_pdf,
+            eta: if is_from_camera { sample.eta } else { 1.0 },
+        })
+    }
+}
+
+/// A sampled direction in which a subpath goes on.
+struct Onwards {
+    ray: Ray,
+    weight: Spectrum,
+    is_delta: bool,
+    /// Per solid angle; 1 for a delta lobe.
+    pdf: f32,
+    /// Density of the way back, likewise.
+    reverse_pdf: f32,
+    eta: f32,
+}
+
+/// Block of random numbers of the vertex after `depth` scattering events: paths from the camera and from lights take turns.
+pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
+    match mode {
+        TransportMode::Radiance => 2 * depth,
+        TransportMode::Importance => 2 * depth + 3,
+    }
+}
+
+/// Block of random numbers of the light that a path starts from.
+pub(crate) const EMISSION_BLOCK: u32 = 1;

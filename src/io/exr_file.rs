@@ -1,0 +1,109 @@
+//! EXR files that are read: their header, their layers, and the place of pixels.
+
+use super::FileError;
+use super::header_limits::check_exr;
+use super::input::{Input, ReadFailure};
+use crate::film::Rect;
+use crate::math::UVec2;
+use ::exr::image::FlatImage;
+use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
+use std::io::{BufReader, Seek};
+use std::path::Path;
+
+/// An EXR file whose header was read and can be believed.
+pub(super) struct ExrFile {
+    pub meta: exr::MetaData,
+    /// At the start of the file.
+    pub reader: BufReader<Input>,
+    pub failure: ReadFailure,
+}
+
+impl ExrFile {
+    /// Opens the file; `failed` says of a header that it is wrong.
+    pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
+        let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
+        let known = (input.length(), input.failure());
+        Self::read(path, input.buffered(path)?, known, failed)
+    }
+
+    /// Reads the header of a file of so many bytes, from its start.
+    pub fn read(
+        path: &Path,
+        mut reader: BufReader<Input>,
+        (length, failure): (u64, ReadFailure),
+        failed: &dyn Fn(&dyn std::fmt::Display) -> FileError,
+    ) -> Result<Self, FileError> {
+        let meta = exr::MetaData::read_from_buffered(&mut reader, false);
+        let meta = meta.map_err(|e| failure.or(path, failed(&e)))?;
+        check_exr(path, length, &meta)?;
+        let rewound = reader.rewind();
+        rewound.map_err(|e| FileError::system(path, "cannot read it", &e))?;
+        Ok(Self { meta, reader, failure })
+    }
+
+    /// Reads all channels of all layers, at the largest resolution; `failed` says of the file that it is wrong.
+    pub fn layers(
+        self,
+        path: &Path,
+        failed: &dyn Fn(&dyn std::fmt::Display) -> FileError,
+    ) -> Result<FlatImage, FileError> {
+        exr::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .all_layers()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(self.reader)
+            .map_err(|e| self.failure.or(path, failed(&e)))
+    }
+}
+
+/// Where the pixels of a layer lie in the display window, from whose corner coordinates count. Pixels outside of it are left out.
+pub(super) struct DataWindow {
+    /// Pixels of the layer that are in the display window.
+    pub window: Rect,
+    /// Corner of the layer, and its width.
+    left: i64,
+    top: i64,
+    width: i64,
+}
+
+impl DataWindow {
+    /// `None` where no pixel of `data` is in `display`.
+    pub fn new(display: &exr::IntegerBounds, data: &exr::IntegerBounds) -> Option<Self> {
+        let size = |bounds: &exr::IntegerBounds| (bounds.size.width() as i64, bounds.size.height() as i64);
+        let (full, (width, height)) = (size(display), size(data));
+        let left = i64::from(data.position.x()) - i64::from(display.position.x());
+        let top = i64::from(data.position.y()) - i64::from(display.position.y());
+        let point = |x: i64, y: i64| UVec2::new(x.clamp(0, full.0) as u32, y.clamp(0, full.1) as u32);
+        let window = Rect {
+            min: point(left, top),
+            max: point(left + width, top + height),
+        };
+        (window.area() > 0).then_some(Self {
+            window,
+            left,
+            top,
+            width,
+        })
+    }
+
+    /// Index in the layer of each pixel of the window, row by row from the top.
+    pub fn indices(&self) -> impl Iterator<Item = usize> {
+        let index = |at: UVec2| ((i64::from(at.y) - self.top) * self.width + i64::from(at.x) - self.left) as usize;
+        self.window.pixels().map(index)
+    }
+
+    /// The values of the window, of those of the layer.
+    pub fn pick(&self, all: &[f32]) -> Vec<f32> {
+        self.indices()
+            .map(|index| all.get(index).copied().unwrap_or(0.0))
+            .collect()
+    }
+}
+
+/// Size of the display window, pixels.
+pub(super) fn resolution(display: &exr::IntegerBounds) -> UVec2 {
+    UVec2::new(display.size.width() as u32, display.size.height() as u32)
+}

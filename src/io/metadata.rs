@@ -1,0 +1,233 @@
+//! How an image came to be, as attributes of EXR files. Their names are in docs/conventions.md.
+
+use super::exr_text::{exr_text, text_attribute};
+use crate::color::{Exposure, Tone};
+use crate::compare::CommonErrors;
+use crate::film::{Aov, Image, metered};
+use crate::math::encode_fields;
+use crate::options::{Value, name_of};
+use ::exr::prelude as exr;
+use serde::{Deserialize, Serialize};
+
+// Names of attributes
+const VERSION: &str = "embrasure.version";
+const BUILD: &str = "embrasure.build";
+const SCENE_HASH: &str = "embrasure.sceneHash";
+pub(super) const SETTINGS: &str = "embrasure.settings";
+pub(super) const COMMON_ERRORS: &str = "embrasure.commonErrors";
+const SAMPLES: &str = "embrasure.samples";
+const TOTAL: &str = "embrasure.totalSamples";
+const SEED: &str = "embrasure.seed";
+const BACKEND: &str = "embrasure.backend";
+const BACKEND_VERSION: &str = "embrasure.backendVersion";
+const COMPLETE: &str = "embrasure.complete";
+const FEATURES: &str = "embrasure.features";
+const DENOISER: &str = "embrasure.denoiser";
+pub(super) const TONE: &str = "embrasure.tone";
+pub(super) const BIAS: &str = "embrasure.bias";
+const RENDER_TIME: &str = "renderTime";
+
+/// How an image came to be; written beside its pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Metadata {
+    /// Name and version of this program.
+    pub version: String,
+    /// Name of the build of this program: bits are only promised within one. Empty in files that do not tell.
+    pub build: String,
+    /// Hash of the frozen scene and the camera.
+    pub scene_hash: String,
+    /// What was rendered: integrator, sampler, depth and the like, as `key=value` pairs.
+    pub settings: String,
+    /// Which errors pixels have in common; `None` in files of earlier builds.
+    pub common_errors: Option<CommonErrors>,
+    /// First sample index.
+    pub first_sample: u32,
+    /// One past the last sample index that was asked for.
+    pub end_sample: u32,
+    /// Samples of a pixel of the whole picture, of which these may be a part.
+    pub total_samples: u32,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Name of the ray-tracing backend.
+    pub backend: String,
+    /// Its version and instruction set.
+    pub backend_version: String,
+    /// Wall-clock seconds of rendering.
+    pub render_seconds: f64,
+    /// Whether all samples were taken.
+    pub complete: bool,
+    /// What further channels are of, if there are any.
+    pub features: Option<FeatureNames>,
+    /// What took noise out of the picture, if anything did.
+    pub denoiser: Option<String>,
+    /// How PNG files show the picture, `tone=NAME exposure=STOPS`, where the exposure was metered; values are as they are.
+    pub tone: Option<String>,
+    /// The setting that makes the picture's mean another one than that of all light, `key=value`, if there is one.
+    pub bias: Option<String>,
+}
+
+encode_fields!(Metadata {
+    version,
+    build,
+    scene_hash,
+    settings,
+    common_errors,
+    first_sample,
+    end_sample,
+    total_samples,
+    seed,
+    backend,
+    backend_version,
+    render_seconds,
+    complete,
+    features,
+    denoiser,
+    tone,
+    bias,
+});
+
+/// Channels that were asked for, and the names of what they number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FeatureNames {
+    /// By the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
+    pub aovs: Vec<String>,
+    /// Objects of the scene, from the first.
+    pub objects: Vec<String>,
+    /// Materials of the scene, from the first.
+    pub materials: Vec<String>,
+    /// Groups of lights, where these are told apart.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<String>,
+    /// Strategies of a bidirectional method, where these are told apart: `sS_tT`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub strategies: Vec<String>,
+}
+
+encode_fields!(FeatureNames {
+    aovs,
+    objects,
+    materials,
+    lights,
+    strategies,
+});
+
+impl FeatureNames {
+    /// Layers of the parts of the light that a film sums by themselves, in their order.
+    pub fn parts(&self) -> Vec<String> {
+        let lights = self.lights.iter().map(|name| format!("light_{name}"));
+        let of_strategy = |name| [format!("strategy_{name}"), format!("unweighted_{name}")];
+        lights.chain(self.strategies.iter().flat_map(of_strategy)).collect()
+    }
+
+    /// The channels that were asked for.
+    pub fn aovs(&self) -> Vec<Aov> {
+        let known = Aov::NAMES
+            .iter()
+            .filter(|(name, _)| self.aovs.iter().any(|aov| aov == name));
+        known.map(|&(_, aov)| aov).collect()
+    }
+}
+
+impl Metadata {
+    /// Name and version of the program, as image files call it.
+    pub fn software(&self) -> String {
+        format!("embrasure {}", self.version)
+    }
+
+    /// Notes the exposure of `image` where `tone` leaves it to be metered.
+    pub fn note_exposure(&mut self, tone: Tone, image: &Image) {
+        self.tone = (tone.exposure == Exposure::Auto).then(|| metered(tone, image).to_string());
+    }
+
+    /// What attributes say that [`Metadata`] wrote; `None` where one is missing or makes no sense.
+    pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
+        let text = |name: &str| text_attribute(attributes, name);
+        let (first, end) = {
+            let range = text(SAMPLES)?;
+            let (first, end) = range.split_once("..")?;
+            (first.parse().ok()?, end.parse().ok()?)
+        };
+        let seconds = attributes.other.get(&exr::Text::from(RENDER_TIME))?;
+        Some(Self {
+            version: text(VERSION)?,
+            build: text(BUILD).unwrap_or_default(),
+            scene_hash: text(SCENE_HASH)?,
+            settings: text(SETTINGS)?,
+            common_errors: text(COMMON_ERRORS).and_then(|name| CommonErrors::of_text(&name)),
+            first_sample: first,
+            end_sample: end,
+            total_samples: text(TOTAL)?.parse().ok()?,
+            seed: text(SEED)?.parse().ok()?,
+            backend: text(BACKEND)?,
+            backend_version: text(BACKEND_VERSION)?,
+            render_seconds: match seconds {
+                exr::AttributeValue::F32(seconds) => *seconds as f64,
+                _ => return None,
+            },
+            complete: text(COMPLETE)? == "yes",
+            features: match text(FEATURES) {
+                Some(json) => Some(serde_json::from_str(&json).ok()?),
+                None => None,
+            },
+            denoiser: text(DENOISER),
+            tone: text(TONE),
+            bias: text(BIAS),
+        })
+    }
+
+    /// What keeps two files from being of one picture, in words: what they say, this one first.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let pairs = [
+            ("version", &self.version, &other.version),
+            ("build", &self.build, &other.build),
+            ("scene hash", &self.scene_hash, &other.scene_hash),
+            ("backend", &self.backend, &other.backend),
+            ("version of the backend", &self.backend_version, &other.backend_version),
+        ];
+        let differs = |(name, a, b): (&str, &str, &str)| (a != b).then(|| format!("{name} {a} and {b}"));
+        let (seed, other_seed) = (self.seed.to_string(), other.seed.to_string());
+        let words = pairs.into_iter().find_map(|(name, a, b)| differs((name, a, b)));
+        words
+            .or_else(|| differs(("seed", &seed, &other_seed)))
+            .or_else(|| setting_that_differs(&self.settings, &other.settings))
+    }
+
+    /// Attributes of the EXR header, by name.
+    pub(super) fn attributes(&self) -> Vec<(&'static str, exr::AttributeValue)> {
+        let text = |s: &str| exr::AttributeValue::Text(exr_text(s));
+        // Names alone: nothing can go wrong.
+        let features = self.features.as_ref();
+        let features = features.map(|names| serde_json::to_string(names).unwrap_or_default());
+        let mut attributes = vec![
+            (VERSION, text(&self.version)),
+            (BUILD, text(&self.build)),
+            (SCENE_HASH, text(&self.scene_hash)),
+            (SETTINGS, text(&self.settings)),
+            // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the seed are text.
+            (SAMPLES, text(&format!("{}..{}", self.first_sample, self.end_sample))),
+            (TOTAL, text(&self.total_samples.to_string())),
+            (SEED, text(&self.seed.to_string())),
+            (BACKEND, text(&self.backend)),
+            (BACKEND_VERSION, text(&self.backend_version)),
+            (COMPLETE, text(if self.complete { "yes" } else { "no" })),
+            (RENDER_TIME, exr::AttributeValue::F32(self.render_seconds as f32)),
+        ];
+        let common = self.common_errors.map(|common| name_of(CommonErrors::NAMES, common));
+        attributes.extend(common.map(|name| (COMMON_ERRORS, text(name))));
+        attributes.extend(features.map(|names| (FEATURES, text(&names))));
+        attributes.extend(self.denoiser.as_ref().map(|denoiser| (DENOISER, text(denoiser))));
+        attributes.extend(self.tone.as_ref().map(|tone| (TONE, text(tone))));
+        attributes.extend(self.bias.as_ref().map(|bias| (BIAS, text(bias))));
+        attributes
+    }
+}
+
+/// The first `key=value` pair that is not in both.
+fn setting_that_differs(ours: &str, theirs: &str) -> Option<String> {
+    let pair = |text: &'_ str, i: usize| text.split(' ').nth(i).unwrap_or("nothing").to_string();
+    (ours != theirs).then(|| {
+        let count = ours.split(' ').count().max(theirs.split(' ').count());
+        let first = (0..count).find(|&i| pair(ours, i) != pair(theirs, i)).unwrap_or(0);
+        format!("settings {} and {}", pair(ours, first), pair(theirs, first))
+    })
+}

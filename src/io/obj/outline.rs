@@ -1,0 +1,224 @@
+//! What the statements of an OBJ file say, before faces are cut into triangles: values, faces and changes of state. Corners are kept as three lists of
+//! indices. A list that no face uses stays empty, so that a mesh of positions alone takes 16 bytes a triangle beside the text.
+
+use super::remarks::Remarks;
+use crate::io::FileError;
+use crate::math::{Vec2, Vec3};
+use std::ops::Range;
+
+/// The index of what a corner does not have.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// What the statements of an OBJ file say, before faces are cut into triangles.
+pub(super) struct Outline {
+    /// Values of all `v`, `vt` and `vn` lines.
+    pub vertices: VertexData,
+    /// Faces and changes of state, in the file's order.
+    pub sections: Vec<Section>,
+    /// Names in `mtllib` with their lines.
+    pub libraries: Vec<(String, usize)>,
+    /// What is left out or assumed.
+    pub remarks: Remarks,
+    /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
+    pub wrong: Vec<FileError>,
+    /// How many those are in all.
+    pub wrong_count: usize,
+}
+
+/// Values that corners of faces name by index.
+#[derive(Default)]
+pub(super) struct VertexData {
+    /// In the file's units.
+    pub positions: Vec<Vec3>,
+    /// Texture coordinates, v upwards.
+    pub uvs: Vec<Vec2>,
+    /// Unit normals; zero where the file's is none.
+    pub normals: Vec<Vec3>,
+}
+
+impl VertexData {
+    /// Where a corner of a section is.
+    pub fn position(&self, section: &Section, corner: usize) -> Vec3 {
+        self.positions[section.v[corner] as usize]
+    }
+
+    /// Moves the values of `more` behind these.
+    pub fn append(&mut self, more: &mut Self) {
+        self.positions.append(&mut more.positions);
+        self.uvs.append(&mut more.uvs);
+        self.normals.append(&mut more.normals);
+    }
+
+    /// Number of positions, texture coordinates and normals.
+    #[inline]
+    pub fn counts(&self) -> [usize; 3] {
+        [self.positions.len(), self.uvs.len(), self.normals.len()]
+    }
+}
+
+/// Faces of a part of the file.
+#[derive(Default)]
+pub(super) struct Section {
+    /// Number of corners of each face.
+    sizes: Vec<u32>,
+    /// Index of each corner's position.
+    v: Vec<u32>,
+    /// Index of each corner's texture coordinates, or [`NONE`]; empty where no corner has any.
+    vt: Vec<u32>,
+    /// Index of each corner's normal, or [`NONE`]; empty where no corner has any.
+    vn: Vec<u32>,
+    /// Changes of state, in their order.
+    switches: Vec<Switch>,
+    /// The line of each face, where lines are kept.
+    lines: Vec<u32>,
+}
+
+/// A change of what faces belong to.
+#[derive(Default)]
+pub(super) struct Switch {
+    /// The first face it is for.
+    face: usize,
+    /// The first corner it is for.
+    corner: usize,
+    /// The line of the material.
+    pub line: usize,
+    /// The material from now on; `None` leaves it as it was.
+    pub material: Option<String>,
+    /// The smoothing group from now on, 0 for none; `None` leaves it as it was.
+    pub smoothing: Option<u32>,
+}
+
+/// Faces of a section that follow each other.
+#[derive(Clone)]
+pub(super) struct FaceRange {
+    faces: Range<usize>,
+    corner: usize,
+}
+
+impl FaceRange {
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+}
+
+impl Section {
+    /// Each change of state with the faces that it is for, which may be none.
+    pub fn states(&self) -> impl Iterator<Item = (&Switch, FaceRange)> {
+        let ends = self.switches.iter().skip(1).map(|next| next.face);
+        let ends = ends.chain([self.sizes.len()]);
+        self.switches.iter().zip(ends).map(|(switch, end)| {
+            let (faces, corner) = (switch.face..end, switch.corner);
+            (switch, FaceRange { faces, corner })
+        })
+    }
+
+    /// The corners of each face, as indices for [`corner`](Self::corner).
+    pub fn faces(&self, range: &FaceRange) -> impl Iterator<Item = Range<usize>> {
+        let mut end = range.corner;
+        self.sizes[range.faces.clone()].iter().map(move |&size| {
+            let start = end;
+            end += size as usize;
+            start..end
+        })
+    }
+
+    /// The lines of faces, where lines are kept.
+    pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
+        let lines = self.lines.get(range.faces.clone()).unwrap_or_default();
+        lines.iter().map(|&line| line as usize)
+    }
+
+    /// Indices of the positions of these corners.
+    pub fn positions(&self, corners: Range<usize>) -> &[u32] {
+        part(&self.v, corners)
+    }
+
+    /// Indices of the normals of these corners, [`NONE`] where one has none; empty where none has any.
+    pub fn normals(&self, corners: Range<usize>) -> &[u32] {
+        part(&self.vn, corners)
+    }
+
+    /// Whether all of these corners have texture coordinates.
+    pub fn have_uvs(&self, corners: Range<usize>) -> bool {
+        let uvs = part(&self.vt, corners);
+        !uvs.is_empty() && !uvs.contains(&NONE)
+    }
+
+    /// Number of corners.
+    #[inline]
+    pub fn corner_count(&self) -> usize {
+        self.v.len()
+    }
+
+    /// Indices of a corner's position, texture coordinates and normal.
+    pub fn corner(&self, i: usize) -> [u32; 3] {
+        let optional = |indices: &[u32]| indices.get(i).copied().unwrap_or(NONE);
+        [self.v[i], optional(&self.vt), optional(&self.vn)]
+    }
+
+    /// Gives a corner another normal.
+    pub fn set_normal(&mut self, i: usize, index: u32) {
+        self.vn.resize(self.v.len(), NONE);
+        self.vn[i] = index;
+    }
+
+    /// Adds a corner by the indices of its position, texture coordinates and normal.
+    #[inline]
+    pub fn push_corner(&mut self, [v, vt, vn]: [u32; 3]) {
+        push_optional(&mut self.vt, vt, self.v.len());
+        push_optional(&mut self.vn, vn, self.v.len());
+        self.v.push(v);
+    }
+
+    /// Adds a face of the last `size` corners; `line` is kept where it is given.
+    #[inline]
+    pub fn push_face(&mut self, size: u32, line: Option<u32>) {
+        self.sizes.push(size);
+        self.lines.extend(line);
+    }
+
+    /// Forgets all corners but the first `len`.
+    pub fn truncate(&mut self, len: usize) {
+        self.v.truncate(len);
+        self.vt.truncate(len);
+        self.vn.truncate(len);
+    }
+
+    /// The change of state before the next face.
+    pub fn switch(&mut self) -> &mut Switch {
+        let (face, corner) = (self.sizes.len(), self.v.len());
+        if self.switches.last().is_none_or(|last| last.face != face) {
+            self.switches.push(Switch {
+                face,
+                corner,
+                ..Switch::default()
+            });
+        }
+        let last = self.switches.len() - 1;
+        &mut self.switches[last]
+    }
+
+    /// Gives back memory that no list uses.
+    pub fn shrink_to_fit(&mut self) {
+        self.sizes.shrink_to_fit();
+        self.v.shrink_to_fit();
+        self.vt.shrink_to_fit();
+        self.vn.shrink_to_fit();
+        self.lines.shrink_to_fit();
+    }
+}
+
+/// Adds an index to those of `count` corners before it, an empty list if none of them has any.
+fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
+    if index != NONE && indices.is_empty() {
+        indices.resize(count, NONE);
+    }
+    if index != NONE || !indices.is_empty() {
+        indices.push(index);
+    }
+}
+
+/// What lies in the range, as far as there is any.
+fn part(indices: &[u32], range: Range<usize>) -> &[u32] {
+    &indices[range.start.min(indices.len())..range.end.min(indices.len())]
+}

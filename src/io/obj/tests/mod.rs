@@ -1,0 +1,52 @@
+//! Tests of the OBJ reader: statements and their errors, the meshes that come of faces, material libraries, and random files.
+
+mod libraries;
+mod meshes;
+mod random_files;
+mod statements;
+
+use super::*;
+use crate::geometry::PrimId;
+use crate::math::Vec3;
+
+/// A file that was read, and its warnings.
+#[derive(Debug)]
+struct Read {
+    groups: Vec<Group>,
+    materials: Vec<FileMaterial>,
+    warnings: Vec<String>,
+}
+
+fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
+    let mut findings = Findings::default();
+    let ObjFile { groups, materials, .. } = load_obj(path, options, Allowance::default(), &(), &mut findings)?;
+    match findings.first_error() {
+        Some(error) => Err(error.clone()),
+        None => Ok(Read {
+            groups,
+            materials,
+            warnings: findings.warnings().into_iter().map(|w| w.text).collect(),
+        }),
+    }
+}
+
+fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("t.obj");
+    fs::write(&path, text).unwrap();
+    load_file(&path, &LoadOptions::default())
+}
+
+/// The mesh of a file of one material, read without a warning.
+fn mesh(text: &str) -> Mesh {
+    let mut file = load(text).unwrap();
+    assert_eq!((file.groups.len(), &file.warnings), (1, &vec![]), "{text}");
+    file.groups.remove(0).mesh
+}
+
+/// Positions of the corners of triangle `t`.
+fn corners(mesh: &Mesh, t: u32) -> [Vec3; 3] {
+    mesh.corners(PrimId(t))
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";

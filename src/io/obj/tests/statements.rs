@@ -1,0 +1,127 @@
+use super::{SQUARE, corners, load, mesh};
+use crate::math::Vec3;
+
+#[test]
+fn dialects_are_read() {
+    let text = format!("\u{feff}{SQUARE}usemtl a # red\nf 1 2 3 # one\nf 1 2 \\\n3 4\nf 1 2\n");
+    for text in [text.clone(), text.replace('\n', "\r\n"), text.replace('\n', "\r")] {
+        let file = load(&text).unwrap();
+        assert_eq!(file.groups[0].material.as_deref(), Some("a"));
+        assert_eq!(file.groups[0].mesh.triangles.len(), 3);
+        let warning = &file.warnings[0];
+        assert!(warning.contains("t.obj:9: 1 faces of fewer than 3"), "{warning}");
+    }
+}
+
+#[test]
+fn numbers_are_read_as_written_in_the_wild() {
+    let plain = mesh("v 1 0.5 -2000\nv 5 0 0\nv 0 0.25 0\nf 1 2 3\n");
+    let texts = [
+        "v +1 .5 -2e3\nv 5. -0 0e9\nv 0 25E-2 0\nf 1 2 3",
+        "  v\t1.0  5e-1\t-2000.000 0.7\t\r\nv 5 0 0 1 0 0 1\nv 0 0.2500000000000000000000000000001 0\n\tf\t-3 +2  -1 ",
+        "v 1 0.5 -2000\nv 5 0 0\nv 0 0.25 0\nfo 1 2 3 # old",
+        "f 1// 2/ 3\nv 1 0.5 -2000\nv 5 0 0\nv 0 0.25 0\n",
+    ];
+    for text in texts {
+        let mesh = mesh(text);
+        assert_eq!(
+            (mesh.triangles.len(), corners(&mesh, 0)),
+            (1, corners(&plain, 0)),
+            "{text}"
+        );
+    }
+    let latin = load(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Wei\xdf\nf 1 2 3\n").unwrap();
+    assert_eq!(latin.groups[0].material.as_deref(), Some("Wei\u{fffd}"));
+}
+
+#[test]
+fn polylines_and_points_are_no_faces() {
+    let file = load(format!("{SQUARE}l 1 2 3 4\np 1\nf 1 2 3\n")).unwrap();
+    assert_eq!((file.groups[0].mesh.triangles.len(), file.warnings.len()), (1, 0));
+}
+
+#[test]
+fn what_is_not_read_is_said_once() {
+    let curve = "vp 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\ndeg 3\n";
+    let file = load(format!("{SQUARE}f 1 2 3\ns x\n{curve}s y\n")).unwrap();
+    assert_eq!(file.warnings.len(), 2);
+    assert!(
+        file.warnings[0].contains("t.obj:6: 2 smoothing groups"),
+        "{:?}",
+        file.warnings
+    );
+    let unread = "t.obj:7: 7 statements have no effect (vp, cstype, deg, curv, parm, end), the first is here";
+    assert!(file.warnings[1].contains(unread), "{:?}", file.warnings);
+}
+
+#[test]
+fn broken_lines_are_named() {
+    let cases = [
+        ("f 1 2 9\n", 5, "9"),
+        ("f 1 2 0\n", 5, "0"),
+        ("f 1 2 -7\n", 5, "-7"),
+        ("f 1 2 x\n", 5, "x"),
+        ("vn 0 0 1\nf 1//4 2//1 3//1\n", 6, "1//4"),
+        ("# c\nv 1 nan 0\nf 1 2 5\n", 6, "nan"),
+        ("v 1 2\nf 1 2 3\n", 5, "v 1 2"),
+        ("v 1 2 inf\nf 1 2 5\n", 5, "inf"),
+        ("v 1 2 a\nf 1 2 3\n", 5, "a"),
+        ("vn 0 1\nf 1 2 3\n", 5, "vn 0 1"),
+        ("v 1 2 1e39\nf 1 2 3\n", 5, "1e39"),
+        ("v 1 2 -1.#IND\nf 1 2 3\n", 5, "-1.#IND"),
+        ("v 1,5 2 3\nf 1 2 3\n", 5, "1,5"),
+        ("vt\nf 1 2 3\n", 5, "vt"),
+        ("vt 0 x\nf 1 2 3\n", 5, "`x`"),
+        ("f 1/1 2/1 3/1\n", 5, "1/1"),
+        ("f 1/2/3/4 2 3\n", 5, "1/2/3/4"),
+        ("f /1 2 3\n", 5, "/1"),
+        ("f 1 2 99999999999999999999\n", 5, "99999999999999999999"),
+        ("f 1 2 -9223372036854775808\n", 5, "-9223372036854775808"),
+        ("f 1 2 \\\n x\nf y 1 2\n", 6, "x"),
+        ("f 1 2 3\nf 1 2 9\nv 1\n", 6, "9"),
+        ("f 1 2 \u{7}\n", 5, "`\u{fffd}`"),
+    ];
+    for (rest, line, value) in cases {
+        let error = load(format!("{SQUARE}{rest}")).unwrap_err();
+        assert_eq!(error.position.map(|p| p.line), Some(line), "{rest:?}: {error}");
+        assert!(error.message.contains(value), "{rest:?}: {error}");
+        assert!(error.help.is_some(), "{rest:?}: {error}");
+    }
+    let long = load(format!("{SQUARE}f 1 2 {}\n", "9x".repeat(100_000))).unwrap_err();
+    assert!(
+        long.message.chars().count() < 100 && long.message.contains("9x9x"),
+        "{long}"
+    );
+}
+
+#[test]
+fn indices_mean_what_was_there_at_their_line() {
+    // Relative ones count back from their line, absolute ones may point ahead.
+    let file = mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -3 -2 -1\nf 1 5 4\nv 0 0 5\n");
+    assert_eq!(corners(&file, 0), [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(corners(&file, 1), [Vec3::X, Vec3::Y, Vec3::Z]);
+    assert_eq!(corners(&file, 2), [Vec3::ZERO, 5.0 * Vec3::Z, Vec3::Z]);
+    let error = load("f -1 -2 -3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap_err();
+    assert_eq!(
+        error.help.unwrap(),
+        "no `v` came before this line: use a positive index"
+    );
+}
+
+#[test]
+fn nothing_to_render_is_an_error() {
+    for text in [
+        "",
+        "# only a comment\n",
+        SQUARE,
+        "\n\n\\",
+        "\u{feff}",
+        "mtllib\nusemtl\ns\nv",
+    ] {
+        let error = load(text).unwrap_err();
+        assert!(
+            error.message.contains("no faces") || text.ends_with('v'),
+            "{text:?}: {error}"
+        );
+    }
+}

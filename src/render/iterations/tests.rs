@@ -1,0 +1,100 @@
+use super::*;
+use crate::film::FilterKind;
+use crate::sampler::SamplerKind;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Counts the samples that it is asked for.
+struct Counting(AtomicU64);
+
+impl IterationIntegrator for &Counting {
+    type Part = ();
+    type Prepared = ();
+
+    fn preparations(&self) -> u32 {
+        0
+    }
+
+    fn prepare<S: Sampler>(&self, _: u32, _: u32, _: &mut S, _: &mut impl RaySink) {}
+
+    fn join(&self, _: u32, _: Vec<()>) {}
+
+    fn sends_light(&self) -> bool {
+        false
+    }
+
+    fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        sampler.start(key);
+        out.radiance(Spectrum::splat(sampler.get_1d(crate::sampler::Dimension::PIXEL)).into());
+    }
+}
+
+/// Stops, or pauses, once so many samples were taken.
+struct Impatient<'a> {
+    counting: &'a Counting,
+    stop: u64,
+    pause: u64,
+}
+
+impl Observer for Impatient<'_> {
+    fn progress(&self, _: u64) {}
+
+    fn should_stop(&self) -> bool {
+        self.counting.0.load(Ordering::Relaxed) >= self.stop
+    }
+
+    fn should_pause(&self) -> bool {
+        self.counting.0.load(Ordering::Relaxed) >= self.pause
+    }
+}
+
+/// Iterations of 32 × 32 pixels, until both are done.
+fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
+    let counting = Counting(AtomicU64::new(0));
+    let observer = Impatient {
+        counting: &counting,
+        stop,
+        pause,
+    };
+    let numbers = (&SamplerKind::Independent.with_seed(1, 2), &Filter::BOX);
+    let (outcome, _) = render_iterations(&&counting, numbers, film, (2, None), &observer);
+    (outcome, counting.0.into_inner())
+}
+
+/// A stop costs the iteration, and is heeded within its pieces; a pause waits for the iteration's end, however often it is asked for.
+#[test]
+fn iterations_are_not_lost_by_pauses() {
+    let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
+    let mut stopped = new();
+    let (outcome, samples) = iterations(&mut stopped, 100, u64::MAX);
+    assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
+    // Each thread has some pixels under way.
+    assert!(
+        samples <= 100 + (PIXELS_A_LOOK * rayon::current_num_threads()) as u64,
+        "{samples}"
+    );
+
+    let (mut whole, mut paused) = (new(), new());
+    assert_eq!(iterations(&mut whole, u64::MAX, u64::MAX), (Outcome::Complete, 2048));
+    assert_eq!(iterations(&mut paused, u64::MAX, 0), (Outcome::Stopped, 1024));
+    assert_eq!(iterations(&mut paused, u64::MAX, 0), (Outcome::Complete, 1024));
+    let light = |film: &Film| film.pixels().map(|(_, sums)| sums.mean(0)).collect::<Vec<_>>();
+    assert_eq!(light(&paused), light(&whole));
+}
+
+/// Where light takes much memory, fewer pieces are kept; each thread has one all the same.
+#[test]
+fn large_pieces_are_few() {
+    let crop = Rect::full(UVec2::splat(512));
+    let wide = Filter::new(FilterKind::Mitchell, 2.0);
+    let usual = light_bytes::<Spectrum>(&Filter::BOX, crop);
+    let large = light_bytes::<ByGroup>(&wide, crop);
+    assert_eq!(pieces_at_once(usual, 2), PIECES_AT_ONCE);
+    let few = pieces_at_once(large, 2);
+    assert!((2..PIECES_AT_ONCE / 4).contains(&few), "{few}");
+    assert_eq!(pieces_at_once(large, 64), 64);
+    // A filter is no wider than the picture.
+    let endless = Filter::new(FilterKind::Gaussian, 1e30);
+    let bytes = iteration_bytes(crop, (true, 3), (&endless, IterationLight::OfPixels), 2);
+    assert!(bytes < 1 << 50, "{bytes}");
+}

@@ -278,6 +278,7 @@ impl<'a> Surface<'a> {
             wo: frame.to_local(self.back),
             frame,
             bsdf: &self.bsdf,
+            view: None,
         };
         world.first_surface(&self.hit, &vertex)
     }

@@ -194,7 +194,10 @@ impl Bsdf {
     /// are exchanged.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        self.eval_pdf(wo, wi).0
+        match self {
+            Self::Single(Lobe::Lambert(lobe)) => lobe.eval(wo, wi),
+            _ => self.eval_any(wo, wi),
+        }
     }
 
     /// Density with which [`Bsdf::sample`] draws `wi`, per solid angle; delta lobes count nothing.
@@ -223,6 +226,19 @@ impl Bsdf {
 
     // Matte surfaces are what most paths meet. What others need is kept out of line, so that it does not take registers and
     // cache from them.
+
+    /// The value alone, which no probability of a lobe is needed for.
+    #[inline(never)]
+    fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let [o, i] = [wo, wi].map(|w| self.passed(w));
+        self.places().fold(Spectrum::ZERO, |f, (place, lobe)| {
+            let lobe_f = lobe.eval(wo, wi);
+            f + match (self, o, i) {
+                (Self::Layered(layered), Some(o), Some(i)) => lobe_f * layered.through(lobe, o[place], i[place]),
+                _ => lobe_f,
+            }
+        })
+    }
 
     #[inline(never)]
     fn eval_pdf_any(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {

@@ -1,5 +1,4 @@
-use super::energy::{self, Mirrors};
-use super::lobe::Known;
+use super::energy::{self, Known, Mirrors};
 use super::{Fresnel, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};

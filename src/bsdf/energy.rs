@@ -78,6 +78,15 @@ impl Mirrors {
     }
 }
 
+/// What a lobe knows of one direction `wo`, whatever `wi` is; nothing for most kinds of lobes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// Tables of energy for the roughness of the lobe or its coat.
+    pub mirrors: Mirrors,
+    /// Share of the light towards `wo` that the lobe tells of.
+    pub share: f32,
+}
+
 /// What is missing of light that facets reflect or let pass; the index beyond is `eta` times the one on the side it comes from.
 pub(super) fn missing_of_dielectrics(roughness: f32, eta: f32) -> Shares<4> {
     let (node, t) = cell(place(roughness, NODES), NODES);

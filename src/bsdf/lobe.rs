@@ -1,19 +1,10 @@
-use super::energy::Mirrors;
+use super::energy::Known;
 use super::{
     Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
     Sheen, ThinSheet, TransportMode, same_hemisphere,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
-
-/// What a lobe knows of one direction `wo`, whatever `wi` is; nothing for most kinds of lobes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
-    /// Tables of energy for the roughness of the lobe or its coat.
-    pub mirrors: Mirrors,
-    /// Share of the light towards `wo` that the lobe tells of.
-    pub share: f32,
-}
 
 /// One way in which a surface scatters.
 #[derive(Clone, Copy, Debug, PartialEq)]

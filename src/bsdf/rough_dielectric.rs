@@ -1,6 +1,5 @@
-use super::energy::{Shares, missing_of_dielectrics};
+use super::energy::{Known, Shares, missing_of_dielectrics};
 use super::ggx::Ggx;
-use super::lobe::Known;
 use super::{Fresnel, fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};

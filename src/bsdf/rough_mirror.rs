@@ -1,6 +1,5 @@
-use super::energy::{self, Mirrors};
+use super::energy::{self, Known, Mirrors};
 use super::ggx::Ggx;
-use super::lobe::Known;
 use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};

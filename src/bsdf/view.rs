@@ -4,7 +4,7 @@
 //! ends that other pixels share with it. What depends on `wo` alone is computed once: the probability of each lobe, the energy that single reflections
 //! leave behind, the shares that pass layers. Value and density come together, because they share the half vector, `D` and the tables of energy.
 
-use super::lobe::Known;
+use super::energy::Known;
 use super::{Bsdf, BsdfSample, Lobe, TransportMode};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};

@@ -1,4 +1,4 @@
-use super::{BsdfSample, Fresnel, Scattering, half_vector};
+use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_power_hemisphere, cosine_power_hemisphere_pdf};
@@ -17,27 +17,25 @@ pub struct Blinn {
 }
 
 impl Blinn {
-    /// Value of the lobe, sr⁻¹: `D G F / (4 cos θi cos θo)`.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+    /// Value of the lobe, sr⁻¹: `D G F / (4 cos θi cos θo)`; and density of `wi` per solid angle: that of the half vector, `D cos θh`, by the Jacobian
+    /// `1 / (4 wo·wh)`.
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         let Some((wh, cos_oh)) = half_vector(wo, wi) else {
-            return Spectrum::ZERO;
+            return (Spectrum::ZERO, 0.0);
         };
         let (cos_o, cos_i, cos_h) = (wo.z.abs(), wi.z.abs(), wh.z.abs());
         let d = (self.exponent + 2.0) / (2.0 * PI) * cos_h.powf(self.exponent);
         // Shadowing and masking in V-shaped cavities
         let g = (2.0 * cos_h * cos_o.min(cos_i) / cos_oh).min(1.0);
-        self.reflectance * self.fresnel.reflectance(cos_oh) * (d * g / (4.0 * cos_i * cos_o))
-    }
-
-    /// Density of [`Blinn::sample`]: that of the half vector, `D cos θh`, by the Jacobian `1 / (4 wo·wh)`.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        half_vector(wo, wi).map_or(0.0, |(wh, cos_oh)| {
-            cosine_power_hemisphere_pdf(wh.z.abs(), self.exponent + 1.0) / (4.0 * cos_oh)
-        })
+        (
+            self.reflectance * self.fresnel.reflectance(cos_oh) * (d * g / (4.0 * cos_i * cos_o)),
+            cosine_power_hemisphere_pdf(cos_h, self.exponent + 1.0) / (4.0 * cos_oh),
+        )
     }
 
     /// Draws a facet and reflects `wo` by it; what falls below the horizon carries nothing.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+    pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let mut wh = cosine_power_hemisphere(u, self.exponent + 1.0);
         wh.z = wh.z.copysign(wo.z);
         let cos_oh = wo.dot(wh);
@@ -46,7 +44,6 @@ impl Blinn {
             return None;
         }
         let wi = (2.0 * cos_oh * wh - wo).normalize();
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+        same_hemisphere(wo, wi).then_some(wi)
     }
 }

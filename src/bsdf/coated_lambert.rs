@@ -1,5 +1,5 @@
-use super::energy::{self, Missing};
-use super::{BsdfSample, Fresnel, Scattering, same_hemisphere};
+use super::energy::{self, Known, Mirrors};
+use super::{Fresnel, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -32,7 +32,9 @@ impl CoatedLambert {
     /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();
-        let missing = Missing::of_mirrors(roughness).mean();
+        let [missing, grazing] = Mirrors::new(roughness)
+            .missing_and_grazing()
+            .map(|shares| shares.mean());
         let f = Fresnel::Schlick { f0: [f0; 3] }.mean().max_component();
         let several = energy::several_reflections(f, missing);
         Self {
@@ -40,33 +42,34 @@ impl CoatedLambert {
             f0,
             roughness,
             several,
-            passed: passed(f0, several, missing, energy::mean_grazing(roughness)),
+            passed: passed(f0, several, missing, grazing),
         }
     }
 
-    /// Value of the lobe, sr⁻¹.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        if !same_hemisphere(wo, wi) {
-            return Spectrum::ZERO;
+    /// What depends on `wo` alone: the share that passes the coat.
+    #[inline(always)]
+    pub(super) fn known(&self, wo: Vec3) -> Known {
+        let mirrors = Mirrors::new(self.roughness);
+        Known {
+            mirrors,
+            share: self.passed(&mirrors, wo),
         }
-        self.albedo * (self.passed(wo) * self.passed(wi) / (PI * self.passed))
     }
 
-    /// Density of [`CoatedLambert::sample`], cosine-weighted about the normal on the side of `wo`.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if same_hemisphere(wo, wi) && !self.albedo.is_black() {
-            cosine_hemisphere_pdf(wi.z.abs())
-        } else {
-            0.0
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, cosine-weighted about the normal on the side of `wo`.
+    #[inline(always)]
+    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        if !same_hemisphere(wo, wi) || self.albedo.is_black() {
+            return (Spectrum::ZERO, 0.0);
         }
+        let f = self.albedo * (known.share * self.passed(&known.mirrors, wi) / (PI * self.passed));
+        (f, cosine_hemisphere_pdf(wi.z.abs()))
     }
 
     /// Draws `wi` on the side of `wo`.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
-        let mut wi = cosine_hemisphere(u);
-        wi.z = wi.z.copysign(wo.z);
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Diffuse))
+    pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
+        let wi = cosine_hemisphere(u);
+        Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
     }
 
     /// Share that is scattered of uniform light.
@@ -75,15 +78,17 @@ impl CoatedLambert {
     }
 
     /// Share that is scattered for `wo`.
-    pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
-        self.albedo * self.passed(wo)
+    #[inline(always)]
+    pub(super) fn albedo_towards(&self, known: &Known) -> Spectrum {
+        self.albedo * known.share
     }
 
-    /// Share that passes the coat between `w` and the base.
-    fn passed(&self, w: Vec3) -> f32 {
-        let (cos, roughness) = (w.z.abs(), self.roughness);
-        let missing = Missing::of_mirrors(roughness).towards(cos);
-        passed(self.f0, self.several, missing, energy::grazing(cos, roughness))
+    /// Share that passes the coat, which is made of `mirrors`, between `w` and the base.
+    #[inline(always)]
+    fn passed(&self, mirrors: &Mirrors, w: Vec3) -> f32 {
+        let cos = w.z.abs();
+        let [missing, grazing] = mirrors.missing_and_grazing().map(|shares| shares.towards(cos));
+        passed(self.f0, self.several, missing, grazing)
     }
 }
 

@@ -38,55 +38,90 @@ static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES]
 /// Facets that refract, by index and roughness: the share that is missing.
 static DIELECTRICS: [[OnceLock<Row>; NODES]; INDEX_NODES] = [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
-/// What is missing of light that one scattering by rough facets lets out: a blend of neighbouring rows.
-#[derive(Clone, Copy)]
-pub(super) struct Missing {
-    rows: [(&'static Row, f32); 4],
+/// Shares of light by the cosine of its direction, of one roughness: a blend of the rows of neighbouring nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shares<const N: usize> {
+    rows: [(&'static Row, f32); N],
 }
 
-impl Missing {
-    /// Of light that mirror facets reflect.
-    pub fn of_mirrors(roughness: f32) -> Self {
-        let (node, t) = place(roughness, NODES);
-        let [[lower, _], [upper, _]] = [mirror_rows(node), mirror_rows(node + 1)];
-        // The index has no part in it.
+/// Rough mirrors of one roughness: what single reflections by their facets make of light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Mirrors {
+    /// Place of the roughness among the nodes.
+    place: f32,
+}
+
+impl Mirrors {
+    /// Mirrors of this roughness, `√α`.
+    pub fn new(roughness: f32) -> Self {
         Self {
-            rows: [(lower, 1.0 - t), (upper, t), (lower, 0.0), (upper, 0.0)],
+            place: place(roughness, NODES),
         }
     }
 
-    /// Of light that facets reflect or let pass; the index beyond is `eta` times the one on the side it comes from.
-    pub fn of_dielectrics(roughness: f32, eta: f32) -> Self {
-        let (node, t) = place(roughness, NODES);
-        let x = 0.5 + 0.5 * index_coordinate(eta) / index_coordinate(LARGEST_ETA);
-        let (index, s) = place(x, INDEX_NODES);
-        Self {
-            rows: [
-                (dielectric_row(index, node), (1.0 - s) * (1.0 - t)),
-                (dielectric_row(index, node + 1), (1.0 - s) * t),
-                (dielectric_row(index + 1, node), s * (1.0 - t)),
-                (dielectric_row(index + 1, node + 1), s * t),
-            ],
-        }
+    /// What is missing of the light that single reflections let out; and what they let out, weighed by Schlick's `(1 − cos)⁵` of the angle with
+    /// the facet.
+    #[inline(always)]
+    pub fn missing_and_grazing(&self) -> [Shares<2>; 2] {
+        let (node, t) = cell(self.place, NODES);
+        let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
+        [0, 1].map(|kind| Shares {
+            rows: [(&lower[kind], 1.0 - t), (&upper[kind], t)],
+        })
     }
 
+    /// What is missing of the light that single reflections let out.
+    #[inline(always)]
+    pub fn missing(&self) -> Shares<2> {
+        let [missing, _] = self.missing_and_grazing();
+        missing
+    }
+}
+
+/// What a lobe knows of one direction `wo`, whatever `wi` is; nothing for most kinds of lobes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// Tables of energy for the roughness of the lobe or its coat.
+    pub mirrors: Mirrors,
+    /// Share of the light towards `wo` that the lobe tells of.
+    pub share: f32,
+}
+
+/// What is missing of light that facets reflect or let pass; the index beyond is `eta` times the one on the side it comes from.
+pub(super) fn missing_of_dielectrics(roughness: f32, eta: f32) -> Shares<4> {
+    let (node, t) = cell(place(roughness, NODES), NODES);
+    let x = 0.5 + 0.5 * index_coordinate(eta) / index_coordinate(LARGEST_ETA);
+    let (index, s) = cell(place(x, INDEX_NODES), INDEX_NODES);
+    Shares {
+        rows: [
+            (dielectric_row(index, node), (1.0 - s) * (1.0 - t)),
+            (dielectric_row(index, node + 1), (1.0 - s) * t),
+            (dielectric_row(index + 1, node), s * (1.0 - t)),
+            (dielectric_row(index + 1, node + 1), s * t),
+        ],
+    }
+}
+
+impl<const N: usize> Shares<N> {
     /// The share towards a cosine.
+    #[inline(always)]
     pub fn towards(&self, cos: f32) -> f32 {
         self.blend(|row| row.at(cos))
     }
 
     /// Its mean over the cosine, `2 ∫ x cos d cos`.
+    #[inline(always)]
     pub fn mean(&self) -> f32 {
         self.blend(|row| row.mean)
     }
 
-    /// Draws a direction on the upper hemisphere nearly as the missing light comes, with density [`Missing::pdf`].
+    /// Draws a direction on the upper hemisphere nearly as the light comes, with density [`Shares::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
         // The cell that holds u, and the square of a cosine in it
         let mut rest = u.x * self.mean();
         let mut cos2 = 1.0;
         for cell in 0..NODES - 1 {
-            let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES).powi(4));
+            let [lower, upper] = [cell, cell + 1].map(|node| fourth_power(coordinate(node, NODES)));
             let mean = self.blend(|row| row.cells[cell]);
             let share = mean * (upper - lower);
             if rest < share {
@@ -100,36 +135,23 @@ impl Missing {
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }
 
-    /// Density of [`Missing::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
+    /// Density of [`Shares::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
+    #[inline(always)]
     pub fn pdf(&self, cos: f32) -> f32 {
-        let (cell, _) = place(cos.sqrt(), NODES);
+        let (cell, _) = cell(place(cos.sqrt(), NODES), NODES);
         cos * FRAC_1_PI * self.blend(|row| row.cells[cell]) / self.mean()
     }
 
+    #[inline(always)]
     fn blend(&self, value: impl Fn(&Row) -> f32) -> f32 {
         self.rows.iter().map(|&(row, weight)| weight * value(row)).sum()
     }
-}
-
-/// Share that single reflections by mirror facets let out towards a cosine, weighed by Schlick's `(1 − cos)⁵`.
-pub(super) fn grazing(cos: f32, roughness: f32) -> f32 {
-    grazing_blend(roughness, |row| row.at(cos))
-}
-
-/// Mean of [`grazing`] over the cosine.
-pub(super) fn mean_grazing(roughness: f32) -> f32 {
-    grazing_blend(roughness, |row| row.mean)
 }
 
 /// What comes out of several reflections in all, over what one has left behind: facets that reflect `f` on average
 /// leave `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is missing.
 pub(super) fn several_reflections(f: f32, mean_missing: f32) -> f32 {
     f * f * (1.0 - mean_missing) / (1.0 - f * mean_missing)
-}
-
-fn grazing_blend(roughness: f32, value: impl Fn(&Row) -> f32) -> f32 {
-    let (node, t) = place(roughness, NODES);
-    (1.0 - t) * value(&mirror_rows(node)[1]) + t * value(&mirror_rows(node + 1)[1])
 }
 
 fn mirror_rows(node: usize) -> &'static [Row; 2] {
@@ -158,6 +180,7 @@ fn dielectric_row(index: usize, node: usize) -> &'static Row {
 }
 
 /// A quantity by cosine, of one roughness.
+#[derive(Debug)]
 pub(super) struct Row {
     nodes: [f32; NODES],
     /// Means over the cosine between nodes.
@@ -181,17 +204,18 @@ impl Row {
             let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES));
             let sum = points.iter().fold(0.0, |sum, (t, weight)| {
                 let s = lower + t * (upper - lower);
-                sum + weight * (nodes[cell] + t * (nodes[cell + 1] - nodes[cell])) * 4.0 * s.powi(3)
+                sum + weight * (nodes[cell] + t * (nodes[cell + 1] - nodes[cell])) * 4.0 * (s * s * s)
             });
             mean += sum * (upper - lower);
-            sum * (upper - lower) / (upper.powi(4) - lower.powi(4))
+            sum * (upper - lower) / (fourth_power(upper) - fourth_power(lower))
         });
         Self { nodes, cells, mean }
     }
 
     /// The quantity at a cosine.
+    #[inline(always)]
     pub fn at(&self, cos: f32) -> f32 {
-        let (node, t) = place(cos.sqrt(), NODES);
+        let (node, t) = cell(place(cos.sqrt(), NODES), NODES);
         (1.0 - t) * self.nodes[node] + t * self.nodes[node + 1]
     }
 }
@@ -201,12 +225,23 @@ fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-/// The node before `x` in [0, 1], never the last of `n`, and how far `x` is on its way to the next.
-fn place(x: f32, n: usize) -> (usize, f32) {
+// Unlike `powi`, this has the same bits in every build.
+fn fourth_power(x: f32) -> f32 {
+    x * x * (x * x)
+}
+
+/// Where `x`, moved into [0, 1], lies between the first node and the last of `n`, in steps.
+#[inline(always)]
+fn place(x: f32, n: usize) -> f32 {
     // Unlike `clamp`, this makes a number of NaN.
-    let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (n - 1) as f32;
-    let node = (x as usize).min(n - 2);
-    (node, x - node as f32)
+    if x > 0.0 { x.min(1.0) * (n - 1) as f32 } else { 0.0 }
+}
+
+/// The node before `place`, never the last of `n`, and how far `place` is on its way to the next.
+#[inline(always)]
+fn cell(place: f32, n: usize) -> (usize, f32) {
+    let node = (place as usize).min(n - 2);
+    (node, place - node as f32)
 }
 
 fn index_coordinate(eta: f32) -> f32 {
@@ -291,16 +326,16 @@ mod tests {
     #[test]
     fn tables_hold_what_quadrature_says() {
         for roughness in [0.33f32, 0.5, 0.77, 0.98] {
-            let missing = Missing::of_mirrors(roughness);
+            let [missing, grazing] = Mirrors::new(roughness).missing_and_grazing();
             for cos in [0.09f32, 0.22, 0.5, 0.81, 0.99] {
                 let [all, grazed] = shares(cos as f64, (roughness * roughness) as f64);
-                let table = [1.0 - missing.towards(cos), grazing(cos, roughness)].map(f64::from);
+                let table = [1.0 - missing.towards(cos), grazing.towards(cos)].map(f64::from);
                 let error = (table[0] - all).abs().max((table[1] - grazed).abs());
                 assert!(error < 2e-3, "{cos} {roughness}: {table:?} {all} {grazed}");
             }
         }
         // Facets of α = 1 seen along the normal: ∫ (1 − 2v) / (1 − v) dv from 0 to 1/2
-        let along_normal = Missing::of_mirrors(1.0).towards(1.0);
+        let along_normal = Mirrors::new(1.0).missing().towards(1.0);
         assert!((along_normal - std::f32::consts::LN_2).abs() < 5e-4, "{along_normal}");
     }
 
@@ -311,40 +346,50 @@ mod tests {
         cosines.map(|cos| (2.0 * value(cos) * cos) as f64).sum::<f64>() / N as f64
     }
 
+    fn check_mean<const N: usize>(shares: &Shares<N>) {
+        assert!((mean(|cos| shares.towards(cos)) - shares.mean() as f64).abs() < 1e-5);
+    }
+
+    fn check_density<const N: usize>(shares: &Shares<N>) {
+        let total = PI * mean(|cos| shares.pdf(cos) / cos);
+        assert!((total - 1.0).abs() < 1e-3, "{total}");
+    }
+
     #[test]
     fn means_are_those_of_the_interpolated_values() {
         for roughness in [0.2, 0.71, 1.0] {
-            assert!((mean(|cos| grazing(cos, roughness)) - mean_grazing(roughness) as f64).abs() < 1e-5);
-            let of_dielectrics = Missing::of_dielectrics(roughness, 1.4);
-            for missing in [Missing::of_mirrors(roughness), of_dielectrics] {
-                assert!((mean(|cos| missing.towards(cos)) - missing.mean() as f64).abs() < 1e-5);
-                // And its density is one.
-                let total = std::f64::consts::PI * mean(|cos| missing.pdf(cos) / cos);
-                assert!((total - 1.0).abs() < 1e-3, "{roughness}: {total}");
-            }
+            let [missing, grazing] = Mirrors::new(roughness).missing_and_grazing();
+            check_mean(&grazing);
+            check_mean(&missing);
+            check_density(&missing);
+            check_mean(&missing_of_dielectrics(roughness, 1.4));
+            check_density(&missing_of_dielectrics(roughness, 1.4));
         }
     }
 
     #[test]
     fn smooth_surfaces_lose_nothing() {
+        let [missing, grazing] = Mirrors::new(0.0).missing_and_grazing();
         for cos in [0.01, 0.3, 1.0] {
-            assert!((grazing(cos, 0.0) - (1.0 - cos).powi(5)).abs() < 0.01);
-            let of_dielectrics = [1.5, 1.0 / 1.5].map(|eta| Missing::of_dielectrics(0.0, eta));
-            for missing in [Missing::of_mirrors(0.0)].into_iter().chain(of_dielectrics) {
-                assert!(missing.towards(cos) < 0.01, "{cos}: {}", missing.towards(cos));
+            assert!((grazing.towards(cos) - (1.0 - cos).powi(5)).abs() < 0.01);
+            let of_dielectrics = [1.5, 1.0 / 1.5].map(|eta| missing_of_dielectrics(0.0, eta).towards(cos));
+            for missing in of_dielectrics.into_iter().chain([missing.towards(cos)]) {
+                assert!(missing < 0.01, "{cos}: {missing}");
             }
         }
     }
 
     #[test]
     fn any_number_has_a_share() {
-        for x in [f32::NAN, f32::INFINITY, -1.0, 0.0, 2.0] {
-            for missing in [Missing::of_mirrors(x), Missing::of_dielectrics(x, x)] {
-                for share in [missing.towards(x), missing.towards(0.5), missing.mean()] {
-                    assert!((0.0..=1.0).contains(&share), "{x}: {share}");
-                }
-                assert!(missing.sample(Vec2::ONE).is_finite() && missing.sample(Vec2::ZERO).is_finite());
+        fn check<const N: usize>(missing: &Shares<N>, x: f32) {
+            for share in [missing.towards(x), missing.towards(0.5), missing.mean()] {
+                assert!((0.0..=1.0).contains(&share), "{x}: {share}");
             }
+            assert!(missing.sample(Vec2::ONE).is_finite() && missing.sample(Vec2::ZERO).is_finite());
+        }
+        for x in [f32::NAN, f32::INFINITY, -1.0, 0.0, 2.0] {
+            check(&Mirrors::new(x).missing(), x);
+            check(&missing_of_dielectrics(x, x), x);
         }
     }
 }

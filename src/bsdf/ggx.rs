@@ -32,6 +32,7 @@ impl Ggx {
     /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq. 85).
     ///
     /// Unlike the form with `cos² (α² − 1) + 1`, this one subtracts nothing.
+    #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
         let (x, y) = (h.x / self.alpha.x, h.y / self.alpha.y);
         let t = x * x + y * y + h.z * h.z;
@@ -40,12 +41,14 @@ impl Ggx {
 
     /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86): the length of `w` when the surface is stretched
     /// until its facets are those of a sphere.
+    #[inline(always)]
     pub fn stretched(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha.x * w.x, self.alpha.y * w.y);
         (x * x + y * y + w.z * w.z).sqrt()
     }
 
     /// Share of the facets towards `w` that is not masked, `G₁ = 1 / (1 + Λ)`.
+    #[inline(always)]
     pub fn visible(&self, w: Vec3) -> f32 {
         let z = w.z.abs();
         2.0 * z / (z + self.stretched(w))
@@ -53,6 +56,7 @@ impl Ggx {
 
     /// `D G₂ / (4 cos θi cos θo)` for the half vector `h`, with `G₂ = 1 / (1 + Λ(wo) + Λ(wi))`, which knows that both
     /// directions see the same heights (Heitz 2014, eq. 99).
+    #[inline(always)]
     pub fn reflection(&self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         let (zo, zi) = (wo.z.abs(), wi.z.abs());
         0.5 * self.density(h) / (zi * self.stretched(wo) + zo * self.stretched(wi))
@@ -66,6 +70,7 @@ impl Ggx {
     }
 
     /// Density of [`Ggx::sample_visible`] over `wo·h`: `G₁ D / cos θo`.
+    #[inline(always)]
     pub fn visible_density(&self, wo: Vec3, h: Vec3) -> f32 {
         2.0 * self.density(h) / (wo.z.abs() + self.stretched(wo))
     }

@@ -30,13 +30,25 @@ impl Lambert {
         }
     }
 
+    /// [`Lambert::eval`] and [`Lambert::pdf`].
+    #[inline(always)]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
+    }
+
+    /// The direction of [`Lambert::sample`].
+    #[inline(always)]
+    pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
+        let wi = cosine_hemisphere(u);
+        Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
+    }
+
     /// Draws `wi` on the side of `wo`.
     pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
         if self.albedo.is_black() {
             return None;
         }
-        let mut wi = cosine_hemisphere(u);
-        wi.z = wi.z.copysign(wo.z);
+        let wi = Self::sample_direction(wo, u);
         let pdf = cosine_hemisphere_pdf(wi.z.abs());
         (pdf > 0.0).then_some(BsdfSample {
             f: self.albedo * FRAC_1_PI,

@@ -7,10 +7,9 @@
 //! A real coat also darkens and saturates its base, by reflecting inwards what the base scatters. This one does not. Only surfaces that have layers
 //! pay for them.
 
-use super::mix::{chosen, of_all};
-use super::{BsdfSample, Lobe, Sheen, TransportMode};
+use super::{BsdfSample, Lobe, Sheen};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::Vec3;
 
 /// The sum of up to three lobes of a base, under a sheen, under a clear coat.
 ///
@@ -24,7 +23,7 @@ use crate::math::{Vec2, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered {
     /// The base's, the sheen and the coat.
-    lobes: [Option<Lobe>; 5],
+    pub(super) lobes: [Option<Lobe>; 5],
     /// Mean of what passes the layers, weighed by what the diffuse lobe scatters.
     diffuse_passed: f32,
 }
@@ -55,14 +54,9 @@ impl Layered {
         }
     }
 
-    /// The lobes, each as it is without what lies above it, and its place.
-    pub(super) fn lobes(&self) -> impl Iterator<Item = (usize, &Lobe)> {
-        let lobes = self.lobes.iter().enumerate();
-        lobes.filter_map(|(place, lobe)| lobe.as_ref().map(|lobe| (place, lobe)))
-    }
-
     /// Share of the light towards `w` that passes what lies above each lobe.
-    fn passed(&self, w: Vec3) -> [f32; 5] {
+    #[inline(never)]
+    pub(super) fn passed(&self, w: Vec3) -> [f32; 5] {
         let past = |lobe: &Option<Lobe>| {
             let taken = lobe.as_ref().map_or(0.0, |l| l.albedo_towards(w).max_component());
             (1.0 - taken).max(0.0)
@@ -73,7 +67,7 @@ impl Layered {
     }
 
     /// What light counts that a lobe scatters, where the shares `o` and `i` pass on its way out and in.
-    fn through(&self, lobe: &Lobe, o: f32, i: f32) -> f32 {
+    pub(super) fn through(&self, lobe: &Lobe, o: f32, i: f32) -> f32 {
         match lobe {
             Lobe::Lambert(_) | Lobe::CoatedLambert(_) => o * i / self.diffuse_passed,
             _ => o.min(i),
@@ -93,66 +87,9 @@ impl Layered {
     /// Share that is scattered of light along the normal: an estimate for uniform light.
     pub(super) fn albedo(&self) -> Spectrum {
         let passed = self.passed(Vec3::Z);
-        let lobes = self.lobes();
-        lobes.fold(Spectrum::ZERO, |sum, (place, lobe)| sum + lobe.albedo() * passed[place])
-    }
-
-    /// Probability of choosing each lobe.
-    fn choice(&self, wo: Vec3) -> [f32; 5] {
-        let passed = self.passed(wo);
-        let mut weights = [0.0; 5];
-        for (place, lobe) in self.lobes() {
-            weights[place] = lobe.albedo_towards(wo).mean() * passed[place];
-        }
-        let total: f32 = weights.iter().sum();
-        weights.map(|w| if total > 0.0 { w / total } else { 0.0 })
-    }
-
-    /// The same of the lobes that there are.
-    pub(super) fn probabilities(&self, wo: Vec3) -> Vec<f32> {
-        let choice = self.choice(wo);
-        self.lobes().map(|(place, _)| choice[place]).collect()
-    }
-
-    /// Sum over lobes.
-    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let (o, i) = (self.passed(wo), self.passed(wi));
-        self.lobes().fold(Spectrum::ZERO, |f, (place, lobe)| {
-            f + lobe.eval(wo, wi) * self.through(lobe, o[place], i[place])
+        let lobes = self.lobes.iter().zip(passed);
+        lobes.fold(Spectrum::ZERO, |sum, (lobe, passed)| {
+            sum + lobe.as_ref().map_or(Spectrum::ZERO, |lobe| lobe.albedo() * passed)
         })
-    }
-
-    /// Sum over lobes, each with its probability.
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.pdf_for(&self.choice(wo), wo, wi)
-    }
-
-    fn pdf_for(&self, choice: &[f32; 5], wo: Vec3, wi: Vec3) -> f32 {
-        self.lobes()
-            .fold(0.0, |pdf, (place, lobe)| pdf + choice[place] * lobe.pdf(wo, wi))
-    }
-
-    /// Probability that a smooth lobe is chosen.
-    pub(super) fn smooth_probability(&self, wo: Vec3) -> f32 {
-        let choice = self.choice(wo);
-        let delta = self.lobes().filter(|(_, lobe)| lobe.is_delta());
-        (1.0 - delta.map(|(place, _)| choice[place]).sum::<f32>()).max(0.0)
-    }
-
-    pub(super) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
-        let choice = self.choice(wo);
-        // Smooth ones first, as in a mixture
-        let lobes = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);
-        let lobes = lobes(false).chain(lobes(true));
-        let ((place, lobe), p, u_part) = chosen(lobes.map(|found| (found, choice[found.0])), u_lobe)?;
-        let sample = lobe.sample(wo, u_part, u, mode)?;
-        if lobe.is_delta() {
-            return of_all(sample, self.below(place, lobe, wo, sample).f, sample.pdf * p);
-        }
-        let f = match mode {
-            TransportMode::Radiance => self.eval(wo, sample.wi),
-            TransportMode::Importance => self.eval(sample.wi, wo),
-        };
-        of_all(sample, f, self.pdf_for(&choice, wo, sample.wi))
     }
 }

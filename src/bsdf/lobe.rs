@@ -1,6 +1,7 @@
+use super::energy::Known;
 use super::{
-    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Sheen,
-    ThinSheet, TransportMode,
+    Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
+    Sheen, ThinSheet, TransportMode, same_hemisphere,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -59,49 +60,91 @@ impl Lobe {
 
     /// Value for the pair of directions, for radiance and cosine excluded, sr⁻¹; 0 for delta lobes.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        match self {
-            Self::Lambert(lobe) => lobe.eval(wo, wi),
-            Self::CoatedLambert(lobe) => lobe.eval(wo, wi),
-            Self::Phong(lobe) => lobe.eval(wo, wi),
-            Self::Blinn(lobe) => lobe.eval(wo, wi),
-            Self::RoughMirror(lobe) => lobe.eval(wo, wi),
-            Self::Sheen(lobe) => lobe.eval(wo, wi),
-            Self::RoughDielectric(lobe) => lobe.eval(wo, wi),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => Spectrum::ZERO,
-        }
+        self.eval_pdf(wo, wi).0
     }
 
     /// Density with which [`Lobe::sample`] draws `wi`, per solid angle; 0 for delta lobes.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self {
-            Self::Lambert(lobe) => lobe.pdf(wo, wi),
-            Self::CoatedLambert(lobe) => lobe.pdf(wo, wi),
-            Self::Phong(lobe) => lobe.pdf(wo, wi),
-            Self::Blinn(lobe) => lobe.pdf(wo, wi),
-            Self::RoughMirror(lobe) => lobe.pdf(wo, wi),
-            Self::Sheen(lobe) => lobe.pdf(wo, wi),
-            Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => 0.0,
-        }
+        self.eval_pdf(wo, wi).1
+    }
+
+    /// [`Lobe::eval`] and [`Lobe::pdf`].
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        self.eval_pdf_with(&self.known(wo), wo, wi)
     }
 
     /// Draws `wi` for `wo`: `u_lobe` chooses a part, where there are several, `u` a direction. `None` where nothing is
     /// scattered.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
-        match self {
-            Self::Lambert(lobe) => lobe.sample(wo, u),
-            Self::CoatedLambert(lobe) => lobe.sample(wo, u),
-            Self::Phong(lobe) => lobe.sample(wo, u),
-            Self::Blinn(lobe) => lobe.sample(wo, u),
-            Self::RoughMirror(lobe) => lobe.sample(wo, u_lobe, u),
-            Self::Sheen(lobe) => lobe.sample(wo, u),
-            Self::RoughDielectric(lobe) => lobe.sample(wo, u_lobe, u, mode),
+        if self.is_delta() {
             // Of two single directions, the first by its share
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => {
-                let [first, second] = self.directions(wo, mode);
-                first.filter(|s| u.x < s.pdf).or(second)
-            }
+            let [first, second] = self.directions(wo, mode);
+            return first.filter(|s| u.x < s.pdf).or(second);
         }
+        let known = self.known(wo);
+        let wi = self.sample_direction(&known, wo, u_lobe, u)?;
+        let (f, pdf) = self.eval_pdf_with(&known, wo, wi);
+        // Only refraction is not the same both ways.
+        let f = match (self, mode) {
+            (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
+            _ => f,
+        };
+        self.smooth_sample(f, wo, wi, pdf)
+    }
+
+    /// What depends on `wo` alone.
+    #[inline(always)]
+    pub(super) fn known(&self, wo: Vec3) -> Known {
+        match self {
+            Self::CoatedLambert(lobe) => lobe.known(wo),
+            Self::RoughMirror(lobe) => lobe.known(wo),
+            Self::RoughDielectric(lobe) => lobe.known(wo),
+            _ => Known::default(),
+        }
+    }
+
+    /// [`Lobe::eval_pdf`] with what is `known` of `wo`. Coats over diffuse bases and metals are what most mixtures are made of; other lobes are kept
+    /// out of line, because their terms would be computed before the loop over lobes that may have none of them.
+    #[inline(always)]
+    pub(super) fn eval_pdf_with(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        match self {
+            Self::Lambert(lobe) => lobe.eval_pdf(wo, wi),
+            Self::CoatedLambert(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::Phong(lobe) => lobe.eval_pdf(wo, wi),
+            Self::Blinn(lobe) => lobe.eval_pdf(wo, wi),
+            Self::RoughMirror(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::Sheen(lobe) => lobe.eval_pdf(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => (Spectrum::ZERO, 0.0),
+        }
+    }
+
+    /// The direction of [`Lobe::sample`], of a smooth lobe.
+    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+        match self {
+            Self::Lambert(_) => Some(Lambert::sample_direction(wo, u)),
+            Self::CoatedLambert(_) => Some(CoatedLambert::sample_direction(wo, u)),
+            Self::Phong(lobe) => lobe.sample_direction(wo, u),
+            Self::Blinn(lobe) => lobe.sample_direction(wo, u),
+            Self::RoughMirror(lobe) => lobe.sample_direction(known, wo, u_lobe, u),
+            Self::Sheen(lobe) => lobe.sample_direction(wo, u),
+            Self::RoughDielectric(lobe) => lobe.sample_direction(known, wo, u_lobe, u),
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => None,
+        }
+    }
+
+    /// The direction `wi`, drawn by this lobe, with the value and the density of all that might have drawn it; `None` where it lies in the surface.
+    pub(super) fn smooth_sample(&self, f: Spectrum, wo: Vec3, wi: Vec3, pdf: f32) -> Option<BsdfSample> {
+        let scattering = match self {
+            Self::Lambert(_) | Self::CoatedLambert(_) => Scattering::Diffuse,
+            _ => Scattering::Glossy,
+        };
+        let eta = match self {
+            Self::RoughDielectric(lobe) if !same_hemisphere(wo, wi) => lobe.eta(wo),
+            _ => 1.0,
+        };
+        let sample = BsdfSample::new(f, wi, pdf, scattering).with_eta(eta);
+        (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 
     /// The single directions of a delta lobe, each with its share of the flux as density; none for others.
@@ -132,9 +175,15 @@ impl Lobe {
 
     /// Estimate of the share that is scattered for `wo`, by channel.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
+        self.albedo_with(&self.known(wo), wo)
+    }
+
+    /// [`Lobe::albedo_towards`] with what is `known` of `wo`.
+    #[inline(always)]
+    pub(super) fn albedo_with(&self, known: &Known, wo: Vec3) -> Spectrum {
         match self {
-            Self::CoatedLambert(lobe) => lobe.albedo_towards(wo),
-            Self::RoughMirror(lobe) => lobe.albedo_towards(wo),
+            Self::CoatedLambert(lobe) => lobe.albedo_towards(known),
+            Self::RoughMirror(lobe) => lobe.albedo_towards(known, wo),
             Self::Sheen(lobe) => lobe.albedo_towards(wo),
             Self::Blinn(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),

@@ -9,6 +9,9 @@
 //! out of line, so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy it, so its 336 bytes cost
 //! nothing. A [`Lobe`] stays at 64 bytes.
 //!
+//! A [`BsdfView`] is a BSDF of several lobes for one `wo`: what depends on `wo` alone is computed once for all `wi` of a vertex. Value and density come
+//! together, because they share the half vector and the tables of energy.
+//!
 //! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. Choosing by the
 //!   albedo itself, and ending the path with the remainder, has the same mean but ends paths at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and refraction. That takes a random number of its own,
@@ -32,6 +35,7 @@ mod rough_dielectric;
 mod rough_mirror;
 mod sheen;
 mod thin_sheet;
+mod view;
 mod words;
 
 pub use blinn::Blinn;
@@ -49,6 +53,7 @@ pub use rough_dielectric::RoughDielectric;
 pub use rough_mirror::RoughMirror;
 pub use sheen::Sheen;
 pub use thin_sheet::ThinSheet;
+pub use view::BsdfView;
 
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -103,6 +108,11 @@ impl BsdfSample {
         }
     }
 
+    /// The sample, refracted by the relative index `eta`.
+    pub(super) fn with_eta(self, eta: f32) -> Self {
+        Self { eta, ..self }
+    }
+
     /// Whether no other strategy can draw this direction, so that MIS has nothing to weigh.
     pub fn is_delta(&self) -> bool {
         self.scattering == Scattering::Specular
@@ -126,24 +136,24 @@ impl Bsdf {
         self.places().map(|(_, lobe)| lobe)
     }
 
-    /// The same, each with its place among layers, if there are any.
+    /// The lobes, each with its place among layers, if there are any.
+    #[inline(always)]
     fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
-        let (single, mix, layered) = match self {
-            Self::Single(lobe) => (Some(lobe), None, None),
-            Self::Mix(mix) => (None, Some(mix), None),
-            Self::Layered(layered) => (None, None, Some(layered)),
+        let (single, several): (_, &[Option<Lobe>]) = match self {
+            Self::Single(lobe) => (Some((0, lobe)), &[]),
+            Self::Mix(mix) => (None, &mix.lobes),
+            Self::Layered(layered) => (None, &layered.lobes),
         };
-        let plain = single.into_iter().chain(mix.into_iter().flat_map(Mix::lobes));
-        let layered = layered.into_iter().flat_map(Layered::lobes);
-        plain.map(|lobe| (0, lobe)).chain(layered)
+        let several = several.iter().enumerate();
+        let several = several.filter_map(|(place, lobe)| lobe.as_ref().map(|lobe| (place, lobe)));
+        single.into_iter().chain(several)
     }
 
     /// Probability with which [`Bsdf::sample`] chooses each of [`Bsdf::lobes`].
     pub fn lobe_probabilities(&self, wo: Vec3) -> Vec<f32> {
         match self {
             Self::Single(_) => vec![1.0],
-            Self::Mix(mix) => mix.probabilities(wo),
-            Self::Layered(layered) => layered.probabilities(wo),
+            _ => BsdfView::new(self, wo).probabilities().collect(),
         }
     }
 
@@ -193,9 +203,15 @@ impl Bsdf {
     /// Density with which [`Bsdf::sample`] draws `wi`, per solid angle; delta lobes count nothing.
     #[inline(always)]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.eval_pdf(wo, wi).1
+    }
+
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`], which have much in common.
+    #[inline(always)]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
-            Self::Single(Lobe::Lambert(lobe)) => lobe.pdf(wo, wi),
-            _ => self.pdf_any(wo, wi),
+            Self::Single(Lobe::Lambert(lobe)) => lobe.eval_pdf(wo, wi),
+            _ => self.eval_pdf_any(wo, wi),
         }
     }
 
@@ -211,21 +227,24 @@ impl Bsdf {
     // Matte surfaces are what most paths meet. What others need is kept out of line, so that it does not take registers and
     // cache from them.
 
+    /// The value alone, which no probability of a lobe is needed for.
     #[inline(never)]
     fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        match self {
-            Self::Single(lobe) => lobe.eval(wo, wi),
-            Self::Mix(mix) => mix.eval(wo, wi),
-            Self::Layered(layered) => layered.eval(wo, wi),
-        }
+        let [o, i] = [wo, wi].map(|w| self.passed(w));
+        self.places().fold(Spectrum::ZERO, |f, (place, lobe)| {
+            let lobe_f = lobe.eval(wo, wi);
+            f + match (self, o, i) {
+                (Self::Layered(layered), Some(o), Some(i)) => lobe_f * layered.through(lobe, o[place], i[place]),
+                _ => lobe_f,
+            }
+        })
     }
 
     #[inline(never)]
-    fn pdf_any(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn eval_pdf_any(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
-            Self::Single(lobe) => lobe.pdf(wo, wi),
-            Self::Mix(mix) => mix.pdf(wo, wi),
-            Self::Layered(layered) => layered.pdf(wo, wi),
+            Self::Single(lobe) => lobe.eval_pdf(wo, wi),
+            _ => BsdfView::new(self, wo).eval_pdf(wi),
         }
     }
 
@@ -233,8 +252,7 @@ impl Bsdf {
     fn sample_any(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
             Self::Single(lobe) => lobe.sample(wo, u_lobe, u, mode),
-            Self::Mix(mix) => mix.sample(wo, u_lobe, u, mode),
-            Self::Layered(layered) => layered.sample(wo, u_lobe, u, mode),
+            _ => BsdfView::new(self, wo).sample(u_lobe, u, mode),
         }
     }
 
@@ -242,8 +260,7 @@ impl Bsdf {
     pub fn smooth_probability(&self, wo: Vec3) -> f32 {
         match self {
             Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),
-            Self::Mix(mix) => mix.smooth_probability(wo),
-            Self::Layered(layered) => layered.smooth_probability(wo),
+            _ => BsdfView::new(self, wo).smooth_probability(),
         }
     }
 
@@ -251,18 +268,31 @@ impl Bsdf {
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
         self.places().flat_map(move |(place, lobe)| {
             let samples = lobe.directions(wo, mode).into_iter().flatten();
-            samples.map(move |sample| match self {
-                Self::Layered(layered) => layered.below(place, lobe, wo, sample),
-                _ => sample,
-            })
+            samples.map(move |sample| self.below_layers(place, lobe, wo, sample))
         })
+    }
+
+    /// Share of the light towards `w` that passes the layers above each lobe, if there are any.
+    #[inline(always)]
+    fn passed(&self, w: Vec3) -> Option<[f32; 5]> {
+        match self {
+            Self::Single(_) | Self::Mix(_) => None,
+            Self::Layered(layered) => Some(layered.passed(w)),
+        }
+    }
+
+    /// `sample` of the lobe in `place`, less what the layers above it take.
+    fn below_layers(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
+        match self {
+            Self::Single(_) | Self::Mix(_) => sample,
+            Self::Layered(layered) => layered.below(place, lobe, wo, sample),
+        }
     }
 
     /// Share of the light that is scattered, for uniform illumination; what denoisers call albedo.
     pub fn albedo(&self) -> Spectrum {
         match self {
-            Self::Single(lobe) => lobe.albedo(),
-            Self::Mix(mix) => mix.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),
+            Self::Single(_) | Self::Mix(_) => self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),
             Self::Layered(layered) => layered.albedo(),
         }
     }

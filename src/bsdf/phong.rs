@@ -1,4 +1,4 @@
-use super::{BsdfSample, Scattering, mirror_direction, same_hemisphere};
+use super::{mirror_direction, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_power_hemisphere, cosine_power_hemisphere_pdf};
@@ -15,28 +15,23 @@ pub struct Phong {
 }
 
 impl Phong {
-    /// Value of the lobe, sr⁻¹.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, `(n + 1) / 2π · cosⁿ α` above the horizon.
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
-            return Spectrum::ZERO;
+            return (Spectrum::ZERO, 0.0);
         }
-        let cos_alpha = mirror_direction(wo).dot(wi).max(0.0);
-        self.reflectance * ((self.exponent + 2.0) / (2.0 * PI) * cos_alpha.powf(self.exponent))
-    }
-
-    /// Density of [`Phong::sample`], `(n + 1) / 2π · cosⁿ α` above the horizon.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if !same_hemisphere(wo, wi) {
-            return 0.0;
-        }
-        cosine_power_hemisphere_pdf(mirror_direction(wo).dot(wi), self.exponent)
+        let cos_alpha = mirror_direction(wo).dot(wi);
+        (
+            self.reflectance * ((self.exponent + 2.0) / (2.0 * PI) * cos_alpha.max(0.0).powf(self.exponent)),
+            cosine_power_hemisphere_pdf(cos_alpha, self.exponent),
+        )
     }
 
     /// Draws `wi` about the mirror direction; what falls below the horizon carries nothing.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+    pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let about_mirror = Frame::from_z(mirror_direction(wo));
         let wi = about_mirror.to_world(cosine_power_hemisphere(u, self.exponent));
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+        same_hemisphere(wo, wi).then_some(wi)
     }
 }

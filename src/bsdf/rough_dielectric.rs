@@ -1,6 +1,6 @@
-use super::energy::Missing;
+use super::energy::{Known, Shares, missing_of_dielectrics};
 use super::ggx::Ggx;
-use super::{BsdfSample, Fresnel, Scattering, TransportMode, fresnel, half_vector, same_hemisphere};
+use super::{Fresnel, fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -48,7 +48,7 @@ impl RoughDielectric {
     /// times that outside, and not 1: there is no half vector where nothing is bent.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
-        let missing = [ior, 1.0 / ior].map(|eta| Missing::of_dielectrics(facets.roughness(), eta).mean());
+        let missing = [ior, 1.0 / ior].map(|eta| missing_of_dielectrics(facets.roughness(), eta).mean());
         // Smooth boundaries let pass 1 − F into the denser medium, and (1 − F) / η² out of it: that is reciprocal. So is
         // what passes of the missing light, if its share is in proportion to that and to what is missing on the other
         // side.
@@ -70,94 +70,83 @@ impl RoughDielectric {
         }
     }
 
-    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), and what several scatterings add. For
-    /// importance the directions are exchanged.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return Spectrum::ZERO;
-        }
-        let eta = self.eta(wo);
-        let [here, beyond] = self.sides(wo);
-        let missing = self.missing(wo).towards(wo.z.abs()) * self.missing(wi).towards(wi.z.abs());
-        if same_hemisphere(wo, wi) {
-            let single = half_vector(wo, wi).map_or(0.0, |(h, cos)| {
-                fresnel::dielectric(cos, eta).0 * self.facets.reflection(wo, wi, h)
-            });
-            let several = here.reflected * missing / (PI * here.missing);
-            Spectrum::from(self.reflectance) * (single + several)
-        } else {
-            let single = Refraction::new(wo, wi, eta).map_or(0.0, |r| {
-                r.share * self.facets.visible_density(wo, r.h) * r.cos_o * r.cos_i / r.squared
-                    * (self.facets.visible(wi) / wi.z.abs())
-            });
-            let several = (1.0 - here.reflected) * missing / (PI * beyond.missing * eta * eta);
-            Spectrum::from(self.transmittance) * (single + several)
+    /// What depends on `wo` alone: the share of light that one scattering leaves behind.
+    pub(super) fn known(&self, wo: Vec3) -> Known {
+        Known {
+            share: self.missing(wo).towards(wo.z.abs()),
+            ..Known::default()
         }
     }
 
-    /// Density of [`RoughDielectric::sample`]: that of visible facets by the Jacobian of the half vector (Walter et al.
-    /// 2007, eq. 14 and 17), and of what several scatterings add on both sides.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), and what several scatterings add; for importance the directions are
+    /// exchanged. And density of `wi` per solid angle: that of visible facets by the Jacobian of the half vector (eq. 14 and 17), and of what
+    /// several scatterings add on both sides.
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
-            return 0.0;
+            return (Spectrum::ZERO, 0.0);
         }
         let eta = self.eta(wo);
-        let [here, _] = self.sides(wo);
-        let (single, share) = if same_hemisphere(wo, wi) {
-            let single = half_vector(wo, wi).map_or(0.0, |(h, cos)| {
-                0.25 * fresnel::dielectric(cos, eta).0 * self.facets.visible_density(wo, h)
+        let [here, beyond] = self.sides(wo);
+        let missing_o = known.share;
+        let missing = self.missing(wi);
+        let missing_i = missing.towards(wi.z.abs());
+        let (f, single_pdf, share) = if same_hemisphere(wo, wi) {
+            let (single, pdf) = half_vector(wo, wi).map_or((0.0, 0.0), |(h, cos)| {
+                let r = fresnel::dielectric(cos, eta).0;
+                (
+                    r * self.facets.reflection(wo, wi, h),
+                    0.25 * r * self.facets.visible_density(wo, h),
+                )
             });
-            (single, here.reflected)
+            let several = here.reflected * (missing_o * missing_i) / (PI * here.missing);
+            (
+                Spectrum::from(self.reflectance) * (single + several),
+                pdf,
+                here.reflected,
+            )
         } else {
-            let single = Refraction::new(wo, wi, eta).map_or(0.0, |r| {
-                r.share * self.facets.visible_density(wo, r.h) * r.cos_o * r.cos_i * eta * eta / r.squared
+            let (single, pdf) = Refraction::new(wo, wi, eta).map_or((0.0, 0.0), |r| {
+                let seen = r.share * self.facets.visible_density(wo, r.h) * r.cos_o * r.cos_i;
+                (
+                    seen / r.squared * (self.facets.visible(wi) / wi.z.abs()),
+                    seen * eta * eta / r.squared,
+                )
             });
-            (single, 1.0 - here.reflected)
+            let passed = 1.0 - here.reflected;
+            let several = passed * (missing_o * missing_i) / (PI * beyond.missing * eta * eta);
+            (Spectrum::from(self.transmittance) * (single + several), pdf, passed)
         };
-        let several = self.missing(wo).towards(wo.z.abs());
-        (1.0 - several) * single + several * share * self.missing(wi).pdf(wi.z.abs())
+        let several_pdf = missing_o * share * missing.pdf(wi.z.abs());
+        (f, (1.0 - missing_o) * single_pdf + several_pdf)
     }
 
     /// Draws a visible facet, which reflects or refracts, or takes a direction of several scatterings; `u_lobe`
     /// chooses.
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;
         }
         let eta = self.eta(wo);
-        let several = self.missing(wo).towards(wo.z.abs());
-        let wi = if u_lobe < several {
+        let several = known.share;
+        if u_lobe < several {
             let [here, _] = self.sides(wo);
             let side = if u_lobe < several * here.reflected { wo } else { -wo };
             let wi = self.missing(side).sample(u);
-            Vec3::new(wi.x, wi.y, wi.z.copysign(side.z))
+            return Some(Vec3::new(wi.x, wi.y, wi.z.copysign(side.z)));
+        }
+        let u_lobe = (u_lobe - several) / (1.0 - several);
+        let h = self.facets.sample_visible(wo, u);
+        let cos_o = wo.dot(h).max(0.0);
+        let (r, cos_t) = fresnel::dielectric(cos_o, eta);
+        let reflects = u_lobe < r;
+        let wi = if reflects {
+            2.0 * cos_o * h - wo
         } else {
-            let u_lobe = (u_lobe - several) / (1.0 - several);
-            let h = self.facets.sample_visible(wo, u);
-            let cos_o = wo.dot(h).max(0.0);
-            let (r, cos_t) = fresnel::dielectric(cos_o, eta);
-            let reflects = u_lobe < r;
-            let wi = if reflects {
-                2.0 * cos_o * h - wo
-            } else {
-                fresnel::refract(wo, h, cos_o, cos_t, eta)
-            };
-            // What a facet sends through the surface, or back, by the wrong side carries nothing.
-            if reflects != same_hemisphere(wo, wi) {
-                return None;
-            }
-            wi.normalize()
+            fresnel::refract(wo, h, cos_o, cos_t, eta)
         };
-        let pdf = self.pdf(wo, wi);
-        let f = match mode {
-            TransportMode::Radiance => self.eval(wo, wi),
-            TransportMode::Importance => self.eval(wi, wo),
-        };
-        let sample = BsdfSample::new(f, wi, pdf, Scattering::Glossy);
-        (pdf > 0.0 && pdf.is_finite()).then_some(BsdfSample {
-            eta: if same_hemisphere(wo, wi) { 1.0 } else { eta },
-            ..sample
-        })
+        // What a facet sends through the surface, or back, by the wrong side carries nothing.
+        (reflects == same_hemisphere(wo, wi)).then(|| wi.normalize())
     }
 
     /// Factor of what passes, as of a smooth boundary.
@@ -181,8 +170,8 @@ impl RoughDielectric {
     }
 
     /// What one scattering leaves behind of the light from the side of `w`.
-    fn missing(&self, w: Vec3) -> Missing {
-        Missing::of_dielectrics(self.facets.roughness(), self.eta(w))
+    fn missing(&self, w: Vec3) -> Shares<4> {
+        missing_of_dielectrics(self.facets.roughness(), self.eta(w))
     }
 }
 

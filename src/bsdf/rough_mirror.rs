@@ -1,6 +1,6 @@
-use super::energy::{self, Missing};
+use super::energy::{self, Known, Mirrors};
 use super::ggx::Ggx;
-use super::{BsdfSample, Fresnel, Scattering, half_vector, same_hemisphere};
+use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -36,7 +36,7 @@ impl RoughMirror {
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {
         let facets = Ggx::new(alpha);
         let reflectance = reflectance.to_array();
-        let missing = Missing::of_mirrors(facets.roughness()).mean();
+        let missing = Mirrors::new(facets.roughness()).missing().mean();
         let mean = fresnel.mean().to_array();
         Self {
             facets,
@@ -59,43 +59,49 @@ impl RoughMirror {
         }
     }
 
-    /// Value of the lobe, sr⁻¹: `D F G₂ / (4 cos θi cos θo)` and what several reflections add.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        if !same_hemisphere(wo, wi) {
-            return Spectrum::ZERO;
+    /// What depends on `wo` alone: the share of light that one reflection leaves behind.
+    #[inline(always)]
+    pub(super) fn known(&self, wo: Vec3) -> Known {
+        let mirrors = Mirrors::new(self.facets.roughness());
+        Known {
+            mirrors,
+            share: mirrors.missing().towards(wo.z.abs()),
         }
-        let single = half_vector(wo, wi).map_or(Spectrum::ZERO, |(h, cos)| {
-            self.reflectance() * self.fresnel.reflectance(cos) * self.facets.reflection(wo, wi, h)
-        });
-        let missing = self.missing();
-        single + Spectrum::from(self.several) * (missing.towards(wo.z.abs()) * missing.towards(wi.z.abs()))
     }
 
-    /// Density of [`RoughMirror::sample`]: that of reflections by visible facets, `D G₁ / (4 cos θo)`, and of what
-    /// several reflections add.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    /// Value of the lobe, sr⁻¹, which is `D F G₂ / (4 cos θi cos θo)` and what several reflections add; and density of `wi` per solid angle, which is
+    /// `D G₁ / (4 cos θo)` and that of what several reflections add.
+    #[inline(always)]
+    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
-            return 0.0;
+            return (Spectrum::ZERO, 0.0);
         }
-        let single = half_vector(wo, wi).map_or(0.0, |(h, _)| 0.25 * self.facets.visible_density(wo, h));
-        let missing = self.missing();
-        let several = missing.towards(wo.z.abs());
-        (1.0 - several) * single + several * missing.pdf(wi.z.abs())
+        let (single, single_pdf) = half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |(h, cos)| {
+            (
+                self.reflectance() * self.fresnel.reflectance(cos) * self.facets.reflection(wo, wi, h),
+                0.25 * self.facets.visible_density(wo, h),
+            )
+        });
+        let (missing, missing_o) = (known.mirrors.missing(), known.share);
+        let several = Spectrum::from(self.several) * (missing_o * missing.towards(wi.z.abs()));
+        let several_pdf = missing.pdf(wi.z.abs());
+        (
+            single + several,
+            (1.0 - missing_o) * single_pdf + missing_o * several_pdf,
+        )
     }
 
     /// Draws a visible facet and reflects `wo` by it, or takes a direction of several reflections, which `u_lobe`
     /// chooses; what falls below the horizon carries nothing.
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let missing = self.missing();
-        let wi = if u_lobe < missing.towards(wo.z.abs()) {
-            let wi = missing.sample(u);
+    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+        let wi = if u_lobe < known.share {
+            let wi = known.mirrors.missing().sample(u);
             Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
         } else {
             let h = self.facets.sample_visible(wo, u);
             (2.0 * wo.dot(h) * h - wo).normalize()
         };
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0 && pdf.is_finite()).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+        same_hemisphere(wo, wi).then_some(wi)
     }
 
     /// Share that may be reflected, by channel.
@@ -104,27 +110,22 @@ impl RoughMirror {
     }
 
     /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.
-    pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
-        let cos = wo.z.abs();
-        let mean = self.missing().mean();
-        let missing = self.missing().towards(cos);
+    #[inline(always)]
+    pub(super) fn albedo_towards(&self, known: &Known, wo: Vec3) -> Spectrum {
+        let (missing, cos) = (known.share, wo.z.abs());
+        let [all_missing, grazing] = known.mirrors.missing_and_grazing();
         let single = match self.fresnel {
             Fresnel::Schlick { f0 } => {
-                let grazing = energy::grazing(cos, self.facets.roughness());
+                let grazing = grazing.towards(cos);
                 Spectrum::from(f0) * (1.0 - missing - grazing) + Spectrum::splat(grazing)
             }
             _ => self.fresnel.reflectance(cos) * (1.0 - missing),
         };
-        let several = Spectrum::from(self.several) * (PI * mean * missing);
+        let several = Spectrum::from(self.several) * (PI * all_missing.mean() * missing);
         self.reflectance() * single + several
     }
 
     fn reflectance(&self) -> Spectrum {
         self.reflectance.into()
-    }
-
-    /// What one reflection leaves behind.
-    fn missing(&self) -> Missing {
-        Missing::of_mirrors(self.facets.roughness())
     }
 }

@@ -1,5 +1,5 @@
 use super::energy::Row;
-use super::{BsdfSample, Scattering, half_vector, same_hemisphere};
+use super::{half_vector, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{UNIFORM_HEMISPHERE_PDF, uniform_hemisphere};
@@ -24,26 +24,20 @@ static ALBEDO: OnceLock<Row> = OnceLock::new();
 const POINTS: u32 = 128;
 
 impl Sheen {
-    /// Value of the lobe, sr⁻¹.
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        half_vector(wo, wi).map_or(Spectrum::ZERO, |(h, _)| self.color * value(wo.z.abs(), wi.z.abs(), h))
-    }
-
-    /// Density of [`Sheen::sample`], uniform over the hemisphere of `wo`.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if same_hemisphere(wo, wi) && !self.color.is_black() {
-            UNIFORM_HEMISPHERE_PDF
-        } else {
-            0.0
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, uniform over the hemisphere of `wo`.
+    #[inline(never)]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        if !same_hemisphere(wo, wi) || self.color.is_black() {
+            return (Spectrum::ZERO, 0.0);
         }
+        let f = half_vector(wo, wi).map_or(Spectrum::ZERO, |(h, _)| self.color * value(wo.z.abs(), wi.z.abs(), h));
+        (f, UNIFORM_HEMISPHERE_PDF)
     }
 
     /// Draws `wi` on the side of `wo`. No weight is above 3/2 of the colour.
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
-        let mut wi = uniform_hemisphere(u);
-        wi.z = wi.z.copysign(wo.z);
-        let pdf = self.pdf(wo, wi);
-        (pdf > 0.0).then(|| BsdfSample::new(self.eval(wo, wi), wi, pdf, Scattering::Glossy))
+    pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = uniform_hemisphere(u);
+        Some(Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z)))
     }
 
     /// Share that is scattered of uniform light.

@@ -1,9 +1,11 @@
 //! A vertex of a path from the camera: a surface point with its BSDF, as its viewer sees it.
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, BsdfSample, BsdfView, TransportMode};
+use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::LightSampleContext;
-use crate::math::{Frame, Ray, Vec3};
+use crate::material::BsdfSlot;
+use crate::math::{Frame, Ray, Vec2, Vec3};
 
 /// A surface point with the local frame and the scattering that hold there.
 #[derive(Clone, Copy)]
@@ -13,11 +15,40 @@ pub(crate) struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,
+    /// `bsdf` as `wo` sees it, which [`Vertex::view_in`] makes; `None` for a single lobe, which needs none.
+    pub view: Option<&'a BsdfView<'a>>,
     /// Whether the shading normal was bent towards the viewer.
     pub is_bent: bool,
 }
 
-impl Vertex<'_> {
+impl<'a> Vertex<'a> {
+    /// Makes the view of `bsdf` by `wo` in `slot`, where `bsdf` has several lobes.
+    #[inline(always)]
+    pub fn view_in(slot: &'a BsdfSlot<'a>, bsdf: &'a Bsdf, wo: Vec3) -> Option<&'a BsdfView<'a>> {
+        match bsdf {
+            Bsdf::Single(_) => None,
+            Bsdf::Mix(_) | Bsdf::Layered(_) => Some(slot.view.get_or_init(|| BsdfView::new(bsdf, wo))),
+        }
+    }
+
+    /// Value of the BSDF for light from `wi` (local frame), cosine excluded, and density with which [`Vertex::sample`] draws `wi`.
+    #[inline(always)]
+    pub fn eval_pdf(&self, wi: Vec3) -> (Spectrum, f32) {
+        match self.view {
+            Some(view) => view.eval_pdf(wi),
+            None => self.bsdf.eval_pdf(self.wo, wi),
+        }
+    }
+
+    /// Draws `wi` by the BSDF: `u_lobe` chooses a lobe, `u` a direction.
+    #[inline(always)]
+    pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        match self.view {
+            Some(view) => view.sample(u_lobe, u, TransportMode::Radiance),
+            None => self.bsdf.sample(self.wo, u_lobe, u, TransportMode::Radiance),
+        }
+    }
+
     /// The point as one that light falls on.
     #[inline(always)]
     pub fn light_context(&self) -> LightSampleContext {

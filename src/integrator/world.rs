@@ -144,7 +144,7 @@ impl<'a, A: Accel> World<'a, A> {
         &'v self,
         key: SampleKey,
         sampler: &mut impl Sampler,
-        slot: &'v BsdfSlot,
+        slot: &'v BsdfSlot<'v>,
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
         let ray = self.camera_ray(key, None, sampler, out);
@@ -230,16 +230,18 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The surface at `hit`, seen along `ray`; what varies over it is put into `slot`.
+    /// The surface at `hit`, seen along `ray`; `slot` holds a BSDF that varies over it, and the view of its BSDF.
     #[inline(always)]
-    pub(super) fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
+    pub(super) fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let Some((point, bsdf)) = self.scene.plain_surface(hit, ray.time) else {
             return self.detailed_vertex(hit, ray, slot);
         };
         let frame = Frame::from_z(point.ns);
+        let wo = frame.to_local(-ray.direction);
         Vertex {
-            wo: frame.to_local(-ray.direction),
+            wo,
             bsdf,
+            view: Vertex::view_in(slot, bsdf, wo),
             frame,
             point,
             is_bent: false,
@@ -248,16 +250,19 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// [`World::vertex`] where normals or materials vary, which is kept out of line.
     #[inline(never)]
-    fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot) -> Vertex<'v> {
+    fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;
         let point = self.scene.surface_point(hit, ray.time);
         let footprint = self.footprint(&point);
         let shaded = self.scene.with_relief(hit, point, footprint);
         let point = shaded.seen_from(wo);
         let frame = self.scene.frame(hit, &point);
+        let wo = frame.to_local(wo);
+        let bsdf = self.scene.bsdf(hit, ray.time, footprint, &slot.bsdf);
         Vertex {
-            wo: frame.to_local(wo),
-            bsdf: self.scene.bsdf(hit, ray.time, footprint, slot),
+            wo,
+            bsdf,
+            view: Vertex::view_in(slot, bsdf, wo),
             frame,
             point,
             is_bent: point.ns != shaded.ns,

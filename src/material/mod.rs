@@ -2,7 +2,8 @@
 //!
 //! A [`Material`] holds the user's parameters. `Material::bsdf` makes lobes of its constants once, when the scene is frozen, and vertices refer to
 //! that BSDF: building or copying it at every hit cost 5 % of a render. Where textures vary a material (`maps`), `Material::bsdf_at` makes another
-//! BSDF for the spot; the integrator lends it a slot for the lifetime of the vertex (`BsdfSlot`), so that nothing is allocated.
+//! BSDF for the spot. The integrator lends a slot (`BsdfSlot`) for the lifetime of the vertex, which holds that BSDF and the view of it, so that nothing is
+//! allocated.
 //!
 //! A shape whose normal and material are the same all over is marked plain when the scene is frozen, and takes a shorter path through
 //! `World::vertex`. Anisotropic materials need a tangent, which is that of growing u, triangle by triangle; `Scene::frame` computes it for these
@@ -13,7 +14,7 @@ mod maps;
 pub use maps::{Map, Maps, Spot};
 
 use crate::bsdf::{
-    Blinn, Bsdf, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,
+    Blinn, Bsdf, BsdfView, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,
     RoughDielectric, RoughMirror, Sheen, ThinSheet,
 };
 use crate::color::Spectrum;
@@ -87,8 +88,24 @@ encode_fields!(Material {
 /// What a clear coat, of index 1.5, reflects along the normal.
 const COAT_F0: f32 = 0.04;
 
-/// Holds the BSDF of a surface that varies, for as long as it is looked at.
-pub type BsdfSlot = OnceCell<Bsdf>;
+/// Holds the parts of a BSDF that belong to one vertex, for the lifetime of the vertex.
+#[derive(Default)]
+pub struct BsdfSlot<'v> {
+    /// The BSDF of a surface that varies.
+    pub bsdf: OnceCell<Bsdf>,
+    /// A BSDF of several lobes as the viewer sees it.
+    pub view: OnceCell<BsdfView<'v>>,
+}
+
+impl BsdfSlot<'_> {
+    /// An empty slot.
+    pub const fn new() -> Self {
+        Self {
+            bsdf: OnceCell::new(),
+            view: OnceCell::new(),
+        }
+    }
+}
 
 /// The shape of a specular reflection.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,10 +22,11 @@ use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Plac
 use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
 };
-use crate::material::{BsdfSlot, Material, MaterialId, Spot};
+use crate::material::{Material, MaterialId, Spot};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -307,7 +308,7 @@ impl Scene {
 
     /// Scattering at the surface that was hit; what varies over it is put into `slot`, as seen by a viewer to whom so much of the surface, in
     /// scene units, looks like one point.
-    pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a BsdfSlot) -> &'a Bsdf {
+    pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a OnceCell<Bsdf>) -> &'a Bsdf {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
             true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint))),

@@ -267,9 +267,11 @@ fn perturbed_points_follow_the_cosine() {
 #[test]
 fn wrong_densities_are_found() {
     let wo = incident(60.0);
-    let phong = |exponent| Phong {
-        reflectance: Spectrum::ONE,
-        exponent,
+    let phong = |exponent| {
+        Lobe::Phong(Phong {
+            reflectance: Spectrum::ONE,
+            exponent,
+        })
     };
     let lambert = Lambert { albedo: Spectrum::ONE };
     let p = |sample: &dyn Fn(Vec2) -> Option<BsdfSample>, pdf: &dyn Fn(Vec3) -> f32| {
@@ -285,7 +287,11 @@ fn wrong_densities_are_found() {
     assert!(p(&cosine, &|wi| lambert.pdf(wo, wi)) > 1e-3);
     assert!(p(&cosine, &|wi| 1.07 * lambert.pdf(wo, wi)) < 1e-6);
     assert!(p(&cosine, &|wi| if wi.z > 0.0 { 0.5 / std::f32::consts::PI } else { 0.0 }) < 1e-6);
-    assert!(p(&|u| phong(100.0).sample(wo, u), &|wi| phong(103.0).pdf(wo, wi)) < 1e-6);
+    assert!(
+        p(&|u| phong(100.0).sample(wo, 0.0, u, TransportMode::Radiance), &|wi| {
+            phong(103.0).pdf(wo, wi)
+        }) < 1e-6
+    );
     let lossy = |u: Vec2| cosine(u).filter(|s| s.wi.x < 0.99);
     assert!(p(&|u| lossy(u).filter(|_| u.x > 0.01), &|wi| lambert.pdf(wo, wi)) < 1e-6);
 }
@@ -343,12 +349,12 @@ fn phong_reflects_what_quadrature_says() {
     for (degrees, expected) in [(0.0, 1.0), (45.0, 0.7074), (75.0, 0.2919)] {
         let quadrature = phong_albedo(10.0, degrees);
         assert!((quadrature - expected).abs() < 5e-4, "{degrees}°: {quadrature}");
-        let lobe = Phong {
+        let lobe = Lobe::Phong(Phong {
             reflectance: Spectrum::ONE,
             exponent: 10.0,
-        };
-        let n = 1_000_000;
-        let weights = (0..n).filter_map(|i| lobe.sample(incident(degrees as f32), numbers(3, i).1));
+        });
+        let (n, wo, mode) = (1_000_000, incident(degrees as f32), TransportMode::Radiance);
+        let weights = (0..n).filter_map(|i| lobe.sample(wo, 0.0, numbers(3, i).1, mode));
         let albedo = weights.map(|s| s.weight.max_component() as f64).sum::<f64>() / n as f64;
         assert!((albedo / expected - 1.0).abs() < 5e-3, "{degrees}°: {albedo}");
     }
@@ -753,7 +759,7 @@ fn rough_mirrors_reflect_what_quadrature_says() {
         let several = mean_f * mean_f * mean / (1.0 - mean_f * (1.0 - mean)) / (std::f64::consts::PI * (1.0 - mean));
 
         let fresnel = Fresnel::Schlick { f0: [0.2; 3] };
-        let lobe = RoughMirror::new(grey(1.0), Vec2::splat(alpha as f32), fresnel);
+        let lobe = Lobe::RoughMirror(RoughMirror::new(grey(1.0), Vec2::splat(alpha as f32), fresnel));
         for (cos_o, cos_i, phi) in [
             (0.9, 0.8, 3.0),
             (0.5, 0.5, 1.0),
@@ -778,7 +784,12 @@ fn rough_mirrors_reflect_what_quadrature_says() {
 fn rough_glass_refracts_as_published() {
     let alpha = 0.04f64;
     for ior in [1.5, 0.75] {
-        let lobe = RoughDielectric::new(grey(1.0), grey(1.0), Vec2::splat(alpha as f32), ior as f32);
+        let lobe = Lobe::RoughDielectric(RoughDielectric::new(
+            grey(1.0),
+            grey(1.0),
+            Vec2::splat(alpha as f32),
+            ior as f32,
+        ));
         for (wo, h) in [
             ([0.0, 0.0, 1.0], [0.02, 0.01, 1.0]),
             ([0.5, 0.2, 0.9], [-0.03, 0.04, 1.0]),

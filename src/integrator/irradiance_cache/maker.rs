@@ -95,7 +95,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let directions = self.path.strategy.directions;
-            let sample = directions.sample(vertex.bsdf, vertex.wo, u_lobe, u)?;
+            let sample = directions.sample(&vertex, u_lobe, u)?;
             if !sample.is_delta() {
                 return None;
             }

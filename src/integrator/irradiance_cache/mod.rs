@@ -104,7 +104,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
 
             // Sample the BSDF, update the throughput and play Russian roulette
             let u_lobe = u.lobe(vertex.bsdf);
-            let sample = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u.direction);
+            let sample = strategy.directions.sample(vertex, u_lobe, u.direction);
             let next = sample.and_then(|sample| {
                 let beta = path.beta * sample.weight;
                 let roulette_scale = path.roulette_scale * sample.eta * sample.eta;

@@ -1,7 +1,6 @@
 //! Options that the Metropolis methods share, and the path tracing of the light that chains leave out.
 
 use crate::accel::Accel;
-use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::integrator::{Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
@@ -131,7 +130,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             let Some(vertex) = vertex else { return };
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let sample = vertex.bsdf.sample(vertex.wo, u_lobe, u, TransportMode::Radiance);
+            let sample = vertex.sample(u_lobe, u);
             let Some(sample) = sample.filter(|sample| sample.is_delta()) else {
                 return;
             };

@@ -150,12 +150,12 @@ impl<R: Gathered> Direct<R> {
 
         // The scattered light; where it is black no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
-        let f = vertex.bsdf.eval(vertex.wo, wi) * wi.z.abs();
+        let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);
+        let f = f * wi.z.abs();
         if f.is_black() {
             return Self::none();
         }
         let pdf = expected * light.pdf;
-        let scattering_pdf = || strategy.directions.pdf(vertex.bsdf, vertex.wo, wi);
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
         Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))

@@ -84,7 +84,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             let node = branch.node.wrapping_mul(self.branching).wrapping_add(i);
             let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(node, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+            let Some(sample) = strategy.directions.sample(vertex, u_lobe, u) else {
                 continue;
             };
             let child = Branch {

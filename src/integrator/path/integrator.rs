@@ -131,13 +131,13 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// The radiance that arrives along the ray of `start`, by following one path. `slot` holds what varies over its first surface; `reuse` is
+    /// The radiance that arrives along the ray of `start`, by following one path. `slot` is that of its first vertex; `reuse` is
     /// told of the vertices that path reuse needs.
     #[inline(always)]
     pub(crate) fn li<'v, S: Sampler, R: Gathered>(
         &'v self,
         start: &PathStart<S>,
-        slot: &'v BsdfSlot,
+        slot: &'v BsdfSlot<'v>,
         reuse: &mut impl Reuse<'v>,
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
@@ -204,7 +204,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Sample the BSDF, update the throughput and play Russian roulette
             let next = 'scatter: {
                 let u_lobe = u.lobe(vertex.bsdf);
-                let sample = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u.direction);
+                let sample = strategy.directions.sample(&vertex, u_lobe, u.direction);
                 let Some(sample) = sample else { break 'scatter None };
                 let beta = path.beta * sample.weight;
                 // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.

@@ -65,7 +65,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             // On in a uniform direction
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let sample = Directions::Uniform.sample(vertex.bsdf, vertex.wo, u_lobe, direction);
+            let sample = Directions::Uniform.sample(&vertex, u_lobe, direction);
             let Some(sample) = sample else { return };
             beta *= sample.weight;
             eta_squared *= sample.eta * sample.eta;

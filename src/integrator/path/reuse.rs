@@ -288,11 +288,12 @@ impl End {
             return None;
         }
         let wi = vertex.frame.to_local(wi);
-        let pdf = directions.pdf(vertex.bsdf, vertex.wo, wi) * g;
+        let (f, pdf) = directions.eval_pdf(vertex, wi);
+        let pdf = pdf * g;
         // Also false where the two points are one
         (pdf > 0.0 && pdf.is_finite()).then(|| Candidate {
             index,
-            f: vertex.bsdf.eval(vertex.wo, wi) * (wi.z.abs() * g),
+            f: f * (wi.z.abs() * g),
             pdf,
             origin: vertex.origin(wi),
         })

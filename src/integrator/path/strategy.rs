@@ -3,7 +3,8 @@
 //! Delta lobes are followed whatever the distribution. MIS needs the previous vertex of a ray that meets a light; `PrevVertex` is that vertex with
 //! the density of the ray's direction.
 
-use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
+use crate::bsdf::{Bsdf, BsdfSample, Scattering};
+use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
 use crate::light::LightSampleContext;
 use crate::math::{Vec2, Vec3};
@@ -87,16 +88,22 @@ impl PrevVertex {
 }
 
 impl Directions {
-    /// Draws `wi` for `wo`.
+    /// Draws `wi` at `vertex`.
     #[inline(always)]
-    pub(crate) fn sample(self, bsdf: &Bsdf, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let mode = TransportMode::Radiance;
-        if self == Self::Bsdf {
-            return bsdf.sample(wo, u_lobe, u, mode);
+    pub(crate) fn sample(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        match self {
+            Self::Bsdf => vertex.sample(u_lobe, u),
+            _ => self.sample_hemisphere(vertex, u_lobe, u),
         }
+    }
+
+    /// [`Directions::sample`] by a hemisphere's density; delta lobes are drawn by the BSDF.
+    #[inline(never)]
+    fn sample_hemisphere(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let (bsdf, wo) = (vertex.bsdf, vertex.wo);
         let smooth = bsdf.smooth_probability(wo);
         if u_lobe >= smooth {
-            return bsdf.sample(wo, u_lobe, u, mode);
+            return vertex.sample(u_lobe, u);
         }
         let mut wi = match self {
             Self::Uniform => uniform_hemisphere(u),
@@ -106,19 +113,26 @@ impl Directions {
         // What lets light pass gets half of the directions on either side.
         let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
         wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
-        let pdf = self.pdf(bsdf, wo, wi);
+        let (f, pdf) = self.eval_pdf(vertex, wi);
         (pdf > 0.0).then(|| BsdfSample {
             eta: passed.unwrap_or(1.0),
-            ..BsdfSample::new(bsdf.eval(wo, wi), wi, pdf, Scattering::Diffuse)
+            ..BsdfSample::new(f, wi, pdf, Scattering::Diffuse)
         })
     }
 
-    /// Density with which [`Directions::sample`] draws `wi`, per solid angle.
+    /// Value of the BSDF of `vertex` for light from `wi`, cosine excluded, and density with which [`Directions::sample`] draws `wi`, per solid angle.
     #[inline(always)]
-    pub(crate) fn pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
-        if self == Self::Bsdf {
-            return bsdf.pdf(wo, wi);
+    pub(crate) fn eval_pdf(self, vertex: &Vertex, wi: Vec3) -> (Spectrum, f32) {
+        let (f, pdf) = vertex.eval_pdf(wi);
+        match self {
+            Self::Bsdf => (f, pdf),
+            _ => (f, self.hemisphere_pdf(vertex.bsdf, vertex.wo, wi)),
         }
+    }
+
+    /// Density of [`Directions::sample_hemisphere`].
+    #[inline(never)]
+    fn hemisphere_pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
         // Most lobes reflect: then the hemisphere of wo is all there is.
         let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
             (None, false) => return 0.0,
@@ -159,11 +173,11 @@ impl Strategy {
 
     /// Weight of light that was sampled with density `pdf`, against meeting it along a scattered ray.
     #[inline(always)]
-    pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: impl FnOnce() -> f32) -> f32 {
+    pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: f32) -> f32 {
         if is_delta || self.direct != DirectLight::Mis {
             return 1.0;
         }
-        self.heuristic.weight(pdf, scattering_pdf())
+        self.heuristic.weight(pdf, scattering_pdf)
     }
 }
 

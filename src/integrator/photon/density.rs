@@ -55,7 +55,7 @@ impl<'v, R: Gathered> Density<'v, R> {
         }
         let wi = self.vertex.frame.to_local(photon.wi());
         let factor = wi.z.abs() / photon.wi().dot(photon.ng()).abs();
-        let f = self.vertex.bsdf.eval(self.vertex.wo, wi);
+        let (f, _) = self.vertex.eval_pdf(wi);
         if factor.is_finite() && !f.is_black() {
             self.sum += R::of_light(f * photon.power() * factor, photon.light, self.scene);
         }

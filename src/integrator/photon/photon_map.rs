@@ -207,7 +207,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let numbers = if parts { branch << 6 | block } else { block };
             let u_lobe = sampler.get_1d(Dimension::bounce(numbers, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(numbers, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+            let Some(sample) = strategy.directions.sample(vertex, u_lobe, u) else {
                 continue;
             };
             let was_gathering = matches!(segment.purpose, Purpose::Gather { .. });

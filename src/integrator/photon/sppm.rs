@@ -187,7 +187,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // On
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let Some(sample) = strategy.directions.sample(vertex.bsdf, vertex.wo, u_lobe, u) else {
+            let Some(sample) = strategy.directions.sample(vertex, u_lobe, u) else {
                 break;
             };
             beta *= sample.weight;

@@ -217,6 +217,7 @@ impl<'a> Surface<'a> {
             wo: frame.to_local(self.back),
             frame,
             bsdf: &self.bsdf,
+            view: None,
         };
         world.first_surface(&self.hit, &vertex)
     }

@@ -1,6 +1,6 @@
 //! Identity of files: device and inode, or for a file that does not exist yet its folder's and its name.
 //!
-//! `cli/outputs.rs` compares all outputs with each other and with the scene file before anything is read, and with `Session::files` before the
+//! `cli/outputs` compares all outputs with each other and with the scene file before anything is read, and with `Session::files` before the
 //! acceleration structure is built. No flag overwrites inputs.
 
 use std::ffi::OsString;

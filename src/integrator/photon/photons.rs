@@ -1,5 +1,5 @@
 //! Photon tracing: paths from lights that leave a photon at each vertex that can scatter light to a viewer. Paths are those of
-//! `bidirectional/subpath.rs`.
+//! `bidirectional/subpath`.
 
 use crate::accel::Accel;
 use crate::color::Spectrum;

@@ -1,8 +1,8 @@
-use super::energy::{self, Known, Mirrors};
+use super::energy::{self, ConductorTables, WoTerms};
 use super::{Fresnel, same_hemisphere};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
-use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::math::Vec3;
+use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f32::consts::PI;
 
 /// Ideal diffuse reflection below a coat: it gets what the coat, a [`super::RoughMirror`] without colour, does not
@@ -32,8 +32,8 @@ impl CoatedLambert {
     /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();
-        let [missing, grazing] = Mirrors::new(roughness)
-            .missing_and_grazing()
+        let [missing, grazing] = ConductorTables::new(roughness)
+            .loss_and_grazing()
             .map(|shares| shares.mean());
         let f = Fresnel::Schlick { f0: [f0; 3] }.mean().max_component();
         let several = energy::several_reflections(f, missing);
@@ -46,30 +46,24 @@ impl CoatedLambert {
         }
     }
 
-    /// What depends on `wo` alone: the share that passes the coat.
+    /// Terms that depend on `wo` alone: the energy that passes the coat.
     #[inline(always)]
-    pub(super) fn known(&self, wo: Vec3) -> Known {
-        let mirrors = Mirrors::new(self.roughness);
-        Known {
-            mirrors,
-            share: self.passed(&mirrors, wo),
+    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
+        let tables = ConductorTables::new(self.roughness);
+        WoTerms {
+            tables,
+            share: self.passed(&tables, wo),
         }
     }
 
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, cosine-weighted about the normal on the side of `wo`.
+    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, cosine-weighted as [`Lambert`](super::Lambert)'s, which draws `wi`.
     #[inline(always)]
-    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.albedo.is_black() {
             return (Spectrum::ZERO, 0.0);
         }
-        let f = self.albedo * (known.share * self.passed(&known.mirrors, wi) / (PI * self.passed));
+        let f = self.albedo * (terms.share * self.passed(&terms.tables, wi) / (PI * self.passed));
         (f, cosine_hemisphere_pdf(wi.z.abs()))
-    }
-
-    /// Draws `wi` on the side of `wo`.
-    pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
-        let wi = cosine_hemisphere(u);
-        Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
     }
 
     /// Share that is scattered of uniform light.
@@ -79,15 +73,15 @@ impl CoatedLambert {
 
     /// Share that is scattered for `wo`.
     #[inline(always)]
-    pub(super) fn albedo_towards(&self, known: &Known) -> Spectrum {
-        self.albedo * known.share
+    pub(super) fn albedo_towards(&self, terms: &WoTerms) -> Spectrum {
+        self.albedo * terms.share
     }
 
-    /// Share that passes the coat, which is made of `mirrors`, between `w` and the base.
+    /// Share that passes the coat, whose energy is in `tables`, between `w` and the base.
     #[inline(always)]
-    fn passed(&self, mirrors: &Mirrors, w: Vec3) -> f32 {
+    fn passed(&self, tables: &ConductorTables, w: Vec3) -> f32 {
         let cos = w.z.abs();
-        let [missing, grazing] = mirrors.missing_and_grazing().map(|shares| shares.towards(cos));
+        let [missing, grazing] = tables.loss_and_grazing().map(|shares| shares.towards(cos));
         passed(self.f0, self.several, missing, grazing)
     }
 }

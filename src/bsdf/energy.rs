@@ -38,61 +38,60 @@ static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES]
 /// Facets that refract, by index and roughness: the share that is missing.
 static DIELECTRICS: [[OnceLock<Row>; NODES]; INDEX_NODES] = [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
-/// Shares of light by the cosine of its direction, of one roughness: a blend of the rows of neighbouring nodes.
+/// Energy by the cosine of its direction, for one roughness: a blend of the rows of neighbouring nodes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shares<const N: usize> {
+pub(super) struct EnergyTable<const N: usize> {
     rows: [(&'static Row, f32); N],
 }
 
-/// Rough mirrors of one roughness: what single reflections by their facets make of light.
+/// Energy tables of rough conductors with one roughness.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Mirrors {
-    /// Place of the roughness among the nodes.
+pub(super) struct ConductorTables {
+    /// Place of the roughness among the nodes, in steps.
     place: f32,
 }
 
-impl Mirrors {
-    /// Mirrors of this roughness, `√α`.
+impl ConductorTables {
+    /// Tables for this roughness, `√α`.
     pub fn new(roughness: f32) -> Self {
         Self {
             place: place(roughness, NODES),
         }
     }
 
-    /// What is missing of the light that single reflections let out; and what they let out, weighed by Schlick's `(1 − cos)⁵` of the angle with
-    /// the facet.
+    /// Energy that single reflections lose, and energy that they reflect, weighed by Schlick's `(1 − cos)⁵` of the angle with the facet.
     #[inline(always)]
-    pub fn missing_and_grazing(&self) -> [Shares<2>; 2] {
+    pub fn loss_and_grazing(&self) -> [EnergyTable<2>; 2] {
         let (node, t) = cell(self.place, NODES);
         let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
-        [0, 1].map(|kind| Shares {
+        [0, 1].map(|kind| EnergyTable {
             rows: [(&lower[kind], 1.0 - t), (&upper[kind], t)],
         })
     }
 
-    /// What is missing of the light that single reflections let out.
+    /// Energy that single reflections lose.
     #[inline(always)]
-    pub fn missing(&self) -> Shares<2> {
-        let [missing, _] = self.missing_and_grazing();
-        missing
+    pub fn loss(&self) -> EnergyTable<2> {
+        let [loss, _] = self.loss_and_grazing();
+        loss
     }
 }
 
-/// What a lobe knows of one direction `wo`, whatever `wi` is; nothing for most kinds of lobes.
+/// Terms of a lobe that depend on `wo` alone; zero for kinds of lobes that have none.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
-    /// Tables of energy for the roughness of the lobe or its coat.
-    pub mirrors: Mirrors,
-    /// Share of the light towards `wo` that the lobe tells of.
+pub(super) struct WoTerms {
+    /// Energy tables for the roughness of the lobe or its coat.
+    pub tables: ConductorTables,
+    /// Rough lobes: energy towards `wo` that single scattering loses. Coated lobes: energy towards `wo` that passes the coat.
     pub share: f32,
 }
 
-/// What is missing of light that facets reflect or let pass; the index beyond is `eta` times the one on the side it comes from.
-pub(super) fn missing_of_dielectrics(roughness: f32, eta: f32) -> Shares<4> {
+/// Energy that single scattering by a rough dielectric loses; the index beyond is `eta` times the one on the side of the incident light.
+pub(super) fn dielectric_loss(roughness: f32, eta: f32) -> EnergyTable<4> {
     let (node, t) = cell(place(roughness, NODES), NODES);
     let x = 0.5 + 0.5 * index_coordinate(eta) / index_coordinate(LARGEST_ETA);
     let (index, s) = cell(place(x, INDEX_NODES), INDEX_NODES);
-    Shares {
+    EnergyTable {
         rows: [
             (dielectric_row(index, node), (1.0 - s) * (1.0 - t)),
             (dielectric_row(index, node + 1), (1.0 - s) * t),
@@ -102,7 +101,7 @@ pub(super) fn missing_of_dielectrics(roughness: f32, eta: f32) -> Shares<4> {
     }
 }
 
-impl<const N: usize> Shares<N> {
+impl<const N: usize> EnergyTable<N> {
     /// The share towards a cosine.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> f32 {
@@ -115,7 +114,7 @@ impl<const N: usize> Shares<N> {
         self.blend(|row| row.mean)
     }
 
-    /// Draws a direction on the upper hemisphere nearly as the light comes, with density [`Shares::pdf`].
+    /// Draws a direction on the upper hemisphere nearly in proportion to the energy, with density [`EnergyTable::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
         // The cell that holds u, and the square of a cosine in it
         let mut rest = u.x * self.mean();
@@ -135,7 +134,7 @@ impl<const N: usize> Shares<N> {
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }
 
-    /// Density of [`Shares::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
+    /// Density of [`EnergyTable::sample`] per solid angle: the cosine's, times the mean share of the cell over that of all.
     #[inline(always)]
     pub fn pdf(&self, cos: f32) -> f32 {
         let (cell, _) = cell(place(cos.sqrt(), NODES), NODES);
@@ -225,12 +224,12 @@ fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-// Unlike `powi`, this has the same bits in every build.
+// `powi` may be folded in another order by another build, which changes bits.
 fn fourth_power(x: f32) -> f32 {
     x * x * (x * x)
 }
 
-/// Where `x`, moved into [0, 1], lies between the first node and the last of `n`, in steps.
+/// Place of `x`, clamped to [0, 1], between the first node and the last of `n`, in steps.
 #[inline(always)]
 fn place(x: f32, n: usize) -> f32 {
     // Unlike `clamp`, this makes a number of NaN.
@@ -326,7 +325,7 @@ mod tests {
     #[test]
     fn tables_hold_what_quadrature_says() {
         for roughness in [0.33f32, 0.5, 0.77, 0.98] {
-            let [missing, grazing] = Mirrors::new(roughness).missing_and_grazing();
+            let [missing, grazing] = ConductorTables::new(roughness).loss_and_grazing();
             for cos in [0.09f32, 0.22, 0.5, 0.81, 0.99] {
                 let [all, grazed] = shares(cos as f64, (roughness * roughness) as f64);
                 let table = [1.0 - missing.towards(cos), grazing.towards(cos)].map(f64::from);
@@ -335,7 +334,7 @@ mod tests {
             }
         }
         // Facets of α = 1 seen along the normal: ∫ (1 − 2v) / (1 − v) dv from 0 to 1/2
-        let along_normal = Mirrors::new(1.0).missing().towards(1.0);
+        let along_normal = ConductorTables::new(1.0).loss().towards(1.0);
         assert!((along_normal - std::f32::consts::LN_2).abs() < 5e-4, "{along_normal}");
     }
 
@@ -346,11 +345,11 @@ mod tests {
         cosines.map(|cos| (2.0 * value(cos) * cos) as f64).sum::<f64>() / N as f64
     }
 
-    fn check_mean<const N: usize>(shares: &Shares<N>) {
+    fn check_mean<const N: usize>(shares: &EnergyTable<N>) {
         assert!((mean(|cos| shares.towards(cos)) - shares.mean() as f64).abs() < 1e-5);
     }
 
-    fn check_density<const N: usize>(shares: &Shares<N>) {
+    fn check_density<const N: usize>(shares: &EnergyTable<N>) {
         let total = PI * mean(|cos| shares.pdf(cos) / cos);
         assert!((total - 1.0).abs() < 1e-3, "{total}");
     }
@@ -358,21 +357,21 @@ mod tests {
     #[test]
     fn means_are_those_of_the_interpolated_values() {
         for roughness in [0.2, 0.71, 1.0] {
-            let [missing, grazing] = Mirrors::new(roughness).missing_and_grazing();
+            let [missing, grazing] = ConductorTables::new(roughness).loss_and_grazing();
             check_mean(&grazing);
             check_mean(&missing);
             check_density(&missing);
-            check_mean(&missing_of_dielectrics(roughness, 1.4));
-            check_density(&missing_of_dielectrics(roughness, 1.4));
+            check_mean(&dielectric_loss(roughness, 1.4));
+            check_density(&dielectric_loss(roughness, 1.4));
         }
     }
 
     #[test]
     fn smooth_surfaces_lose_nothing() {
-        let [missing, grazing] = Mirrors::new(0.0).missing_and_grazing();
+        let [missing, grazing] = ConductorTables::new(0.0).loss_and_grazing();
         for cos in [0.01, 0.3, 1.0] {
             assert!((grazing.towards(cos) - (1.0 - cos).powi(5)).abs() < 0.01);
-            let of_dielectrics = [1.5, 1.0 / 1.5].map(|eta| missing_of_dielectrics(0.0, eta).towards(cos));
+            let of_dielectrics = [1.5, 1.0 / 1.5].map(|eta| dielectric_loss(0.0, eta).towards(cos));
             for missing in of_dielectrics.into_iter().chain([missing.towards(cos)]) {
                 assert!(missing < 0.01, "{cos}: {missing}");
             }
@@ -381,15 +380,15 @@ mod tests {
 
     #[test]
     fn any_number_has_a_share() {
-        fn check<const N: usize>(missing: &Shares<N>, x: f32) {
+        fn check<const N: usize>(missing: &EnergyTable<N>, x: f32) {
             for share in [missing.towards(x), missing.towards(0.5), missing.mean()] {
                 assert!((0.0..=1.0).contains(&share), "{x}: {share}");
             }
             assert!(missing.sample(Vec2::ONE).is_finite() && missing.sample(Vec2::ZERO).is_finite());
         }
         for x in [f32::NAN, f32::INFINITY, -1.0, 0.0, 2.0] {
-            check(&Mirrors::new(x).missing(), x);
-            check(&missing_of_dielectrics(x, x), x);
+            check(&ConductorTables::new(x).loss(), x);
+            check(&dielectric_loss(x, x), x);
         }
     }
 }

@@ -1,4 +1,4 @@
-use super::{BsdfSample, Scattering, same_hemisphere};
+use super::{BsdfSample, Scattering, on_side_of, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -36,11 +36,10 @@ impl Lambert {
         (self.eval(wo, wi), self.pdf(wo, wi))
     }
 
-    /// The direction of [`Lambert::sample`].
+    /// Draws `wi` on the side of `wo`, with a density in proportion to its cosine.
     #[inline(always)]
     pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
-        let wi = cosine_hemisphere(u);
-        Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
+        on_side_of(wo, cosine_hemisphere(u))
     }
 
     /// Draws `wi` on the side of `wo`.

@@ -1,4 +1,4 @@
-use super::energy::Known;
+use super::energy::WoTerms;
 use super::{
     Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
     Sheen, ThinSheet, TransportMode, same_hemisphere,
@@ -70,7 +70,7 @@ impl Lobe {
 
     /// [`Lobe::eval`] and [`Lobe::pdf`].
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        self.eval_pdf_with(&self.known(wo), wo, wi)
+        self.eval_pdf_with(&self.wo_terms(wo), wo, wi)
     }
 
     /// Draws `wi` for `wo`: `u_lobe` chooses a part, where there are several, `u` a direction. `None` where nothing is
@@ -81,9 +81,9 @@ impl Lobe {
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
-        let known = self.known(wo);
-        let wi = self.sample_direction(&known, wo, u_lobe, u)?;
-        let (f, pdf) = self.eval_pdf_with(&known, wo, wi);
+        let terms = self.wo_terms(wo);
+        let wi = self.sample_direction(&terms, wo, u_lobe, u)?;
+        let (f, pdf) = self.eval_pdf_with(&terms, wo, wi);
         // Only refraction is not the same both ways.
         let f = match (self, mode) {
             (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
@@ -92,43 +92,42 @@ impl Lobe {
         self.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// What depends on `wo` alone.
+    /// Terms that depend on `wo` alone.
     #[inline(always)]
-    pub(super) fn known(&self, wo: Vec3) -> Known {
+    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
         match self {
-            Self::CoatedLambert(lobe) => lobe.known(wo),
-            Self::RoughMirror(lobe) => lobe.known(wo),
-            Self::RoughDielectric(lobe) => lobe.known(wo),
-            _ => Known::default(),
+            Self::CoatedLambert(lobe) => lobe.wo_terms(wo),
+            Self::RoughMirror(lobe) => lobe.wo_terms(wo),
+            Self::RoughDielectric(lobe) => lobe.wo_terms(wo),
+            _ => WoTerms::default(),
         }
     }
 
-    /// [`Lobe::eval_pdf`] with what is `known` of `wo`. Coats over diffuse bases and metals are what most mixtures are made of; other lobes are kept
-    /// out of line, because their terms would be computed before the loop over lobes that may have none of them.
+    /// [`Lobe::eval_pdf`] with the terms of `wo`. Most mixtures are coats over diffuse bases, and metals. Other lobes are kept out of line: inlined, their
+    /// terms would be computed before the loop over lobes, also for BSDFs without such lobes.
     #[inline(always)]
-    pub(super) fn eval_pdf_with(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf_with(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
             Self::Lambert(lobe) => lobe.eval_pdf(wo, wi),
-            Self::CoatedLambert(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::CoatedLambert(lobe) => lobe.eval_pdf(terms, wo, wi),
             Self::Phong(lobe) => lobe.eval_pdf(wo, wi),
             Self::Blinn(lobe) => lobe.eval_pdf(wo, wi),
-            Self::RoughMirror(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::RoughMirror(lobe) => lobe.eval_pdf(terms, wo, wi),
             Self::Sheen(lobe) => lobe.eval_pdf(wo, wi),
-            Self::RoughDielectric(lobe) => lobe.eval_pdf(known, wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval_pdf(terms, wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => (Spectrum::ZERO, 0.0),
         }
     }
 
     /// The direction of [`Lobe::sample`], of a smooth lobe.
-    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         match self {
-            Self::Lambert(_) => Some(Lambert::sample_direction(wo, u)),
-            Self::CoatedLambert(_) => Some(CoatedLambert::sample_direction(wo, u)),
+            Self::Lambert(_) | Self::CoatedLambert(_) => Some(Lambert::sample_direction(wo, u)),
             Self::Phong(lobe) => lobe.sample_direction(wo, u),
             Self::Blinn(lobe) => lobe.sample_direction(wo, u),
-            Self::RoughMirror(lobe) => lobe.sample_direction(known, wo, u_lobe, u),
-            Self::Sheen(lobe) => lobe.sample_direction(wo, u),
-            Self::RoughDielectric(lobe) => lobe.sample_direction(known, wo, u_lobe, u),
+            Self::RoughMirror(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
+            Self::Sheen(_) => Some(Sheen::sample_direction(wo, u)),
+            Self::RoughDielectric(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => None,
         }
     }
@@ -175,15 +174,15 @@ impl Lobe {
 
     /// Estimate of the share that is scattered for `wo`, by channel.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
-        self.albedo_with(&self.known(wo), wo)
+        self.albedo_with(&self.wo_terms(wo), wo)
     }
 
-    /// [`Lobe::albedo_towards`] with what is `known` of `wo`.
+    /// [`Lobe::albedo_towards`] with the terms of `wo`.
     #[inline(always)]
-    pub(super) fn albedo_with(&self, known: &Known, wo: Vec3) -> Spectrum {
+    pub(super) fn albedo_with(&self, terms: &WoTerms, wo: Vec3) -> Spectrum {
         match self {
-            Self::CoatedLambert(lobe) => lobe.albedo_towards(known),
-            Self::RoughMirror(lobe) => lobe.albedo_towards(known, wo),
+            Self::CoatedLambert(lobe) => lobe.albedo_towards(terms),
+            Self::RoughMirror(lobe) => lobe.albedo_towards(terms, wo),
             Self::Sheen(lobe) => lobe.albedo_towards(wo),
             Self::Blinn(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.reflectance(wo.z.abs()),

@@ -9,8 +9,8 @@
 //! out of line, so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy it, so its 336 bytes cost
 //! nothing. A [`Lobe`] stays at 64 bytes.
 //!
-//! A [`BsdfView`] is a BSDF of several lobes for one `wo`: what depends on `wo` alone is computed once for all `wi` of a vertex. Value and density come
-//! together, because they share the half vector and the tables of energy.
+//! A [`BsdfView`] is a BSDF of several lobes for one `wo`. Terms that depend on `wo` alone are computed once for all `wi` of a vertex. Value and density
+//! are computed together, because they share the half vector and the energy tables.
 //!
 //! - A mixture chooses a lobe in proportion to its albedo, normalised; absorption is in the throughput, on which roulette acts. Choosing by the
 //!   albedo itself, and ending the path with the remainder, has the same mean but ends paths at the first vertex.
@@ -206,7 +206,7 @@ impl Bsdf {
         self.eval_pdf(wo, wi).1
     }
 
-    /// [`Bsdf::eval`] and [`Bsdf::pdf`], which have much in common.
+    /// [`Bsdf::eval`] and [`Bsdf::pdf`], which share most of their terms.
     #[inline(always)]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
@@ -227,7 +227,7 @@ impl Bsdf {
     // Matte surfaces are what most paths meet. What others need is kept out of line, so that it does not take registers and
     // cache from them.
 
-    /// The value alone, which no probability of a lobe is needed for.
+    /// [`Bsdf::eval`] of BSDFs that are not matte. The value alone needs no lobe probabilities.
     #[inline(never)]
     fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let [o, i] = [wo, wi].map(|w| self.passed(w));
@@ -301,6 +301,11 @@ impl Bsdf {
 /// Whether both directions lie on the same side of the surface.
 fn same_hemisphere(wo: Vec3, wi: Vec3) -> bool {
     wo.z * wi.z > 0.0
+}
+
+/// `wi` of the upper hemisphere, moved to the side of the surface on which `wo` lies.
+fn on_side_of(wo: Vec3, wi: Vec3) -> Vec3 {
+    Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
 }
 
 /// The facet normal that reflects `wi` to `wo`, and its cosine with both; `None` where no facet does.

@@ -1,4 +1,4 @@
-use super::energy::{Known, Shares, missing_of_dielectrics};
+use super::energy::{EnergyTable, WoTerms, dielectric_loss};
 use super::ggx::Ggx;
 use super::{Fresnel, fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
@@ -48,7 +48,7 @@ impl RoughDielectric {
     /// times that outside, and not 1: there is no half vector where nothing is bent.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
-        let missing = [ior, 1.0 / ior].map(|eta| missing_of_dielectrics(facets.roughness(), eta).mean());
+        let missing = [ior, 1.0 / ior].map(|eta| dielectric_loss(facets.roughness(), eta).mean());
         // Smooth boundaries let pass 1 − F into the denser medium, and (1 − F) / η² out of it: that is reciprocal. So is
         // what passes of the missing light, if its share is in proportion to that and to what is missing on the other
         // side.
@@ -70,11 +70,11 @@ impl RoughDielectric {
         }
     }
 
-    /// What depends on `wo` alone: the share of light that one scattering leaves behind.
-    pub(super) fn known(&self, wo: Vec3) -> Known {
-        Known {
+    /// Terms that depend on `wo` alone: the energy that single scattering loses.
+    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
+        WoTerms {
             share: self.missing(wo).towards(wo.z.abs()),
-            ..Known::default()
+            ..WoTerms::default()
         }
     }
 
@@ -82,13 +82,13 @@ impl RoughDielectric {
     /// exchanged. And density of `wi` per solid angle: that of visible facets by the Jacobian of the half vector (eq. 14 and 17), and of what
     /// several scatterings add on both sides.
     #[inline(never)]
-    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
             return (Spectrum::ZERO, 0.0);
         }
         let eta = self.eta(wo);
         let [here, beyond] = self.sides(wo);
-        let missing_o = known.share;
+        let missing_o = terms.share;
         let missing = self.missing(wi);
         let missing_i = missing.towards(wi.z.abs());
         let (f, single_pdf, share) = if same_hemisphere(wo, wi) {
@@ -123,12 +123,12 @@ impl RoughDielectric {
 
     /// Draws a visible facet, which reflects or refracts, or takes a direction of several scatterings; `u_lobe`
     /// chooses.
-    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;
         }
         let eta = self.eta(wo);
-        let several = known.share;
+        let several = terms.share;
         if u_lobe < several {
             let [here, _] = self.sides(wo);
             let side = if u_lobe < several * here.reflected { wo } else { -wo };
@@ -170,8 +170,8 @@ impl RoughDielectric {
     }
 
     /// What one scattering leaves behind of the light from the side of `w`.
-    fn missing(&self, w: Vec3) -> Shares<4> {
-        missing_of_dielectrics(self.facets.roughness(), self.eta(w))
+    fn missing(&self, w: Vec3) -> EnergyTable<4> {
+        dielectric_loss(self.facets.roughness(), self.eta(w))
     }
 }
 

@@ -1,4 +1,4 @@
-use super::energy::{self, Known, Mirrors};
+use super::energy::{self, ConductorTables, WoTerms};
 use super::ggx::Ggx;
 use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
@@ -36,7 +36,7 @@ impl RoughMirror {
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {
         let facets = Ggx::new(alpha);
         let reflectance = reflectance.to_array();
-        let missing = Mirrors::new(facets.roughness()).missing().mean();
+        let missing = ConductorTables::new(facets.roughness()).loss().mean();
         let mean = fresnel.mean().to_array();
         Self {
             facets,
@@ -59,20 +59,20 @@ impl RoughMirror {
         }
     }
 
-    /// What depends on `wo` alone: the share of light that one reflection leaves behind.
+    /// Terms that depend on `wo` alone: the energy that single reflection loses.
     #[inline(always)]
-    pub(super) fn known(&self, wo: Vec3) -> Known {
-        let mirrors = Mirrors::new(self.facets.roughness());
-        Known {
-            mirrors,
-            share: mirrors.missing().towards(wo.z.abs()),
+    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
+        let tables = ConductorTables::new(self.facets.roughness());
+        WoTerms {
+            tables,
+            share: tables.loss().towards(wo.z.abs()),
         }
     }
 
     /// Value of the lobe, sr⁻¹, which is `D F G₂ / (4 cos θi cos θo)` and what several reflections add; and density of `wi` per solid angle, which is
     /// `D G₁ / (4 cos θo)` and that of what several reflections add.
     #[inline(always)]
-    pub(super) fn eval_pdf(&self, known: &Known, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
             return (Spectrum::ZERO, 0.0);
         }
@@ -82,7 +82,7 @@ impl RoughMirror {
                 0.25 * self.facets.visible_density(wo, h),
             )
         });
-        let (missing, missing_o) = (known.mirrors.missing(), known.share);
+        let (missing, missing_o) = (terms.tables.loss(), terms.share);
         let several = Spectrum::from(self.several) * (missing_o * missing.towards(wi.z.abs()));
         let several_pdf = missing.pdf(wi.z.abs());
         (
@@ -93,9 +93,9 @@ impl RoughMirror {
 
     /// Draws a visible facet and reflects `wo` by it, or takes a direction of several reflections, which `u_lobe`
     /// chooses; what falls below the horizon carries nothing.
-    pub(super) fn sample_direction(&self, known: &Known, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
-        let wi = if u_lobe < known.share {
-            let wi = known.mirrors.missing().sample(u);
+    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+        let wi = if u_lobe < terms.share {
+            let wi = terms.tables.loss().sample(u);
             Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
         } else {
             let h = self.facets.sample_visible(wo, u);
@@ -111,9 +111,9 @@ impl RoughMirror {
 
     /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.
     #[inline(always)]
-    pub(super) fn albedo_towards(&self, known: &Known, wo: Vec3) -> Spectrum {
-        let (missing, cos) = (known.share, wo.z.abs());
-        let [all_missing, grazing] = known.mirrors.missing_and_grazing();
+    pub(super) fn albedo_towards(&self, terms: &WoTerms, wo: Vec3) -> Spectrum {
+        let (missing, cos) = (terms.share, wo.z.abs());
+        let [all_missing, grazing] = terms.tables.loss_and_grazing();
         let single = match self.fresnel {
             Fresnel::Schlick { f0 } => {
                 let grazing = grazing.towards(cos);

@@ -1,5 +1,5 @@
 use super::energy::Row;
-use super::{half_vector, same_hemisphere};
+use super::{half_vector, on_side_of, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::{UNIFORM_HEMISPHERE_PDF, uniform_hemisphere};
@@ -35,9 +35,8 @@ impl Sheen {
     }
 
     /// Draws `wi` on the side of `wo`. No weight is above 3/2 of the colour.
-    pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
-        let wi = uniform_hemisphere(u);
-        Some(Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z)))
+    pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
+        on_side_of(wo, uniform_hemisphere(u))
     }
 
     /// Share that is scattered of uniform light.

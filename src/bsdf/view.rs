@@ -1,10 +1,10 @@
 //! BSDFs as one direction `wo` sees them.
 //!
 //! A vertex of a path evaluates its BSDF for several `wi`, each time with the same `wo`: for its light samples, for the direction it draws, and for the
-//! ends that other pixels share with it. What depends on `wo` alone is computed once: the probability of each lobe, the energy that single reflections
-//! leave behind, the shares that pass layers. Value and density come together, because they share the half vector, `D` and the tables of energy.
+//! ends that other pixels share with it. Terms that depend on `wo` alone are computed once: the probability of each lobe, the energy that single
+//! scattering loses, the shares that pass layers. Value and density are computed together, because they share the half vector, `D` and the energy tables.
 
-use super::energy::Known;
+use super::energy::WoTerms;
 use super::{Bsdf, BsdfSample, Lobe, TransportMode};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
@@ -12,20 +12,19 @@ use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 /// A BSDF as one direction `wo` sees it.
 ///
 /// To sample it, one lobe is chosen with a probability proportional to its albedo. Smooth lobes cover each other, so the value and density of a direction
-/// are those of all of them; a delta lobe's directions are its own. What no lobe scatters is absorbed: the throughput carries it, and roulette acts on
-/// that.
+/// are those of all of them; a delta lobe's directions are its own. Absorbed light lowers the throughput, on which roulette acts.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfView<'a> {
     bsdf: &'a Bsdf,
     wo: Vec3,
-    /// Of the lobes, each in its place.
+    /// Views of the lobes, each in its lobe's place.
     lobes: [LobeView; 5],
 }
 
 /// A lobe of a BSDF as one direction `wo` sees it.
 #[derive(Clone, Copy, Debug, Default)]
 struct LobeView {
-    known: Known,
+    terms: WoTerms,
     /// Probability of choosing the lobe.
     p: f32,
     /// Share of the light towards `wo` that passes the layers above the lobe.
@@ -40,10 +39,10 @@ impl<'a> BsdfView<'a> {
         let mut lobes = [LobeView::default(); 5];
         let mut total = 0.0;
         for (place, lobe) in bsdf.places() {
-            let known = lobe.known(wo);
+            let terms = lobe.wo_terms(wo);
             let passed = passed.map_or(1.0, |passed| passed[place]);
-            let p = lobe.albedo_with(&known, wo).mean() * passed;
-            lobes[place] = LobeView { known, p, passed };
+            let p = lobe.albedo_with(&terms, wo).mean() * passed;
+            lobes[place] = LobeView { terms, p, passed };
             total += p;
         }
         for view in &mut lobes {
@@ -79,7 +78,7 @@ impl<'a> BsdfView<'a> {
         let passed = self.bsdf.passed(wi);
         let (mut f, mut pdf) = (Spectrum::ZERO, 0.0);
         for (place, lobe, view) in self.lobes() {
-            let (lobe_f, lobe_pdf) = lobe.eval_pdf_with(&view.known, self.wo, wi);
+            let (lobe_f, lobe_pdf) = lobe.eval_pdf_with(&view.terms, self.wo, wi);
             f += match (self.bsdf, &passed) {
                 (Bsdf::Layered(layered), Some(i)) => lobe_f * layered.through(lobe, view.passed, i[place]),
                 _ => lobe_f,
@@ -102,7 +101,7 @@ impl<'a> BsdfView<'a> {
             let of_all = BsdfSample::new(sample.f, sample.wi, pdf, sample.scattering);
             return (pdf > 0.0).then_some(of_all.with_eta(sample.eta));
         }
-        let wi = lobe.sample_direction(&view.known, wo, u_part, u)?;
+        let wi = lobe.sample_direction(&view.terms, wo, u_part, u)?;
         let (f, pdf) = self.eval_pdf(wi);
         let f = match mode {
             TransportMode::Radiance => f,
@@ -111,7 +110,8 @@ impl<'a> BsdfView<'a> {
         lobe.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// The lobe whose share of [0, 1) holds `u`, and where in its share `u` lies: a number for its own choices. Smooth lobes come first.
+    /// The lobe whose share of [0, 1) contains `u`, and the position of `u` in that share, a uniform number for the lobe's own choices. Smooth lobes come
+    /// first.
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<((usize, &'a Lobe, &LobeView), f32)> {
         let of_kind = |is_delta| self.lobes().filter(move |(_, lobe, _)| lobe.is_delta() == is_delta);

@@ -5,8 +5,8 @@
 //! show a surface, unless none does.
 //!
 //! - Luminances are means over blocks of 4 × 4 pixels, which lie where they do in the full image, so that noise and single fireflies count little.
-//! - Where a quarter of the picture or more is background, the log-average becomes 0.28, so that the subject stands out; in between the target is linear in
-//!   the background's share.
+//! - The target of the log-average rises with the background's share of the picture: linearly from 0.18 without background to 0.28 at a quarter. A subject
+//!   thus stands out from its background.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8 stops darker than the brightest 5 % count as 8
 //!   stops: black corners do not decide the exposure.
 //! - The median block is shown by a code of 0.35 to 0.6 of the display's range.
@@ -22,9 +22,9 @@ use std::collections::BTreeMap;
 
 /// Middle grey, to which the log-average is taken.
 const MIDDLE_GREY: f32 = 0.18;
-/// The same of a subject before a background, from which it is to stand out.
+/// Target of the log-average where the background counts in full.
 const BEFORE_BACKGROUND: f32 = 0.28;
-/// Share of the picture from which on its background counts in full.
+/// Share of the picture at which the background counts in full.
 const BACKGROUND_SHARE: f32 = 0.25;
 /// Share of the blocks that is left out of the log-average at either end.
 const TRIMMED: f64 = 0.05;
@@ -60,7 +60,7 @@ struct Meter {
     luminances: Vec<f32>,
     /// Largest channel of each block, in ascending order.
     peaks: Vec<f32>,
-    /// What the log-average is taken to.
+    /// Target of the log-average.
     key: f32,
 }
 
@@ -87,7 +87,7 @@ impl Meter {
         }
     }
 
-    /// Of what covers a share of the picture; the rest is background.
+    /// Meter of blocks that cover this share of the picture; the rest is background.
     fn of_blocks(blocks: Vec<Spectrum>, share: f32) -> Self {
         let sorted = |value: fn(&Spectrum) -> f32| {
             let mut values: Vec<f32> = blocks.iter().map(value).collect();

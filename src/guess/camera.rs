@@ -210,7 +210,7 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// What answers rays into the scene.
+    /// The acceleration structure of the scene.
     pub fn accel(&self) -> &'a dyn Accel {
         self.looker.accel
     }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// Rays along a side of the square through which candidates are compared.
 const RAYS: u32 = 64;
-/// Share of its width or height that a candidate fills.
+/// Share of the square's width or height that the object fills in a candidate.
 const FILL: f32 = 0.8;
 /// Triangles that candidates are framed by.
 const FEW: u64 = 1 << 15;

@@ -49,6 +49,14 @@ impl<'a> Vertex<'a> {
         }
     }
 
+    /// Probability that [`Vertex::sample`] chooses a lobe that is no delta lobe.
+    pub fn smooth_probability(&self) -> f32 {
+        match self.view {
+            Some(view) => view.smooth_probability(),
+            None => self.bsdf.smooth_probability(self.wo),
+        }
+    }
+
     /// The point as one that light falls on.
     #[inline(always)]
     pub fn light_context(&self) -> LightSampleContext {

@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Columns and rows of the picture.
 pub const STUDIO_SIZE: [usize; 2] = [256, 128];
-/// Irradiance of key, fill and rim, each on a surface that faces it, W·m⁻². The rim is the brightest: it grazes what the camera sees of the subject.
+/// Irradiance of key, fill and rim, each on a surface that faces it, W·m⁻². The rim lamp is the brightest, because the camera sees only surfaces that it grazes.
 pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 
 /// Radiance of the wall at the nadir, at the horizon and at the zenith.

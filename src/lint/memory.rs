@@ -48,7 +48,7 @@ pub struct Forecast {
     pub textures: u64,
     /// What is left of reading files.
     pub reading: u64,
-    /// What is left of the structure by which a camera was guessed: the allocator keeps that of obvhs, Embree's goes back to the system.
+    /// Memory that the allocator keeps of the acceleration structure for guessing the camera. Embree's goes back to the system.
     pub guessing: u64,
     /// Acceleration structures, by backend, of which a render has one.
     pub accel: [AccelMemory; 3],
@@ -107,7 +107,7 @@ impl Forecast {
         }
     }
 
-    /// The same after a camera was guessed by rays of a backend.
+    /// The forecast of a render whose camera was guessed by rays of `backend`.
     pub fn after_guess(self, backend: &str) -> Self {
         Self {
             guessing: match backend {

@@ -2,8 +2,7 @@
 //!
 //! A [`Material`] holds the user's parameters. `Material::bsdf` makes lobes of its constants once, when the scene is frozen, and vertices refer to
 //! that BSDF: building or copying it at every hit cost 5 % of a render. Where textures vary a material (`maps`), `Material::bsdf_at` makes another
-//! BSDF for the spot. The integrator lends a slot (`BsdfSlot`) for the lifetime of the vertex, which holds that BSDF and the view of it, so that nothing is
-//! allocated.
+//! BSDF for the spot. The integrator lends a slot (`BsdfSlot`) for the lifetime of the vertex. The slot holds that BSDF and its view, so that nothing is allocated.
 //!
 //! A shape whose normal and material are the same all over is marked plain when the scene is frozen, and takes a shorter path through
 //! `World::vertex`. Anisotropic materials need a tangent, which is that of growing u, triangle by triangle; `Scene::frame` computes it for these

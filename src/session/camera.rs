@@ -101,7 +101,7 @@ impl CameraSettings {
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }
 
-    /// The camera, and what was guessed of it, if anything was. `finder` is of these settings, and is there where they need the scene.
+    /// The camera's description, and the guess, if parts were guessed. `finder` was made of these settings; it is needed where they need the scene.
     fn describe(
         &self,
         finder: Option<&CameraFinder>,
@@ -144,7 +144,7 @@ impl CameraSettings {
         Ok((CameraDescription { motion, parameters }, guess))
     }
 
-    /// The camera as a picture of so many pixels sees by it.
+    /// The camera for an image of `resolution` pixels.
     pub(super) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
         let (description, guess) = self.describe(finder, resolution)?;
         Ok(FoundCamera {

@@ -1,4 +1,4 @@
-//! The memory that a render takes, and the checks of it against what there is.
+//! Forecasts of a render's memory, and checks of them against limits and free memory.
 
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;

@@ -289,7 +289,7 @@ impl Settings {
         Ok(self.camera_and_light(file, scene, pool, false)?.0)
     }
 
-    /// The camera, as [`Settings::camera_of`] has it, and where `unlit` says that nothing in `scene` emits, light for it and what the scene is like.
+    /// The camera of [`Settings::camera_of`]; where `scene` is `unlit`, also a guess of its light, with the survey of the scene.
     pub(super) fn camera_and_light(
         &self,
         file: &SceneFile,

@@ -101,7 +101,7 @@ impl Directions {
     #[inline(never)]
     fn sample_hemisphere(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, wo) = (vertex.bsdf, vertex.wo);
-        let smooth = bsdf.smooth_probability(wo);
+        let smooth = vertex.smooth_probability();
         if u_lobe >= smooth {
             return vertex.sample(u_lobe, u);
         }

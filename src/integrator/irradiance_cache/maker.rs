@@ -5,7 +5,6 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::integrator::path::integrator::PathStart;
-use crate::integrator::path::reuse::NoReuse;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
 use crate::material::BsdfSlot;
@@ -187,9 +186,11 @@ impl<A: Accel> RecordMaker<'_, A> {
             hit: Some(hit),
             depth,
             tail_depth: depth,
+            prev: None,
+            roulette_scale: Spectrum::ONE,
         };
         Seen {
-            radiance: self.path.li(&start, &BsdfSlot::new(), &mut NoReuse, out).tail,
+            radiance: self.path.radiance(&start, out).tail,
             distance: hit.t,
         }
     }

@@ -62,6 +62,10 @@ pub(crate) struct PathStart<'s, S> {
     pub depth: u32,
     /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
     pub tail_depth: u32,
+    /// The scattering that `ray` comes from, where light that it meets is to be weighed against light sampling; `None` at the camera.
+    pub prev: Option<PrevVertex>,
+    /// Throughput before `ray`, as far as Russian roulette takes it into account; the estimate does not contain it.
+    pub roulette_scale: Spectrum,
 }
 
 /// The state of a path between two vertices.
@@ -69,9 +73,9 @@ pub(crate) struct PathState {
     pub ray: Ray,
     /// Throughput.
     pub beta: Spectrum,
-    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and
-    /// what a path that serves several pixels counts in them.
-    pub roulette_scale: f32,
+    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and the throughput before the
+    /// start of the path.
+    pub roulette_scale: Spectrum,
     /// The scattering that `ray` comes from; `None` at the camera.
     pub prev: Option<PrevVertex>,
 }
@@ -122,8 +126,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
             for (i, out) in out.iter_mut().enumerate() {
-                let slot = BsdfSlot::new();
-                let radiance = self.li(&packet.start(i, keys), &slot, &mut NoReuse, out);
+                let radiance = self.radiance(&packet.start(i, keys), out);
                 out.radiance(radiance.clamped(self.clamp_indirect));
             }
         }
@@ -131,19 +134,33 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// The radiance that arrives along the ray of `start`, by following one path. `slot` is that of its first vertex; `reuse` is
-    /// told of the vertices that path reuse needs.
+    /// The radiance that arrives along the ray of `start`, by following one path that serves its own pixel alone.
+    #[inline(never)]
+    pub(crate) fn radiance<S: Sampler, R: Gathered>(
+        &self,
+        start: &PathStart<S>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> PathRadiance<R> {
+        self.li(start, &[], &mut NoReuse, out)
+    }
+
+    /// The radiance that arrives along the ray of `start`, by following one path. The first vertices are made in `slots`, as many as there are, and
+    /// `reuse` is told of them; it may end the path at one of them.
     #[inline(always)]
     pub(crate) fn li<'v, S: Sampler, R: Gathered>(
         &'v self,
         start: &PathStart<S>,
-        slot: &'v BsdfSlot<'v>,
+        slots: &'v [BsdfSlot<'v>],
         reuse: &mut impl Reuse<'v>,
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
         let (world, strategy) = (&self.world, &self.strategy);
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
-        let mut path = PathState::new(start.ray);
+        let mut path = PathState {
+            roulette_scale: start.roulette_scale,
+            prev: start.prev,
+            ..PathState::new(start.ray)
+        };
         // Whether the first vertex counts the light that is missing there, in place of that which arrives
         let mut is_missing = false;
         for depth in start.depth.. {
@@ -157,10 +174,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 false => world.intersect(&path.ray, RayKind::Bounce, out),
             };
             let later = BsdfSlot::new();
-            let vertex = match (hit, is_first) {
+            let vertex = match (hit, slots.get((depth - start.depth) as usize)) {
                 (None, _) => None,
-                (Some(hit), true) => Some(reuse.first_vertex(world.vertex(&hit, &path.ray, slot))),
-                (Some(hit), false) => Some(world.vertex(&hit, &path.ray, &later)),
+                (Some(hit), Some(slot)) => Some(reuse.meet(depth, world.vertex(&hit, &path.ray, slot), &path)),
+                (Some(hit), None) => Some(world.vertex(&hit, &path.ray, &later)),
             };
 
             // A camera ray that leaves the scene sees the background
@@ -190,9 +207,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
                 has_tail = true;
-                reuse.tail_vertex(&vertex, &mut path);
             }
-            if self.max_depth.is_some_and(|max| depth >= max) {
+            if self.max_depth.is_some_and(|max| depth >= max) || reuse.ends_path() {
                 break;
             }
 
@@ -208,8 +224,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 let Some(sample) = sample else { break 'scatter None };
                 let beta = path.beta * sample.weight;
                 // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-                let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
-                let factor = self.roulette.play(depth, beta * roulette_scale, u.roulette);
+                let roulette_scale = path.roulette_scale * (sample.eta * sample.eta);
+                let factor = match reuse.allows_roulette() {
+                    true => self.roulette.play(depth, beta * roulette_scale, u.roulette),
+                    false => Some(1.0),
+                };
                 factor.map(|factor| PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -323,6 +342,8 @@ impl<S: Sampler> CameraPacket<S> {
             hit: self.hits[i],
             depth: 0,
             tail_depth: 1,
+            prev: None,
+            roulette_scale: Spectrum::ONE,
         }
     }
 }
@@ -366,11 +387,12 @@ impl<'s, S: Sampler> VertexNumbers<'s, S> {
 
 impl PathState {
     /// Before the first vertex.
+    #[inline(always)]
     pub fn new(ray: Ray) -> Self {
         Self {
             ray,
             beta: Spectrum::ONE,
-            roulette_scale: 1.0,
+            roulette_scale: Spectrum::ONE,
             prev: None,
         }
     }

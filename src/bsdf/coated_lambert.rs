@@ -29,6 +29,16 @@ impl CoatedLambert {
         (self.albedo, self.f0, self.roughness)
     }
 
+    /// `√α` of the coat.
+    pub(super) fn roughness(&self) -> f32 {
+        self.roughness
+    }
+
+    /// Albedo, share that passes the coat on average, 1 for a coat, its reflectance along the normal and what several reflections in it give.
+    pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
+        (self.albedo, self.passed, 1.0, [self.f0, self.several])
+    }
+
     /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();

@@ -20,7 +20,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::OnceLock;
 
 /// Nodes along roughness and along the cosine.
-const NODES: usize = 32;
+pub(super) const NODES: usize = 32;
 
 /// Nodes along the index of refraction.
 const INDEX_NODES: usize = 65;
@@ -103,6 +103,63 @@ impl ConductorTables {
             loss_pdf: cos * FRAC_1_PI * blend(lower.cells[node], upper.cells[node]) / mean_loss,
             grazing: blend(at(lower_grazing), at(upper_grazing)),
         }
+    }
+}
+
+/// Rows of the tables of rough conductors with one roughness, where many directions are looked up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MirrorRows {
+    lower: &'static [Row; 2],
+    upper: &'static [Row; 2],
+    /// Weight of the upper ones.
+    t: f32,
+    /// Mean over the cosine of the share that single reflections lose.
+    pub mean_loss: f32,
+}
+
+impl MirrorRows {
+    /// The rows of `tables`.
+    pub fn of(tables: ConductorTables) -> Self {
+        let (node, t) = cell(tables.place, NODES);
+        let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
+        Self {
+            lower,
+            upper,
+            t,
+            mean_loss: (1.0 - t) * lower[0].mean + t * upper[0].mean,
+        }
+    }
+
+    /// Share that single reflections lose, at a node of the cosine before the last and at the one behind it.
+    #[inline(always)]
+    pub fn loss(&self, node: usize) -> [f32; 2] {
+        self.at(0, node)
+    }
+
+    /// Share that single reflections reflect, each weighed by Schlick's `(1 − cos)⁵`, at the two nodes.
+    #[inline(always)]
+    pub fn grazing(&self, node: usize) -> [f32; 2] {
+        self.at(1, node)
+    }
+
+    /// Mean of the loss between the two nodes, over that of all cosines.
+    #[inline(always)]
+    pub fn loss_cell(&self, node: usize) -> f32 {
+        self.blend(self.lower[0].cells[node], self.upper[0].cells[node]) / self.mean_loss
+    }
+
+    #[inline(always)]
+    fn at(&self, kind: usize, node: usize) -> [f32; 2] {
+        let (lower, upper) = (&self.lower[kind].nodes, &self.upper[kind].nodes);
+        [
+            self.blend(lower[node], upper[node]),
+            self.blend(lower[node + 1], upper[node + 1]),
+        ]
+    }
+
+    #[inline(always)]
+    fn blend(&self, lower: f32, upper: f32) -> f32 {
+        lower + self.t * (upper - lower)
     }
 }
 

@@ -29,6 +29,11 @@ impl Ggx {
         }
     }
 
+    /// `αx` and `αy`.
+    pub fn slopes(&self) -> Vec2 {
+        self.alpha
+    }
+
     /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq. 85).
     ///
     /// Unlike the form with `cos² (α² − 1) + 1`, this one subtracts nothing.

@@ -26,6 +26,20 @@ impl RoughMirror {
         (self.reflectance, self.fresnel)
     }
 
+    /// Whether it reflects by Schlick's formula.
+    pub(super) fn is_schlick(&self) -> bool {
+        matches!(self.fresnel, Fresnel::Schlick { .. })
+    }
+
+    /// Slopes; and factor of single reflections, reflectance along the normal and what several reflections give, by channel.
+    pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
+        let f0 = match self.fresnel {
+            Fresnel::Schlick { f0 } => f0,
+            _ => [1.0; 3],
+        };
+        (self.facets.slopes(), [self.reflectance, f0, self.several])
+    }
+
     /// `√α` of its facets, the roughness of those that are alike along all tangents.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()

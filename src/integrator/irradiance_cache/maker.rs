@@ -186,7 +186,6 @@ impl<A: Accel> RecordMaker<'_, A> {
             hit: Some(hit),
             depth,
             tail_depth: depth,
-            prev: None,
             roulette_scale: Spectrum::ONE,
         };
         Seen {

@@ -62,8 +62,6 @@ pub(crate) struct PathStart<'s, S> {
     pub depth: u32,
     /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
     pub tail_depth: u32,
-    /// The scattering that `ray` comes from, where light that it meets is to be weighed against light sampling; `None` at the camera.
-    pub prev: Option<PrevVertex>,
     /// Throughput before `ray`, as far as Russian roulette takes it into account; the estimate does not contain it.
     pub roulette_scale: Spectrum,
 }
@@ -158,7 +156,6 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let mut path = PathState {
             roulette_scale: start.roulette_scale,
-            prev: start.prev,
             ..PathState::new(start.ray)
         };
         // Whether the first vertex counts the light that is missing there, in place of that which arrives
@@ -342,9 +339,30 @@ impl<S: Sampler> CameraPacket<S> {
             hit: self.hits[i],
             depth: 0,
             tail_depth: 1,
-            prev: None,
             roulette_scale: Spectrum::ONE,
         }
+    }
+}
+
+impl<S> PathStart<'_, S> {
+    /// With the closest hit of its ray, which has left a surface.
+    #[inline(always)]
+    pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
+        let hit = world.intersect(&self.ray, RayKind::Bounce, out);
+        Self { hit, ..self }
+    }
+
+    /// Light that is emitted where the ray ends, weighed against the light samples of the vertex `prev`, which it has left.
+    #[inline(never)]
+    pub fn emitted<A: Accel, R: Gathered>(&self, world: &World<A>, strategy: &Strategy, prev: &PrevVertex) -> R {
+        let slot = BsdfSlot::new();
+        let vertex = self.hit.map(|hit| world.vertex(&hit, &self.ray, &slot));
+        let met = self.hit.as_ref().zip(vertex.as_ref());
+        let mut emitted = R::default();
+        strategy.emitted(world.scene, &self.ray, Some(prev), Spectrum::ONE, met, |light| {
+            emitted += light
+        });
+        emitted
     }
 }
 

@@ -2,17 +2,18 @@
 
 use super::First;
 use crate::accel::Accel;
-use crate::bsdf::{BsdfDirection, BsdfSample, BsdfView};
+use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfSample, BsdfView, DirectionLanes, LANES};
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin, segment};
-use crate::integrator::path::direct::{LIGHTS_A_LOOK, LightNumbers};
+use crate::integrator::path::direct::LIGHTS_A_LOOK;
 use crate::integrator::path::integrator::{PathIntegrator, PathStart, PathState, VertexNumbers};
 use crate::integrator::path::strategy::{Directions, PrevVertex};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
-use crate::light::LightId;
+use crate::light::{LightId, LightSample};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::Sampler;
+use std::iter;
 
 /// Minimum throughput that roulette assumes for a shared path.
 const MIN_SHARED_BETA: f32 = 0.5;
@@ -47,7 +48,7 @@ pub(super) struct End<'v> {
 }
 
 /// A first vertex as one that could have found the end.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Candidate {
     /// Index of its path in the group.
     index: usize,
@@ -61,25 +62,105 @@ struct Candidate {
     wo: Vec3,
 }
 
-/// The first vertices that see the end; the owner's is the first of them.
-struct Viewers<'e> {
-    end: &'e Vertex<'e>,
-    candidates: [Candidate; SAMPLES_AT_ONCE],
+/// The first vertices that see the end: the first candidates of the workspace.
+#[derive(Clone, Copy)]
+struct Viewers {
     count: usize,
     /// Density of ends at this point, per area.
     pdf: f32,
-    /// The BSDF of the end as each of them sees it, where it has several lobes.
-    views: [Option<BsdfView<'e>>; SAMPLES_AT_ONCE],
-    /// What each of them receives.
-    directions: Directions,
+    /// How the BSDF of the end is evaluated for them.
+    bsdf: EndBsdf,
+}
+
+/// How the BSDF of an end is evaluated for its viewers.
+#[derive(Clone, Copy)]
+enum EndBsdf {
+    /// It is matte: all see the same.
+    Alike,
+    /// In lanes.
+    Lanes,
+    /// By a view for each of them, where it has several lobes.
+    Views,
+}
+
+/// Memory for the viewers of one end after the other.
+pub(super) struct Workspace<'v> {
+    candidates: [Candidate; SAMPLES_AT_ONCE],
+    /// The BSDF of the end as each of the viewers sees it.
+    lanes: BsdfLanes,
+    views: [Option<BsdfView<'v>>; SAMPLES_AT_ONCE],
+    /// BSDFs of the first vertices, and which of them are held there.
+    firsts: BsdfLanes,
+    is_held: [bool; SAMPLES_AT_ONCE],
+}
+
+// A lane for each sample
+const _: () = assert!(LANES == SAMPLES_AT_ONCE);
+
+impl<'v> Workspace<'v> {
+    /// Memory that holds nothing.
+    pub fn new() -> Self {
+        Self {
+            candidates: [Candidate::default(); SAMPLES_AT_ONCE],
+            lanes: BsdfLanes::empty(),
+            views: [None; SAMPLES_AT_ONCE],
+            firsts: BsdfLanes::empty(),
+            is_held: [false; SAMPLES_AT_ONCE],
+        }
+    }
+
+    /// Takes in the first vertices of a group, which look in `directions`.
+    #[inline(always)]
+    pub fn begin(&mut self, firsts: &[Option<First>; SAMPLES_AT_ONCE], directions: Directions) {
+        self.is_held = [false; SAMPLES_AT_ONCE];
+        let has_lobes = |first: &&First| directions == Directions::Bsdf && Vertex::needs_view(first.vertex.bsdf);
+        if firsts.iter().flatten().any(|first| has_lobes(&first)) {
+            let firsts = firsts.iter().enumerate();
+            let firsts = firsts.filter_map(|(i, first)| Some((i, first.as_ref().filter(has_lobes)?)));
+            let firsts = firsts.map(|(i, first)| (i, first.vertex.bsdf, first.vertex.wo));
+            self.is_held = self.firsts.hold_each(firsts);
+        }
+    }
 }
 
 /// Light from one direction, as the end scatters it.
 struct Scattered {
     /// `f |cos θ|` for each viewer.
-    f: [Spectrum; SAMPLES_AT_ONCE],
+    f: ForViewers,
     /// Density of the direction, per solid angle: the mean over viewers.
     pdf: f32,
+}
+
+enum ForViewers {
+    /// Matte surfaces scatter the same light to all.
+    Alike(Spectrum),
+    Each([Spectrum; SAMPLES_AT_ONCE]),
+}
+
+/// Light that the end scatters to its viewers.
+#[derive(Default)]
+struct Shares<R> {
+    /// To all of them.
+    alike: R,
+    /// To each of them besides.
+    each: [R; SAMPLES_AT_ONCE],
+}
+
+impl<R: Gathered> Shares<R> {
+    #[inline(always)]
+    fn add(&mut self, light: R, scattered: &Scattered) {
+        match &scattered.f {
+            ForViewers::Alike(f) => self.alike += light * *f,
+            ForViewers::Each(f) => self.each.iter_mut().zip(f).for_each(|(share, f)| *share += light * *f),
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, viewer: usize) -> R {
+        let mut share = self.alike;
+        share += self.each[viewer];
+        share
+    }
 }
 
 impl<'v> End<'v> {
@@ -104,326 +185,340 @@ impl<'v> End<'v> {
     }
 
     /// Follows the path from here and gives each path whose first vertex sees the end its share of the light that is scattered here. `start` is that of
-    /// the path `owner`, which has found the end. The shares go to the sinks, or into `indirect` if there is one.
+    /// the path `owner`, which has found the end; `firsts` are the first vertices, which `work` has taken in. The shares go to the sinks, or into
+    /// `indirect` if there is one.
     #[inline(always)]
     pub fn light_all<A: Accel, S: Sampler, R: Gathered>(
         &self,
         path: &PathIntegrator<A>,
         start: &PathStart<S>,
-        firsts: &[Option<First>; SAMPLES_AT_ONCE],
+        (firsts, work): (&[Option<First>; SAMPLES_AT_ONCE], &mut Workspace<'v>),
         owner: usize,
         (out, mut indirect): (&mut [impl Sink<Radiance = R>], Option<&mut [R; SAMPLES_AT_ONCE]>),
     ) {
-        let Some(viewers) = self.viewers(path, firsts, owner, out) else {
-            return;
-        };
-        let mut radiance = [R::default(); SAMPLES_AT_ONCE];
-        let mut own = None;
-        let out_of_owner = &mut out[owner];
+        let (world, strategy) = (&path.world, &path.strategy);
+        let u = VertexNumbers::draw(start.sampler, self.depth, path.roulette);
+        let mut shares = Shares::default();
+        // Much light that a path looks for is not there: the viewers are found when there is some.
+        let mut viewers = None;
 
         // Sample lights
-        let u = VertexNumbers::draw(start.sampler, self.depth, path.roulette);
-        if let Some(u) = &u.light {
-            self.sample_lights(path, &viewers, u, &mut radiance, out_of_owner);
+        if let Some(u) = u.light.as_ref().filter(|_| strategy.samples_lights()) {
+            let mut add = |(id, expected): (LightId, f32), u: Vec2, out: &mut [_]| {
+                let Some((light, wi, radiance)) = self.sample_light(world, id, u, &mut out[owner]) else {
+                    return;
+                };
+                let viewers = viewers.get_or_insert_with(|| self.viewers(path, firsts, work, owner, out));
+                let scattered = self.scattered(viewers, work, strategy.directions, wi);
+                let pdf = expected * light.pdf;
+                let weight = strategy.light_weight(pdf, light.is_delta, scattered.pdf);
+                shares.add(R::of_light(radiance * (weight / pdf), id, world.scene), &scattered);
+            };
+            let selection = world.scene.light_selection();
+            match selection.all() {
+                Some(ids) => {
+                    for (index, &id) in (0..).zip(ids) {
+                        if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out[owner].is_cancelled() {
+                            break;
+                        }
+                        add((id, 1.0), u.point_of(index), out);
+                    }
+                }
+                None => {
+                    let light = selection.sample(world.scene.lights(), &self.vertex.light_context(), u.choice);
+                    light.into_iter().for_each(|light| add(light, u.point, out));
+                }
+            }
         }
 
         // Sample the BSDF, and follow the path
-        let directions = path.strategy.directions;
-        if let Some(sample) = directions.sample(&self.vertex, u.lobe(self.vertex.bsdf), u.direction) {
-            let next = |weight: Spectrum, pdf, scale| {
-                let factor = path.roulette.play(self.depth, weight * scale, u.roulette)?;
-                Some((
-                    factor,
-                    PrevVertex {
-                        pdf,
-                        ..PrevVertex::new(&self.vertex, &sample, 1)
-                    },
-                    weight * factor * scale,
-                ))
+        let u_lobe = u.lobe(self.vertex.bsdf);
+        let sample = strategy.directions.sample(&self.vertex, u_lobe, u.direction);
+        if let Some((sample, factor, next)) = sample.and_then(|sample| self.play(path, &sample, start, &u)) {
+            let next = next.traced(world, &mut out[owner]);
+            let radiance = path.radiance(&next, &mut out[owner]);
+            // What is emitted where the ray ends, and what arrives there
+            let (emitted, scattered) = match radiance.has_tail {
+                true => (radiance.head, radiance.tail),
+                false => (radiance.tail, R::default()),
             };
-            let eta = sample.eta * sample.eta;
             if sample.is_delta() {
-                let weight = self.beta * sample.weight;
-                if let Some((factor, prev, scale)) = next(weight, sample.pdf, self.roulette_scale * eta) {
-                    own = Some(self.follow(path, start, &sample, prev, scale, out_of_owner) * (weight * factor));
+                // No other path finds it.
+                let light = radiance.sum() * (self.beta * sample.weight * factor);
+                match &mut indirect {
+                    None => out[owner].radiance(light),
+                    Some(indirect) => indirect[owner] += light,
                 }
-            } else {
-                let Scattered { f, pdf } = viewers.scattered(sample.wi);
-                // Roulette goes by the pixel that follows the path, as long as that is not a dark one.
-                let scale = self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta);
-                let weight = viewers.mean(&f) * (1.0 / pdf);
-                if pdf > 0.0
-                    && let Some((factor, prev, scale)) = next(weight, pdf, scale)
-                {
-                    let light = self.follow(path, start, &sample, prev, scale, out_of_owner) * (factor / pdf);
-                    for (radiance, f) in radiance.iter_mut().zip(&f[..viewers.count]) {
-                        *radiance += light * *f;
-                    }
+            } else if !emitted.sum().is_black() || !scattered.sum().is_black() {
+                let viewers = viewers.get_or_insert_with(|| self.viewers(path, firsts, work, owner, out));
+                let for_viewers = self.scattered(viewers, work, strategy.directions, sample.wi);
+                let mut light = scattered;
+                if !emitted.sum().is_black() {
+                    let prev = PrevVertex {
+                        pdf: for_viewers.pdf,
+                        ..PrevVertex::new(&self.vertex, &sample, 1)
+                    };
+                    light += next.emitted(world, strategy, &prev);
+                }
+                if for_viewers.pdf > 0.0 {
+                    shares.add(light * (factor / for_viewers.pdf), &for_viewers);
                 }
             }
         }
 
         // Shares of all viewers
-        let mut add = |index: usize, share: R| match &mut indirect {
-            None => out[index].radiance(share),
-            Some(indirect) => indirect[index] += share,
-        };
-        let scale = 1.0 / viewers.pdf;
-        for (candidate, radiance) in viewers.candidates().iter().zip(radiance) {
-            add(candidate.index, radiance * (candidate.beta * scale));
-        }
-        if let Some(own) = own {
-            add(owner, own);
+        let Some(viewers) = viewers else { return };
+        for (i, candidate) in work.candidates[..viewers.count].iter().enumerate() {
+            let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));
+            match &mut indirect {
+                None => out[candidate.index].radiance(share),
+                Some(indirect) => indirect[candidate.index] += share,
+            }
         }
     }
 
-    /// The radiance that arrives from the direction of `sample`.
+    /// Samples the light `id`: the sample, its direction in the local frame, and the radiance that arrives; `None` if none does.
     #[inline(always)]
-    fn follow<A: Accel, S: Sampler, R: Gathered>(
+    fn sample_light<A: Accel>(
+        &self,
+        world: &World<A>,
+        id: LightId,
+        u: Vec2,
+        out: &mut impl Sink,
+    ) -> Option<(LightSample, Vec3, Spectrum)> {
+        let vertex = &self.vertex;
+        let light = &world.scene.lights()[id.0 as usize];
+        let light = light.sample(vertex.point.p, vertex.point.time, u, world.scene.textures())?;
+        let wi = vertex.frame.to_local(light.wi);
+        if light.radiance.is_black() || (wi.z * vertex.wo.z <= 0.0 && !vertex.bsdf.is_transmitting()) {
+            return None;
+        }
+        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        let arrives = world.transmittance(&ray, out);
+        (arrives > 0.0).then_some((light, wi, light.radiance * arrives))
+    }
+
+    /// Plays roulette before the path goes on by `sample`: what makes up for the paths that end, and the start of the rest.
+    #[inline(always)]
+    fn play<'s, A: Accel, S: Sampler>(
         &self,
         path: &PathIntegrator<A>,
-        start: &PathStart<S>,
         sample: &BsdfSample,
-        prev: PrevVertex,
-        roulette_scale: Spectrum,
-        out: &mut impl Sink<Radiance = R>,
-    ) -> R {
-        let ray = self.vertex.ray_along(sample.wi);
-        let start = PathStart {
+        start: &PathStart<'s, S>,
+        u: &VertexNumbers<S>,
+    ) -> Option<(BsdfSample, f32, PathStart<'s, S>)> {
+        let eta = sample.eta * sample.eta;
+        let scale = match sample.is_delta() {
+            true => self.beta * self.roulette_scale * eta,
+            // Roulette goes by the pixel that follows the path, as long as that is not a dark one.
+            false => self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta),
+        };
+        let factor = path.roulette.play(self.depth, sample.weight * scale, u.roulette)?;
+        let next = PathStart {
             key: start.key,
             sampler: start.sampler,
-            hit: path.world.intersect(&ray, RayKind::Bounce, out),
-            ray,
+            ray: self.vertex.ray_along(sample.wi),
+            hit: None,
             depth: self.depth + 1,
-            tail_depth: 0,
-            prev: Some(prev),
-            roulette_scale,
+            tail_depth: self.depth + 1,
+            roulette_scale: sample.weight * factor * scale,
         };
-        path.radiance(&start, out).tail
+        Some((*sample, factor, next))
     }
 
-    /// Adds the light of one sampled light, or of all lights, to the `radiance` that each viewer sees.
+    /// Finds the first vertices that see the end.
     #[inline(always)]
-    fn sample_lights<A: Accel, S: Sampler, R: Gathered>(
+    fn viewers<A: Accel>(
         &self,
-        path: &PathIntegrator<A>,
-        viewers: &Viewers,
-        u: &LightNumbers<S>,
-        radiance: &mut [R; SAMPLES_AT_ONCE],
-        out: &mut impl Sink<Radiance = R>,
-    ) {
-        if !path.strategy.samples_lights() {
-            return;
-        }
-        let scene = path.world.scene;
-        let selection = scene.light_selection();
-        match selection.all() {
-            Some(ids) => {
-                for (index, &id) in (0..).zip(ids) {
-                    if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
-                        break;
-                    }
-                    self.sample_light(path, viewers, (id, 1.0), u.point_of(index), radiance, out);
-                }
-            }
-            None => {
-                if let Some(light) = selection.sample(scene.lights(), &self.vertex.light_context(), u.choice) {
-                    self.sample_light(path, viewers, light, u.point, radiance, out);
-                }
-            }
-        }
-    }
-
-    /// Adds the light `id`, of which `expected` samples are expected here.
-    #[inline(always)]
-    fn sample_light<A: Accel, R: Gathered>(
-        &self,
-        path: &PathIntegrator<A>,
-        viewers: &Viewers,
-        (id, expected): (LightId, f32),
-        u: Vec2,
-        radiance: &mut [R; SAMPLES_AT_ONCE],
-        out: &mut impl Sink<Radiance = R>,
-    ) {
-        let (scene, vertex) = (path.world.scene, &self.vertex);
-        let light = &scene.lights()[id.0 as usize];
-        let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
-            return;
-        };
-        let wi = vertex.frame.to_local(light.wi);
-        let Scattered { f, pdf } = viewers.scattered(wi);
-        if f[..viewers.count].iter().all(|f| f.is_black()) {
-            return;
-        }
-        let light_pdf = expected * light.pdf;
-        let weight = path.strategy.light_weight(light_pdf, light.is_delta, pdf);
-        let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
-        let arrives = path.world.transmittance(&ray, out);
-        if arrives > 0.0 {
-            let light = R::of_light(light.radiance * (arrives * weight / light_pdf), id, scene);
-            for (radiance, f) in radiance.iter_mut().zip(&f[..viewers.count]) {
-                *radiance += light * *f;
-            }
-        }
-    }
-
-    /// The first vertices that see the end; `None` where not even the owner's could have found it.
-    #[inline(always)]
-    fn viewers<'e, A: Accel>(
-        &'e self,
         path: &PathIntegrator<A>,
         firsts: &[Option<First>; SAMPLES_AT_ONCE],
+        work: &mut Workspace<'v>,
         owner: usize,
         out: &mut [impl Sink],
-    ) -> Option<Viewers<'e>> {
-        let world = &path.world;
-        let directions = path.strategy.directions;
-        let candidate = |i: usize| self.candidate(firsts[i].as_ref()?, i, directions);
+    ) -> Viewers {
+        let (world, directions) = (&path.world, path.strategy.directions);
 
-        // Vertices that could have found it. That the owner's sees it is known.
-        let own = candidate(owner)?;
-        let mut candidates = [own; SAMPLES_AT_ONCE];
-        let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
-        let time = self.vertex.point.time;
-        let to_end = |candidate: &Candidate| segment(candidate.origin, self.p).when(time);
-        let mut count = 1;
-        for candidate in (0..SAMPLES_AT_ONCE).filter(|i| *i != owner).filter_map(candidate) {
-            rays[count] = to_end(&candidate);
-            candidates[count] = candidate;
-            count += 1;
-        }
+        // Vertices that could have found it, the owner's first. That this one sees it is known.
+        let count = self.candidates(firsts, work, owner, directions);
+        let candidates = &mut work.candidates[..count];
+        let known = usize::from(candidates.first().is_some_and(|first| first.index == owner));
 
         // Their visibility; where surfaces have alpha, their transmittance
+        let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
+        for (ray, candidate) in rays.iter_mut().zip(&*candidates) {
+            *ray = segment(candidate.origin, self.p).when(self.vertex.point.time);
+        }
         let mut seen = [1.0; SAMPLES_AT_ONCE];
         if world.scene.has_alpha() {
-            rays[0] = to_end(&own);
-            for ((seen, ray), candidate) in seen.iter_mut().zip(&rays).zip(&candidates[..count]) {
+            for ((seen, ray), candidate) in seen.iter_mut().zip(&rays).zip(&*candidates) {
                 *seen = world.transmittance(ray, &mut out[candidate.index]);
             }
         } else {
-            self.trace(world, &rays[1..count], &mut seen[1..count]);
-            for candidate in &candidates[1..count] {
-                out[candidate.index].ray(RayKind::Shadow);
+            let mut occluded = [false; SAMPLES_AT_ONCE];
+            world
+                .accel
+                .occluded_coherent(&rays[known..count], &mut occluded[known..count]);
+            for i in known..count {
+                seen[i] = f32::from(u8::from(!occluded[i]));
+                out[candidates[i].index].ray(RayKind::Shadow);
             }
         }
 
-        // Those that see it
+        // Keep those that see it
         let mut viewers = Viewers {
-            end: &self.vertex,
-            candidates,
             count: 0,
             pdf: 0.0,
-            views: [None; SAMPLES_AT_ONCE],
-            directions,
+            bsdf: EndBsdf::Alike,
         };
-        for (candidate, seen) in candidates[..count].iter().zip(seen).filter(|(_, seen)| *seen > 0.0) {
-            let pdf = seen * candidate.pdf;
-            viewers.candidates[viewers.count] = Candidate {
-                beta: candidate.beta * seen,
-                pdf,
-                ..*candidate
-            };
-            viewers.count += 1;
-            viewers.pdf += pdf;
-        }
-        let bsdf = self.vertex.bsdf;
-        if Vertex::needs_view(bsdf) {
-            for (view, candidate) in viewers.views.iter_mut().zip(&viewers.candidates[..viewers.count]) {
-                *view = Some(BsdfView::new(bsdf, candidate.wo));
+        for i in 0..count {
+            if seen[i] > 0.0 {
+                let candidate = candidates[i];
+                let pdf = seen[i] * candidate.pdf;
+                candidates[viewers.count] = Candidate {
+                    beta: candidate.beta * seen[i],
+                    pdf,
+                    ..candidate
+                };
+                viewers.count += 1;
+                viewers.pdf += pdf;
             }
         }
-        (viewers.pdf > 0.0).then_some(viewers)
-    }
-
-    /// Traces `rays` as one packet: whether each gets through, 0 or 1.
-    #[inline(always)]
-    fn trace<A: Accel>(&self, world: &World<A>, rays: &[Ray], seen: &mut [f32]) {
-        let mut occluded = [false; SAMPLES_AT_ONCE];
-        world.accel.occluded_coherent(rays, &mut occluded[..rays.len()]);
-        for (seen, occluded) in seen.iter_mut().zip(occluded) {
-            *seen = f32::from(u8::from(!occluded));
+        if !self.vertex.bsdf.is_lambert() {
+            viewers.bsdf = self.see(work, viewers.count, directions);
         }
+        viewers
     }
 
-    /// The path `index`, whose first vertex is `first`, as one that could have found the end.
-    #[inline(always)]
-    fn candidate(&self, first: &First, index: usize, directions: Directions) -> Option<Candidate> {
-        let vertex = &first.vertex;
-        let d = self.p - vertex.point.p;
-        let squared = d.length_squared();
-        let w = d * (1.0 / squared.sqrt());
-        let g = -self.n.dot(w) / squared;
-        // From behind, or where the two points are one
-        if g.is_nan() || g <= 0.0 || self.curved.is_some_and(|point| point.bends_for(-w)) {
-            return None;
+    /// Makes the BSDF of the end, as each of `count` viewers sees it.
+    #[inline(never)]
+    fn see(&self, work: &mut Workspace<'v>, count: usize, directions: Directions) -> EndBsdf {
+        let (bsdf, candidates) = (self.vertex.bsdf, &work.candidates[..count]);
+        if directions == Directions::Bsdf {
+            let mut wo = DirectionLanes::splat(self.vertex.wo);
+            for (i, candidate) in candidates.iter().enumerate() {
+                wo.set(i, candidate.wo);
+            }
+            if work.lanes.hold(bsdf, &wo) {
+                return EndBsdf::Lanes;
+            }
         }
-        let wi = vertex.frame.to_local(w);
-        let (f, pdf) = directions.eval_pdf(vertex, wi);
-        let pdf = pdf * g;
-        // Also false where the two points are one
-        (pdf > 0.0 && pdf.is_finite()).then(|| Candidate {
-            index,
-            beta: first.beta * f * (wi.z.abs() * g),
-            pdf,
-            origin: vertex.origin(wi),
-            wo: self.vertex.frame.to_local(-w),
-        })
-    }
-}
-
-impl Viewers<'_> {
-    #[inline(always)]
-    fn candidates(&self) -> &[Candidate] {
-        &self.candidates[..self.count]
-    }
-
-    /// The end, as the viewer `i` sees it.
-    #[inline(always)]
-    fn vertex(&self, i: usize) -> Vertex<'_> {
-        Vertex {
-            wo: self.candidates[i].wo,
-            view: self.views[i].as_ref(),
-            ..*self.end
+        for (view, candidate) in work.views.iter_mut().zip(candidates) {
+            *view = Vertex::needs_view(bsdf).then(|| BsdfView::new(bsdf, candidate.wo));
         }
+        EndBsdf::Views
     }
 
-    /// Light from `wi` (local frame), as the end scatters it.
+    /// Collects the vertices of `firsts` that could have found the end, the one of `owner` first; gives their number.
     #[inline(always)]
-    fn scattered(&self, wi: Vec3) -> Scattered {
+    fn candidates(
+        &self,
+        firsts: &[Option<First>; SAMPLES_AT_ONCE],
+        work: &mut Workspace<'v>,
+        owner: usize,
+        directions: Directions,
+    ) -> usize {
+        // From where the end may be found, and in which direction
+        let mut found = [0; SAMPLES_AT_ONCE];
+        let mut count = 0;
+        let mut wi = DirectionLanes::splat(Vec3::Z);
+        let others = (0..SAMPLES_AT_ONCE).filter(|i| *i != owner);
+        for i in iter::once(owner).chain(others) {
+            let Some(first) = &firsts[i] else { continue };
+            let vertex = &first.vertex;
+            let d = self.p - vertex.point.p;
+            let squared = d.length_squared();
+            let w = d * (1.0 / squared.sqrt());
+            let g = -self.n.dot(w) / squared;
+            // From behind, or where the two points are one
+            if g.is_nan() || g <= 0.0 || self.curved.is_some_and(|point| point.bends_for(-w)) {
+                continue;
+            }
+            let to_end = vertex.frame.to_local(w);
+            wi.set(i, to_end);
+            found[count] = i;
+            work.candidates[count] = Candidate {
+                index: i,
+                beta: first.beta * (to_end.z.abs() * g),
+                pdf: g,
+                origin: to_end,
+                wo: self.vertex.frame.to_local(-w),
+            };
+            count += 1;
+        }
+
+        // Their BSDFs
+        let values = work.is_held.contains(&true).then(|| work.firsts.eval_pdf(&wi));
+        let mut kept = 0;
+        for k in 0..count {
+            let candidate = work.candidates[k];
+            let Some(first) = &firsts[candidate.index] else {
+                continue;
+            };
+            let wi = candidate.origin;
+            let (f, pdf) = match &values {
+                Some(values) if work.is_held[candidate.index] => values.get(candidate.index),
+                _ => directions.eval_pdf(&first.vertex, wi),
+            };
+            let pdf = pdf * candidate.pdf;
+            if pdf > 0.0 && pdf.is_finite() {
+                work.candidates[kept] = Candidate {
+                    beta: candidate.beta * f,
+                    pdf,
+                    origin: first.vertex.origin(wi),
+                    ..candidate
+                };
+                kept += 1;
+            }
+        }
+        kept
+    }
+
+    /// Light from `wi` (local frame), as the end scatters it to `viewers`.
+    #[inline(always)]
+    fn scattered(&self, viewers: &Viewers, work: &Workspace, directions: Directions, wi: Vec3) -> Scattered {
         let cos = wi.z.abs();
-        if self.end.bsdf.is_lambert() {
-            let (f, pdf) = self.directions.eval_pdf(self.end, wi);
-            return Scattered {
-                f: [f * cos; SAMPLES_AT_ONCE],
-                pdf,
-            };
-        }
-        let mut scattered = Scattered {
-            f: [Spectrum::ZERO; SAMPLES_AT_ONCE],
-            pdf: 0.0,
+        let candidates = &work.candidates[..viewers.count];
+        let mut values = [Spectrum::ZERO; SAMPLES_AT_ONCE];
+        let mut density = 0.0;
+        let mut add = |i: usize, (f, pdf): (Spectrum, f32)| {
+            values[i] = f * cos;
+            density += candidates[i].pdf * pdf;
         };
-        let terms = (self.directions == Directions::Bsdf && self.views[0].is_some())
-            .then(|| BsdfDirection::new(self.end.bsdf, wi));
-        for (i, candidate) in self.candidates().iter().enumerate() {
-            let (f, pdf) = match (&terms, &self.views[i]) {
-                (Some(terms), Some(view)) => view.eval_pdf_with(terms),
-                _ => self.directions.eval_pdf(&self.vertex(i), wi),
-            };
-            scattered.f[i] = f * cos;
-            scattered.pdf += candidate.pdf * pdf;
+        match viewers.bsdf {
+            EndBsdf::Alike => {
+                let (f, pdf) = directions.eval_pdf(&self.vertex, wi);
+                return Scattered {
+                    f: ForViewers::Alike(f * cos),
+                    pdf,
+                };
+            }
+            EndBsdf::Lanes => {
+                let values = work.lanes.eval_pdf(&DirectionLanes::splat(wi));
+                (0..viewers.count).for_each(|i| add(i, values.get(i)));
+            }
+            EndBsdf::Views => {
+                let bsdf = self.vertex.bsdf;
+                let terms =
+                    (directions == Directions::Bsdf && Vertex::needs_view(bsdf)).then(|| BsdfDirection::new(bsdf, wi));
+                for (i, candidate) in candidates.iter().enumerate() {
+                    let value = match (&terms, &work.views[i]) {
+                        (Some(terms), Some(view)) => view.eval_pdf_with(terms),
+                        (_, view) => {
+                            let vertex = Vertex {
+                                wo: candidate.wo,
+                                view: view.as_ref(),
+                                ..self.vertex
+                            };
+                            directions.eval_pdf(&vertex, wi)
+                        }
+                    };
+                    add(i, value);
+                }
+            }
         }
-        scattered.pdf /= self.pdf;
-        scattered
-    }
-
-    /// Mean over the viewers, each by the density with which it finds the end.
-    #[inline(always)]
-    fn mean(&self, f: &[Spectrum; SAMPLES_AT_ONCE]) -> Spectrum {
-        let sum = self
-            .candidates()
-            .iter()
-            .zip(f)
-            .fold(Spectrum::ZERO, |sum, (candidate, f)| sum + *f * candidate.pdf);
-        sum / self.pdf
+        Scattered {
+            f: ForViewers::Each(values),
+            pdf: density / viewers.pdf,
+        }
     }
 }

@@ -30,10 +30,10 @@ use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Integrator, SAMPLES_AT_ONCE, Sink};
+use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
-use end::End;
+use end::{End, Workspace};
 use std::array::from_fn;
 
 /// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices (Bekaert, Sbert and Halton 2002,
@@ -53,7 +53,13 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     }
 
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        let path = &self.path;
+        // Roulette that begins at once spares the first vertex: the end counts for other pixels too.
+        let path = PathIntegrator {
+            roulette: Roulette {
+                depth: self.path.roulette.depth.max(1),
+            },
+            ..self.path
+        };
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             // Paths that are shared must be of one time.
             let packet = CameraPacket::trace(&path.world, keys, sampler, true, out);
@@ -82,10 +88,12 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             }
 
             // All first vertices look at all ends.
+            let mut work = Workspace::new();
+            work.begin(&firsts, path.strategy.directions);
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
                     let to = (&mut *out, indirect.as_mut());
-                    end.light_all(path, &packet.start(owner, keys), &firsts, owner, to);
+                    end.light_all(&path, &packet.start(owner, keys), (&firsts, &mut work), owner, to);
                 }
             }
 

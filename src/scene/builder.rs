@@ -1,4 +1,3 @@
-use super::freeze::{bounds_of, place_textures};
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::validate::{
@@ -10,8 +9,8 @@ use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
     SelectionMode, SpotLight, TriangleSampling,
 };
-use crate::material::{Material, MaterialId};
-use crate::math::{Quat, Vec3};
+use crate::material::{Map, Material, MaterialId};
+use crate::math::{Bounds3, Quat, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
 use std::collections::HashMap;
 
@@ -272,6 +271,25 @@ impl SceneBuilder {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;
     }
+}
+
+/// Gives every map the texture that `place` says, or none.
+pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
+    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
+        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
+    }
+}
+
+/// Positions of corners of triangles of `mesh`, at both ends of its motion.
+pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    let places = [&mesh.positions, &mesh.positions_close];
+    let used = mesh.triangles.iter().flatten();
+    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
+}
+
+/// Box around all that is ever in `meshes`.
+pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
+    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-use super::builder::{SceneBuilder, SceneReport};
+use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::ground::Ground;
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
@@ -9,8 +9,7 @@ use crate::light::{
     TriangleSampling,
 };
 use crate::material::{Map, Material, MaterialId};
-use crate::math::{Affine3A, Bounds3, Vec3};
-use crate::texture::TextureId;
+use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -260,22 +259,4 @@ impl Scene {
         self.light_groups.push(group, lights.len());
         self.lights.extend(lights);
     }
-}
-
-/// Gives every map the texture that `place` says, or none.
-pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
-    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
-        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
-    }
-}
-
-fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
-    let places = [&mesh.positions, &mesh.positions_close];
-    let used = mesh.triangles.iter().flatten();
-    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
-}
-
-/// Box around all that is ever in `meshes`.
-pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
-    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }

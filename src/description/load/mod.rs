@@ -243,7 +243,7 @@ impl<'a> Loader<'a> {
             Err(error) => self.wrong("missing-folder", error),
         }
         for section in &self.file.light_group {
-            if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
+            if let Err(error) = section.add_to(&mut self.builder, &self.file.source, &mut self.light_groups) {
                 self.wrong("wrong-light-group", error);
             }
         }
@@ -297,7 +297,7 @@ impl<'a> Loader<'a> {
         for light in &self.file.light {
             let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
             self.files.extend(image);
-            if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
+            if let Err(error) = light.add_to(&mut self.builder, &self.file.source, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
             // A rectangle brings its material.

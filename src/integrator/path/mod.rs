@@ -1,7 +1,7 @@
 //! Paths from the camera: the path tracer, its variants and simpler relatives.
 //!
 //! `integrator` is the path tracer and `reuse` shares its paths between pixels. They stand on `direct` (direct light at a vertex), `strategy` (how
-//! directions are drawn and how light is found) and `roulette`. The other modules are simpler estimators of the same light from the same parts, for
+//! directions are drawn and how light is found) and `roulette`; `tree` has what `whitted` and `distributed` share. The other modules are simpler estimators of the same light from the same parts, for
 //! comparison: docs/ladder.md compares them.
 
 pub(crate) mod ambient_occlusion;
@@ -13,4 +13,5 @@ pub(crate) mod naive;
 pub(crate) mod reuse;
 pub(crate) mod roulette;
 pub(crate) mod strategy;
+mod tree;
 pub(crate) mod whitted;

@@ -72,6 +72,8 @@ pub enum Stream {
     Iteration,
     /// Paths that make an importance image: a column for each of its cells.
     ImportanceImage,
+    /// Paths and rays that learn what of the sky is seen: a column for each path, or cell of a grid.
+    Visibility,
 }
 
 impl Stream {
@@ -81,6 +83,7 @@ impl Stream {
             Self::Chains => u32::MAX,
             Self::Bootstrap | Self::Photons => u32::MAX - 1,
             Self::Iteration | Self::ImportanceImage => u32::MAX - 2,
+            Self::Visibility => u32::MAX - 3,
         }
     }
 }

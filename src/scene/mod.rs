@@ -118,6 +118,11 @@ impl Scene {
         &self.light_selection
     }
 
+    /// Takes back what was learned of visible lights: another camera sees another part of the scene.
+    pub(crate) fn forget_visibility(&mut self) {
+        self.light_selection.forget();
+    }
+
     /// How the light is chosen that a path starts from. It is made when this is first called.
     pub fn emission_selection(&self) -> &EmissionSelection {
         self.emission_selection
@@ -215,7 +220,8 @@ impl Scene {
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
         let instances = size_of_val(self.instances.as_slice());
         let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
-        let lights = size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection;
+        let lights =
+            size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection + self.light_selection.bytes();
         (meshes + facets + instances + maps + textures + lights) as u64
     }
 
@@ -455,7 +461,9 @@ impl Scene {
                 | Light::Point(_)
                 | Light::Spot(_) => return None,
             };
-            let pdf = self.light_selection.pmf(&self.lights, &context, id) * pdf;
+            let selection = &self.light_selection;
+            let factor = selection.pdf_factor(&self.lights, id, &context, wi);
+            let pdf = selection.pmf(&self.lights, &context, id) * pdf * factor;
             Some(Incident { id, radiance, pdf })
         })
     }

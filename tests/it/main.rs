@@ -47,4 +47,5 @@ mod same_pictures;
 mod suite;
 mod surfaces;
 mod textures;
+mod visibility;
 mod written_scenes;

@@ -139,8 +139,11 @@ impl<R: Gathered> Direct<R> {
     #[inline(always)]
     fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
-        let light = &scene.lights()[id.0 as usize];
-        let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
+        let to = (&vertex.light_context(), vertex.point.time);
+        let light = scene
+            .light_selection()
+            .sample_light(scene.lights(), id, to, u, scene.textures());
+        let Some(light) = light else {
             return Self::none();
         };
 

@@ -37,6 +37,12 @@ impl Method {
         self.value("direct")
     }
 
+    /// Whether the method samples lights towards surfaces.
+    fn samples_lights(&self) -> bool {
+        let has_choice = self.value::<SelectionMode>("light_selection").is_some();
+        has_choice && self.direct() != Some(DirectLight::None) && self.kind() != IntegratorKind::Light
+    }
+
     /// A builder for scenes whose lights are sampled as the method wants it.
     pub(crate) fn scene_builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();

@@ -9,7 +9,7 @@ use crate::integrator::{
     MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
     PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator,
     ProgressiveRadius, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy,
-    VertexMergingIntegrator, WhittedIntegrator, World,
+    VertexMergingIntegrator, VisibilityLearner, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
@@ -151,6 +151,26 @@ impl Method {
         // Compiled once, as below
         let accel: &dyn Accel = world.accel;
         let (world, observer) = (world.with_accel(&accel), &observer);
+        let mut statistics = Statistics::default();
+        let learner = VisibilityLearner { world };
+        if self.samples_lights() && learner.is_wanted() {
+            let Some((visibility, rays)) = render::learn_visibility(&learner, sampler, observer) else {
+                return (Outcome::Stopped, statistics);
+            };
+            statistics.rays = rays;
+            world.scene.light_selection().learn(visibility);
+        }
+        let (outcome, others) = self.prepare_method((world, prepared), sampler, observer);
+        (outcome, statistics.merge(others))
+    }
+
+    /// What [`Method::prepare`] does for one method alone.
+    fn prepare_method(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        sampler: &impl Sampler,
+        observer: &&dyn Observer,
+    ) -> (Outcome, Statistics) {
         match self {
             Self::IrradianceCache(settings) => {
                 let maker = RecordMaker {

@@ -65,8 +65,8 @@ pub(super) fn sample_lights<'a>(
 ) {
     let selection = scene.light_selection();
     let mut of = |id: LightId, pmf: f32, point: Dimension| {
-        let light = &scene.lights()[id.0 as usize];
-        let sample = light.sample(context.p, time, sampler.get_2d(point), scene.textures());
+        let (lights, u) = (scene.lights(), sampler.get_2d(point));
+        let sample = selection.sample_light(lights, id, (context, time), u, scene.textures());
         if let Some(sample) = sample {
             found(Sampled {
                 scene,

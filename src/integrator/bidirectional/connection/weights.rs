@@ -147,7 +147,9 @@ impl<A: Accel> Connector<'_, '_, A> {
         if end.is_delta {
             return (pmf, true);
         }
-        let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, at.direction_to(light), time);
+        let wi = at.direction_to(light);
+        let factor = scene.light_selection().pdf_factor(scene.lights(), end.id, &context, wi);
+        let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, wi, time) * factor;
         (pmf * at.density_at(pdf, light), false)
     }
 }

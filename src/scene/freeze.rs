@@ -1,5 +1,6 @@
 use super::builder::{SceneBuilder, SceneReport};
 use super::ground::Ground;
+use super::panes::Panes;
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
@@ -8,7 +9,7 @@ use crate::light::{
     ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
     TriangleSampling,
 };
-use crate::material::{Map, Material, MaterialId};
+use crate::material::{Map, Material, MaterialId, Sheet};
 use crate::math::{Affine3A, Bounds3, Vec3};
 use crate::texture::TextureId;
 use std::collections::HashMap;
@@ -37,12 +38,20 @@ impl SceneBuilder {
         }
         let bounds = self.bounds();
         check_extent("the scene", bounds)?;
+        if self.panes == Panes::Straight {
+            self.flatten_panes(bounds);
+        }
         let ground = self.ground.map(|plane| plane.place(bounds)).transpose()?;
         let ground = ground.map(|plane| (plane, self.add_ground(plane.material())));
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         for (i, (_, placement)) in self.instances.iter().enumerate() {
             check_reach(i, placement, largest)?;
         }
+        let is_straight = self.panes == Panes::Straight;
+        let sheet = |material: &Material| material.sheet().filter(|_| is_straight);
+        let sheets: Vec<Option<Sheet>> = self.materials.iter().map(sheet).collect();
+        let stopped = |material: &Material| material.stopped_bsdf().filter(|_| is_straight);
+        let bsdf = |material: &Material| stopped(material).unwrap_or_else(|| material.bsdf());
         let mut scene = Scene {
             bounds,
             ground: None,
@@ -51,7 +60,9 @@ impl SceneBuilder {
             instances: Vec::with_capacity(self.instances.len()),
             facets: Vec::with_capacity(count),
             shapes: Vec::with_capacity(count),
-            bsdfs: self.materials.iter().map(Material::bsdf).collect(),
+            bsdfs: self.materials.iter().map(bsdf).collect(),
+            has_sheets: sheets.iter().any(Option::is_some),
+            sheets,
             has_alpha: self
                 .materials
                 .iter()

@@ -9,11 +9,13 @@ mod freeze;
 mod ground;
 mod light_checks;
 mod made_lights;
+mod panes;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
 pub use ground::{Ground, GroundPlane};
 pub use made_lights::{RECTANGLE_NAME, RectangleParameters, SkyParameters, StudioParameters};
+pub use panes::Panes;
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
@@ -22,8 +24,8 @@ use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Plac
 use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
 };
-use crate::material::{Material, MaterialId, Spot};
-use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
+use crate::material::{Material, MaterialId, Sheet, Spot};
+use crate::math::{Ball, Bounds3, Frame, Ray, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -70,10 +72,13 @@ pub struct Scene {
     shapes: Vec<Shape>,
     objects: Vec<String>,
     materials: Vec<Material>,
-    /// The BSDF of each material by its constants.
+    /// The BSDF of each material by its constants, for rays that it stops.
     bsdfs: Vec<Bsdf>,
+    /// How light passes each material straight on, if rays do not scatter there instead.
+    sheets: Vec<Option<Sheet>>,
     is_compact: bool,
     has_alpha: bool,
+    has_sheets: bool,
     is_moving: bool,
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
@@ -325,10 +330,37 @@ impl Scene {
         }
     }
 
-    /// Whether any surface lets rays through as if it were not there.
+    /// Whether rays may pass any surface straight on: by its opacity, or as thin glass.
+    #[inline(always)]
+    pub fn lets_light_pass(&self) -> bool {
+        self.has_alpha || self.has_sheets
+    }
+
+    /// Whether any surface has an opacity below 1.
     #[inline(always)]
     pub fn has_alpha(&self) -> bool {
         self.has_alpha
+    }
+
+    /// Whether rays pass any thin surface straight on.
+    #[inline(always)]
+    pub fn has_sheets(&self) -> bool {
+        self.has_sheets
+    }
+
+    /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
+    /// such glass.
+    pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
+        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref()?;
+        let wo = -ray.direction.normalize_or_zero();
+        let cos = self.surface_point(hit, ray.time).seen_from(wo).ns.dot(wo).abs();
+        Some((sheet.pass_probability(cos), sheet.tint))
+    }
+
+    /// Probability with which the surface at `hit` stops a ray that its index of refraction does not reflect; the same for all directions.
+    pub fn stopping_share(&self, hit: &Hit) -> f32 {
+        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref();
+        self.opacity(hit) * sheet.map_or(1.0, Sheet::scattered_share)
     }
 
     /// The share of the surface at `hit` that is there, in [0, 1].

@@ -42,35 +42,35 @@ impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
             beta: Spectrum::ONE,
             prev: None,
         };
-        self.follow(&root, sampler, out);
+        self.follow(root, sampler, out);
     }
 }
 
 impl<A: Accel> DistributedIntegrator<'_, A> {
-    fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+    fn follow(&self, mut branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         if out.is_cancelled() {
             return;
         }
         let (world, strategy) = (&self.world, &self.strategy);
-        let (ray, prev) = (&branch.ray, branch.prev.as_ref());
+        let (ray, prev) = (branch.ray, branch.prev.as_ref());
         let kind = if branch.depth == 0 {
             RayKind::Camera
         } else {
             RayKind::Bounce
         };
-        let hit = world.intersect(ray, kind, out);
-        if branch.depth == 0 && hit.is_none() && world.see_background(ray, out) {
+        let hit = world.intersect(&ray, kind, &mut branch.beta, out);
+        if branch.depth == 0 && hit.is_none() && world.see_background(&ray, branch.beta, out) {
             return;
         }
 
         // Emission and direct light, as along a path
         let slot = BsdfSlot::new();
-        let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
+        let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
         let met = hit.as_ref().zip(vertex.as_ref());
-        strategy.emitted(world.scene, ray, prev, branch.beta, met, |light| out.radiance(light));
+        strategy.emitted(world.scene, &ray, prev, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            world.see(hit, vertex, ray, false, out);
+            world.see((hit, vertex), (&ray, branch.beta), false, out);
         }
         if branch.depth >= self.max_depth {
             return;
@@ -95,7 +95,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                 prev: Some(PrevVertex::new(vertex, &sample, 1)),
             };
             if !child.beta.is_black() {
-                self.follow(&child, sampler, out);
+                self.follow(child, sampler, out);
             }
         }
     }

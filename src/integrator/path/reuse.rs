@@ -14,7 +14,8 @@
 //! - The first vertex takes two light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
 //!   samples are number 2s and 2s + 1 of a stratified sequence of their own, and the power heuristic counts both.
 //! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
-//! - Visibility is transmittance where surfaces have alpha, also for the path's owner.
+//! - Visibility is transmittance where surfaces have alpha or are thin glass, also for the path's owner. Its probability counts in densities, and its
+//!   tint in the light.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
 //!   which the normal would be bent does not connect (`geometry/mesh.rs`).
 //! - Roulette ends no path before the second vertex. From there on it assumes a minimum throughput: that the surface of one pixel is dark says
@@ -28,6 +29,7 @@ use super::strategy::Directions;
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin, segment};
+use crate::integrator::opacity::Transmittance;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, World};
 use crate::material::BsdfSlot;
@@ -93,7 +95,8 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             for (owner, (end, tail)) in ends.iter().zip(tails).enumerate() {
                 if let Some(end) = end {
                     let to = (&mut *out, indirect.as_mut());
-                    end.light_all(tail, world, path.strategy.directions, &firsts, owner, to);
+                    let from = (&firsts, &packet.tints);
+                    end.light_all(tail, world, path.strategy.directions, from, owner, to);
                 }
             }
 
@@ -214,7 +217,7 @@ impl End {
         radiance: R,
         world: &World<A>,
         directions: Directions,
-        firsts: &[Option<Vertex>; SAMPLES_AT_ONCE],
+        (firsts, tints): (&[Option<Vertex>; SAMPLES_AT_ONCE], &[Spectrum; SAMPLES_AT_ONCE]),
         owner: usize,
         (out, mut indirect): (&mut [impl Sink<Radiance = R>], Option<&mut [R; SAMPLES_AT_ONCE]>),
     ) {
@@ -241,11 +244,11 @@ impl End {
             }
         }
 
-        // Their visibility; where surfaces have alpha, their transmittance
+        // Their visibility; where light passes surfaces, their transmittance
         let (others, rays) = (&others[..count], &rays[..count]);
-        let mut seen = [1.0; SAMPLES_AT_ONCE];
-        let mut own_seen = 1.0;
-        if world.scene.has_alpha() {
+        let mut seen = [Transmittance::CLEAR; SAMPLES_AT_ONCE];
+        let mut own_seen = Transmittance::CLEAR;
+        if world.scene.lets_light_pass() {
             for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
                 *seen = world.transmittance(ray, &mut out[other.index]);
             }
@@ -256,13 +259,17 @@ impl End {
             world.accel.occluded_coherent(rays, &mut occluded[..count]);
             for ((seen, other), occluded) in seen.iter_mut().zip(others).zip(occluded) {
                 out[other.index].ray(RayKind::Shadow);
-                *seen = f32::from(u8::from(!occluded));
+                if occluded {
+                    *seen = Transmittance::BLOCKED;
+                }
             }
         }
 
         // Their shares
         let others = || others.iter().zip(seen);
-        let pdf = others().fold(own_seen * own.pdf, |pdf, (other, seen)| pdf + seen * other.pdf);
+        let pdf = others().fold(own_seen.pass * own.pdf, |pdf, (other, seen)| {
+            pdf + seen.pass * other.pdf
+        });
         if pdf <= 0.0 {
             return;
         }
@@ -271,9 +278,9 @@ impl End {
             None => out[index].radiance(share),
             Some(indirect) => indirect[index] += share,
         };
-        add(owner, light * own.f * own_seen);
-        for (other, seen) in others().filter(|(_, seen)| *seen > 0.0) {
-            add(other.index, light * other.f * seen);
+        add(owner, light * own.f * (own_seen.color() * tints[owner]));
+        for (other, seen) in others().filter(|(_, seen)| !seen.is_blocked()) {
+            add(other.index, light * other.f * (seen.color() * tints[other.index]));
         }
     }
 

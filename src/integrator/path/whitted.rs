@@ -42,23 +42,23 @@ impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
             beta: Spectrum::ONE,
             eta_squared: 1.0,
         };
-        self.follow(&root, sampler, out);
+        self.follow(root, sampler, out);
     }
 }
 
 impl<A: Accel> WhittedIntegrator<'_, A> {
-    fn follow(&self, branch: &Branch, sampler: &impl Sampler, out: &mut impl Sink) {
+    fn follow(&self, mut branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         if out.is_cancelled() {
             return;
         }
-        let (world, ray) = (&self.world, &branch.ray);
+        let (world, ray) = (&self.world, branch.ray);
         let kind = if branch.depth == 0 {
             RayKind::Camera
         } else {
             RayKind::Bounce
         };
-        let hit = world.intersect(ray, kind, out);
-        if branch.depth == 0 && hit.is_none() && world.see_background(ray, out) {
+        let hit = world.intersect(&ray, kind, &mut branch.beta, out);
+        if branch.depth == 0 && hit.is_none() && world.see_background(&ray, branch.beta, out) {
             return;
         }
 
@@ -68,12 +68,12 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ..Strategy::default()
         };
         let slot = BsdfSlot::new();
-        let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
+        let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
         let met = hit.as_ref().zip(vertex.as_ref());
-        strategy.emitted(world.scene, ray, None, branch.beta, met, |light| out.radiance(light));
+        strategy.emitted(world.scene, &ray, None, branch.beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if branch.depth == 0 {
-            world.see(hit, vertex, ray, false, out);
+            world.see((hit, vertex), (&ray, branch.beta), false, out);
         }
         if self.max_depth.is_some_and(|max| branch.depth >= max) {
             return;
@@ -97,7 +97,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
                 beta,
                 eta_squared,
             };
-            self.follow(&child, sampler, out);
+            self.follow(child, sampler, out);
         }
     }
 }

@@ -37,9 +37,12 @@ impl Sheet {
         }
     }
 
-    /// Probability with which the surface stops a ray to scatter it by lobes that are no delta lobes; the same for all directions.
+    /// Probability with which a veil stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
     pub fn scattered_share(&self) -> f32 {
-        1.0 - self.share
+        match self.share < 1.0 {
+            true => 1.0 - self.share,
+            false => 1.0,
+        }
     }
 }
 

@@ -63,6 +63,7 @@ impl SceneBuilder {
             bsdfs: self.materials.iter().map(bsdf).collect(),
             has_sheets: sheets.iter().any(Option::is_some),
             sheets,
+            panes: self.report.panes,
             has_alpha: self
                 .materials
                 .iter()

@@ -79,6 +79,7 @@ pub struct Scene {
     is_compact: bool,
     has_alpha: bool,
     has_sheets: bool,
+    panes: u64,
     is_moving: bool,
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
@@ -348,6 +349,11 @@ impl Scene {
         self.has_sheets
     }
 
+    /// Number of panes of solid glass that became thin sheets; those of a prototype count once.
+    pub fn panes(&self) -> u64 {
+        self.panes
+    }
+
     /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
     /// such glass.
     pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
@@ -357,7 +363,7 @@ impl Scene {
         Some((sheet.pass_probability(cos), sheet.tint))
     }
 
-    /// Probability with which the surface at `hit` stops a ray that its index of refraction does not reflect; the same for all directions.
+    /// Probability with which the surface at `hit` stops rays, where that is the same for all directions; that of a mirror is left out.
     pub fn stopping_share(&self, hit: &Hit) -> f32 {
         let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref();
         self.opacity(hit) * sheet.map_or(1.0, Sheet::scattered_share)

@@ -395,7 +395,10 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
     if report.panes > 0 {
         let noun = if report.panes == 1 { "pane" } else { "panes" };
         let message = format!("Glass: {} {noun}, light passes straight", report.panes);
-        findings.add(Severity::Note, "glass-panes", file.whole(message));
+        let error = file
+            .whole(message)
+            .help("`panes = \"refract\"` in [render] keeps them as bodies");
+        findings.add(Severity::Note, "glass-panes", error);
     }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";

@@ -1,6 +1,6 @@
 use super::builder::{SceneBuilder, SceneReport};
 use super::ground::Ground;
-use super::panes::Panes;
+use super::panes::{Panes, Sheets, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
@@ -146,6 +146,36 @@ impl SceneBuilder {
             scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
         }
         Ok((scene, self.report))
+    }
+
+    /// Makes thin sheets of the panes in a scene of these bounds.
+    fn flatten_panes(&mut self, bounds: Bounds3) {
+        let max_thickness = max_thickness(bounds);
+        let mut sheets = Sheets::default();
+        let meshes = std::mem::take(&mut self.meshes).into_iter();
+        let objects = std::mem::take(&mut self.mesh_objects);
+        for ((mesh, material), object) in meshes.zip(objects) {
+            for part in sheets.split(mesh, material, max_thickness, &mut self.materials) {
+                self.meshes.push(part);
+                self.mesh_objects.push(object);
+            }
+        }
+        // Of the copies of a prototype the largest decides.
+        let mut scales = vec![0.0f64; self.prototypes.len()];
+        for (prototype, placement) in &self.instances {
+            let lengths = placement.steps().iter().flat_map(|step| {
+                let m = step.matrix3;
+                [m.x_axis, m.y_axis, m.z_axis].map(|axis| f64::from(axis.length()))
+            });
+            let scale = &mut scales[prototype.0 as usize];
+            *scale = lengths.fold(*scale, f64::max);
+        }
+        for (prototype, scale) in self.prototypes.iter_mut().zip(scales) {
+            let meshes = std::mem::take(prototype).into_iter();
+            let split = |(mesh, material)| sheets.split(mesh, material, max_thickness / scale, &mut self.materials);
+            *prototype = meshes.flat_map(split).collect();
+        }
+        self.report.panes = sheets.count;
     }
 
     /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.

@@ -10,6 +10,7 @@ mod ground;
 mod light_checks;
 mod made_lights;
 mod panes;
+mod passing;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
@@ -25,7 +26,7 @@ use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
 };
 use crate::material::{Material, MaterialId, Sheet, Spot};
-use crate::math::{Ball, Bounds3, Frame, Ray, Vec2, Vec3};
+use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -328,54 +329,6 @@ impl Scene {
         match material.maps.varies_bsdf() {
             true => Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint))),
             false => Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize]),
-        }
-    }
-
-    /// Whether rays may pass any surface straight on: by its opacity, or as thin glass.
-    #[inline(always)]
-    pub fn lets_light_pass(&self) -> bool {
-        self.has_alpha || self.has_sheets
-    }
-
-    /// Whether any surface has an opacity below 1.
-    #[inline(always)]
-    pub fn has_alpha(&self) -> bool {
-        self.has_alpha
-    }
-
-    /// Whether rays pass any thin surface straight on.
-    #[inline(always)]
-    pub fn has_sheets(&self) -> bool {
-        self.has_sheets
-    }
-
-    /// Number of panes of solid glass that became thin sheets; those of a prototype count once.
-    pub fn panes(&self) -> u64 {
-        self.panes
-    }
-
-    /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
-    /// such glass.
-    pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
-        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref()?;
-        let wo = -ray.direction.normalize_or_zero();
-        let cos = self.surface_point(hit, ray.time).seen_from(wo).ns.dot(wo).abs();
-        Some((sheet.pass_probability(cos), sheet.tint))
-    }
-
-    /// Probability with which the surface at `hit` stops rays, where that is the same for all directions; that of a mirror is left out.
-    pub fn stopping_share(&self, hit: &Hit) -> f32 {
-        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref();
-        self.opacity(hit) * sheet.map_or(1.0, Sheet::scattered_share)
-    }
-
-    /// The share of the surface at `hit` that is there, in [0, 1].
-    pub fn opacity(&self, hit: &Hit) -> f32 {
-        let material = self.material(hit);
-        match material.maps.opacity {
-            // Edges stay sharp.
-            Some(_) => material.opacity_at(&self.spot(hit, 0.0, 0.0)),
-            None => material.opacity,
         }
     }
 

@@ -16,7 +16,6 @@
 //! Two separate faces of the same outline that look away from each other, as a slab without its rim, are taken too. A single face of refracting glass
 //! is not: it may be the surface of water.
 
-use super::builder::SceneBuilder;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::geometry::Mesh;
 use crate::material::{Material, MaterialId};
@@ -85,51 +84,23 @@ enum Component {
     Other,
 }
 
-impl SceneBuilder {
-    /// Makes thin sheets of the panes in a scene of these bounds.
-    pub(super) fn flatten_panes(&mut self, bounds: Bounds3) {
-        let max_thickness = MAX_SHARE_OF_SCENE * f64::from(bounds.radius());
-        let mut sheets = Sheets {
-            of: HashMap::new(),
-            count: 0,
-        };
-        let meshes = std::mem::take(&mut self.meshes).into_iter();
-        let objects = std::mem::take(&mut self.mesh_objects);
-        for ((mesh, material), object) in meshes.zip(objects) {
-            for part in sheets.split(mesh, material, max_thickness, &mut self.materials) {
-                self.meshes.push(part);
-                self.mesh_objects.push(object);
-            }
-        }
-        // Of the copies of a prototype the largest decides.
-        let mut scales = vec![0.0f64; self.prototypes.len()];
-        for (prototype, placement) in &self.instances {
-            let lengths = placement.steps().iter().flat_map(|step| {
-                let m = step.matrix3;
-                [m.x_axis, m.y_axis, m.z_axis].map(|axis| f64::from(axis.length()))
-            });
-            let scale = &mut scales[prototype.0 as usize];
-            *scale = lengths.fold(*scale, f64::max);
-        }
-        for (prototype, scale) in self.prototypes.iter_mut().zip(scales) {
-            let meshes = std::mem::take(prototype).into_iter();
-            let split = |(mesh, material)| sheets.split(mesh, material, max_thickness / scale, &mut self.materials);
-            *prototype = meshes.flat_map(split).collect();
-        }
-        self.report.panes = sheets.count;
-    }
+/// Largest thickness of a pane in a scene of these bounds.
+pub(super) fn max_thickness(bounds: Bounds3) -> f64 {
+    MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
 }
 
-/// The thin materials that panes get.
-struct Sheets {
-    /// By the material of the body; `None` where that is no clear glass.
+/// The thin sheets that panes become.
+#[derive(Default)]
+pub(super) struct Sheets {
+    /// Their material by that of the body; `None` where that is no clear glass.
     of: HashMap<MaterialId, Option<MaterialId>>,
-    count: u64,
+    /// Number of panes.
+    pub count: u64,
 }
 
 impl Sheets {
     /// The mesh without its panes, and a mesh of their sheets; one of them alone where the other has no triangles.
-    fn split(
+    pub fn split(
         &mut self,
         mut mesh: Mesh,
         material: MaterialId,

@@ -3,7 +3,7 @@ use crate::color::Spectrum;
 use crate::geometry::Placement;
 use crate::material::Gloss;
 use crate::math::{Affine3A, Quat};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneBuilder};
 
 fn glass() -> Material {
     Material {

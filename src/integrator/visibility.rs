@@ -10,6 +10,7 @@
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::{Light, Look, SelectionMode, VisibilityGrid};
 use crate::material::BsdfSlot;
@@ -138,8 +139,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let mut ray = world.ray_through(film, world.time(&sampler), &sampler);
         let mut kind = RayKind::Camera;
         let mut is_delta = true;
+        let mut tint = Spectrum::ONE;
         for depth in 0..=MAX_DEPTH {
-            let hit = world.intersect(&ray, kind, out);
+            let hit = world.intersect(&ray, kind, &mut tint, out);
             found.rays += u64::from(!is_delta);
             let Some(hit) = hit else {
                 found.escaped += u64::from(!is_delta);
@@ -306,7 +308,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         })?;
         let side = Side::of(sample.wi.dot(site.point.ns));
         let ray = sample.shadow_ray(offset_to(&site.point, side)).when(site.point.time);
-        Some(self.world.transmittance(&ray, out))
+        Some(self.world.transmittance(&ray, out).color().mean())
     }
 }
 

@@ -1,5 +1,6 @@
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
+use super::panes::Panes;
 use super::validate::{
     BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
 };
@@ -23,6 +24,8 @@ pub struct SceneReport {
     pub scaled_materials: Vec<(String, f32)>,
     /// Nothing emitted, so a constant environment of radiance 1 was added.
     pub default_light: bool,
+    /// Panes of glass that became thin sheets; those of a prototype once.
+    pub panes: u64,
 }
 
 /// Names a prototype: meshes that instances put into the world.
@@ -56,6 +59,7 @@ pub struct SceneBuilder {
     pub(super) selection: SelectionMode,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
+    pub(super) panes: Panes,
     pub(super) report: SceneReport,
 }
 
@@ -250,6 +254,11 @@ impl SceneBuilder {
             cos_outer: angle.to_radians().cos(),
         }));
         Ok(())
+    }
+
+    /// How light passes thin glass; straight on if this is not called.
+    pub fn panes(&mut self, panes: Panes) {
+        self.panes = panes;
     }
 
     /// How textures are looked up; by mip levels if this is not called.

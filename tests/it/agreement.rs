@@ -200,6 +200,12 @@ fn estimators_agree_on_every_lobe() {
     all_agree("lobes", &lobes_room(), inside, 1024, &[]);
 }
 
+/// Panes, thin glass and a veil between lights, surfaces and the camera: shadow rays and scattered rays pass them alike.
+#[test]
+fn estimators_agree_through_glass() {
+    all_agree("glass", &glazed_room(), in_glazed_room(), 1024, &[]);
+}
+
 /// Veach's plates: the combination of both strategies is nowhere much worse than the better of them.
 #[test]
 fn mis_is_as_good_as_the_better_strategy() {

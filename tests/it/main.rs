@@ -39,6 +39,7 @@ mod metropolis;
 mod mlt;
 mod motion;
 mod mtl;
+mod panes;
 mod patches;
 mod photons;
 mod reuse;

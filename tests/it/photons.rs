@@ -304,6 +304,26 @@ fn holes_count_once() {
     });
 }
 
+/// Panes, thin glass and veils: photons pass them as rays from the camera do.
+#[test]
+fn photons_pass_glass() {
+    let scene = glazed_room();
+    let resolution = UVec2::splat(16);
+    with_world(&scene, in_glazed_room(), resolution, |world| {
+        let reference = film_of(&path_tracer(world, Some(4)), resolution, 1024, 1);
+        let integrator = ProgressivePhotonIntegrator {
+            photons: Some(10_000),
+            alpha: 1.0,
+            ..progressive(world, 0.03, 4)
+        };
+        assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.03);
+        let film = mapped(world, resolution, 60_000, 4, 32, 3);
+        assert_same_blocks("photon-map", &film, &reference, 0.05);
+        let film = iterations(&merging(world, 0.03, 4), resolution, 128, 4);
+        assert_same_blocks("vcm", &film, &reference, 0.03);
+    });
+}
+
 /// A room with every kind of lobe, glass and mirrors among them, and caustics of a wide lamp: each path of light is counted once, at every depth.
 #[test]
 fn all_light_is_counted_once() {

@@ -113,6 +113,7 @@ fn means_stay_where_they_are() {
     // Every lobe: paths that cannot be shared, beside others that can.
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     assert_unmoved("lobes", &lobes_room(), inside, 16);
+    assert_unmoved("glass", &glazed_room(), in_glazed_room(), 16);
     // Pixels that have little in common: a lens, a point light, the horizon.
     let lens = CameraParameters {
         lens_radius: 0.18,

@@ -220,6 +220,7 @@ impl<'a> Loader<'a> {
         if findings.first_error().is_some() && !self.goes_on {
             return inspection;
         }
+        self.builder.panes(self.file.load.parameters.panes());
         match self.builder.build() {
             Ok((scene, mut report)) => {
                 // Where files are missing, nothing is known of lights.
@@ -390,6 +391,14 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
             _ => file.whole(message),
         };
         findings.add(Severity::Warning, "scaled-material", error);
+    }
+    if report.panes > 0 {
+        let noun = if report.panes == 1 { "pane" } else { "panes" };
+        let message = format!("Glass: {} {noun}, light passes straight", report.panes);
+        let error = file
+            .whole(message)
+            .help("`panes = \"refract\"` in [render] keeps them as bodies");
+        findings.add(Severity::Note, "glass-panes", error);
     }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";

@@ -77,7 +77,9 @@ impl<A: Accel> RecordMaker<'_, A> {
         let (mut ray, mut length) = (first, 0.0);
         for depth in 0..=MAX_MIRRORS {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, out)?;
+            // The place does not depend on it.
+            let mut tint = Spectrum::ONE;
+            let hit = world.intersect(&ray, kind, &mut tint, out)?;
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             length += hit.t;
@@ -176,7 +178,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         out: &mut impl Sink<Radiance = Spectrum>,
     ) -> Seen {
         let world = &self.path.world;
-        let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
+        let mut tint = Spectrum::ONE;
+        let Some(hit) = world.intersect(ray, RayKind::Bounce, &mut tint, out) else {
             return Seen::NOTHING;
         };
         let start = PathStart {
@@ -184,6 +187,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             sampler,
             ray: *ray,
             hit: Some(hit),
+            tint,
             depth,
             tail_depth: depth,
             roulette_scale: Spectrum::ONE,

@@ -173,8 +173,8 @@ impl<R: Gathered> Direct<R> {
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
-            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),
-            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out) - 1.0),
+            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out).color(),
+            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out).color() - Spectrum::ONE),
         }
     }
 }

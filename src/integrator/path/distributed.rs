@@ -29,7 +29,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
     /// Follows `branch`, which comes from `prev`; `None` at the camera. Nodes are numbered breadth first.
     fn follow(&self, branch: &Branch, prev: Option<&PrevVertex>, sampler: &impl Sampler, out: &mut impl Sink) {
         let world = (&self.world, &self.strategy);
-        branch.follow(world, prev, Some(self.max_depth), sampler, out, |vertex, out| {
+        branch.follow(world, prev, Some(self.max_depth), sampler, out, |vertex, beta, out| {
             // Several rays in place of one
             for i in 1..=self.branching {
                 let node = branch.node.wrapping_mul(self.branching).wrapping_add(i);
@@ -42,7 +42,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     ray: vertex.ray_along(sample.wi),
                     depth: branch.depth + 1,
                     node,
-                    beta: branch.beta * sample.weight / self.branching as f32,
+                    beta: beta * sample.weight / self.branching as f32,
                 };
                 if !child.beta.is_black() {
                     self.follow(&child, Some(&PrevVertex::new(vertex, &sample, 1)), sampler, out);

@@ -56,8 +56,10 @@ pub(crate) struct PathStart<'s, S> {
     /// Started with `key`.
     pub sampler: &'s S,
     pub ray: Ray,
-    /// Closest hit of `ray`.
+    /// First hit of `ray`, behind glass that it passes.
     pub hit: Option<Hit>,
+    /// Tint of that glass.
+    pub tint: Spectrum,
     /// Scattering events before `ray`: 0 at the camera.
     pub depth: u32,
     /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
@@ -155,6 +157,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let (world, strategy) = (&self.world, &self.strategy);
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
         let mut path = PathState {
+            beta: start.tint,
             roulette_scale: start.roulette_scale,
             ..PathState::new(start.ray)
         };
@@ -166,9 +169,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Intersect the ray with the scene
             let is_first = depth == start.depth;
+            let before = path.beta;
             let hit = match is_first {
                 true => start.hit,
-                false => world.intersect(&path.ray, RayKind::Bounce, out),
+                false => world.intersect(&path.ray, RayKind::Bounce, &mut path.beta, out),
             };
             let later = BsdfSlot::new();
             let vertex = match (hit, slots.get((depth - start.depth) as usize)) {
@@ -178,28 +182,28 @@ impl<A: Accel> PathIntegrator<'_, A> {
             };
 
             // A camera ray that leaves the scene sees the background
-            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
                 break;
             }
 
             // Add emitted light, weighed against the light samples of the previous vertex
             let mut emitted = R::default();
             let met = hit.as_ref().zip(vertex.as_ref());
-            let found = if is_missing && depth == 1 { None } else { met };
-            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, found, |light| {
+            let (found, beta) = match is_missing && depth == 1 {
+                false => (met, path.beta),
+                true => (None, missing(before, path.beta, met.is_some())),
+            };
+            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), beta, found, |light| {
                 emitted += light
             });
-            radiance += match is_missing && depth == 1 {
-                false => emitted,
-                true => emitted * missing_share(met.is_some()),
-            };
+            radiance += emitted;
 
             // End the path where it leaves the scene, and at its maximum depth
             let (Some(hit), Some(vertex)) = (hit, vertex) else {
                 break;
             };
             if depth == 0 {
-                is_missing = world.see(&hit, &vertex, &path.ray, true, out);
+                is_missing = world.see((&hit, &vertex), (&path.ray, path.beta), true, out);
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
@@ -286,9 +290,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Share of the light from a direction that is missing at the first vertex: all of it, as negative light, if a surface is met there.
-fn missing_share(is_met: bool) -> f32 {
-    if is_met { -1.0 } else { 0.0 }
+/// Throughput of the light from a direction that is missing at the first vertex, as negative light: all of `before` if a surface is met there, else
+/// what the glass took that leaves `passed`.
+fn missing(before: Spectrum, passed: Spectrum, is_met: bool) -> Spectrum {
+    if is_met { before * -1.0 } else { passed - before }
 }
 
 /// Camera rays of several samples, traced as one packet.
@@ -296,6 +301,8 @@ pub(crate) struct CameraPacket<S> {
     samplers: [S; SAMPLES_AT_ONCE],
     rays: [Ray; SAMPLES_AT_ONCE],
     hits: [Option<Hit>; SAMPLES_AT_ONCE],
+    /// Tint of the glass before each hit.
+    pub tints: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl<S: Sampler> CameraPacket<S> {
@@ -312,6 +319,7 @@ impl<S: Sampler> CameraPacket<S> {
             samplers: from_fn(|_| sampler.clone()),
             rays: [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE],
             hits: [None; SAMPLES_AT_ONCE],
+            tints: [Spectrum::ONE; SAMPLES_AT_ONCE],
         };
         let mut time = None;
         let samples = packet.rays.iter_mut().zip(&mut packet.samplers);
@@ -323,8 +331,10 @@ impl<S: Sampler> CameraPacket<S> {
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
         if world.lets_pass(RayKind::Camera) {
-            for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
-                *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
+            for (i, out) in out.iter_mut().enumerate().take(keys.len()) {
+                let u = (world.scene.has_sheets()).then(|| packet.samplers[i].get_1d(Dimension::SHEETS));
+                (packet.hits[i], packet.tints[i]) =
+                    world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out);
             }
         }
         packet
@@ -337,6 +347,7 @@ impl<S: Sampler> CameraPacket<S> {
             sampler: &self.samplers[i],
             ray: self.rays[i],
             hit: self.hits[i],
+            tint: self.tints[i],
             depth: 0,
             tail_depth: 1,
             roulette_scale: Spectrum::ONE,
@@ -348,8 +359,9 @@ impl<S> PathStart<'_, S> {
     /// With the closest hit of its ray, which has left a surface.
     #[inline(always)]
     pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
-        let hit = world.intersect(&self.ray, RayKind::Bounce, out);
-        Self { hit, ..self }
+        let mut tint = Spectrum::ONE;
+        let hit = world.intersect(&self.ray, RayKind::Bounce, &mut tint, out);
+        Self { hit, tint, ..self }
     }
 
     /// Light that is emitted where the ray ends, weighed against the light samples of the vertex `prev`, which it has left.
@@ -359,7 +371,7 @@ impl<S> PathStart<'_, S> {
         let vertex = self.hit.map(|hit| world.vertex(&hit, &self.ray, &slot));
         let met = self.hit.as_ref().zip(vertex.as_ref());
         let mut emitted = R::default();
-        strategy.emitted(world.scene, &self.ray, Some(prev), Spectrum::ONE, met, |light| {
+        strategy.emitted(world.scene, &self.ray, Some(prev), self.tint, met, |light| {
             emitted += light
         });
         emitted

@@ -33,7 +33,7 @@ impl Branch {
     }
 
     /// Adds emission and direct light at the end of the branch, which comes from `prev`, as along a path, and lets `go_on` follow the branches that leave
-    /// the vertex there. Past `max_depth` scattering events there is emission alone.
+    /// the vertex there, to which it gives the throughput. Past `max_depth` scattering events there is emission alone.
     pub fn follow<A: Accel, O: Sink>(
         &self,
         (world, strategy): (&World<A>, &Strategy),
@@ -41,7 +41,7 @@ impl Branch {
         max_depth: Option<u32>,
         sampler: &impl Sampler,
         out: &mut O,
-        go_on: impl FnOnce(&Vertex, &mut O),
+        go_on: impl FnOnce(&Vertex, Spectrum, &mut O),
     ) {
         if out.is_cancelled() {
             return;
@@ -52,24 +52,25 @@ impl Branch {
         } else {
             RayKind::Bounce
         };
-        let hit = world.intersect(ray, kind, out);
-        if self.depth == 0 && hit.is_none() && world.see_background(ray, out) {
+        let mut beta = self.beta;
+        let hit = world.intersect(ray, kind, &mut beta, out);
+        if self.depth == 0 && hit.is_none() && world.see_background(ray, beta, out) {
             return;
         }
         let slot = BsdfSlot::new();
         let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
         let met = hit.as_ref().zip(vertex.as_ref());
-        strategy.emitted(world.scene, ray, prev, self.beta, met, |light| out.radiance(light));
+        strategy.emitted(world.scene, ray, prev, beta, met, |light| out.radiance(light));
         let Some((hit, vertex)) = met else { return };
         if self.depth == 0 {
-            world.see(hit, vertex, ray, false, out);
+            world.see((hit, vertex), (ray, beta), false, out);
         }
         if max_depth.is_some_and(|max| self.depth >= max) {
             return;
         }
         let u = LightNumbers::draw(sampler, self.node);
         let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
-        out.radiance(direct * self.beta);
-        go_on(vertex, out);
+        out.radiance(direct * beta);
+        go_on(vertex, beta, out);
     }
 }

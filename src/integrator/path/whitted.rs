@@ -33,11 +33,11 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ..Strategy::default()
         };
         let world = (&self.world, &strategy);
-        branch.follow(world, None, self.max_depth, sampler, out, |vertex, out| {
+        branch.follow(world, None, self.max_depth, sampler, out, |vertex, beta, out| {
             // Mirror and refracted directions, all of them
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
-                let beta = branch.beta * sample.f * sample.wi.z.abs();
+                let beta = beta * sample.f * sample.wi.z.abs();
                 let eta_squared = eta_squared * sample.eta * sample.eta;
                 if beta.max_component() * eta_squared < MIN_SHARE {
                     continue;

@@ -157,8 +157,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         for depth in 0.. {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, out);
-            if depth == 0 && hit.is_none() && world.see_background(&ray, out) {
+            let hit = world.intersect(&ray, kind, &mut beta, out);
+            if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
                 break;
             }
             let slot = BsdfSlot::new();
@@ -194,7 +194,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             if is_last && !sample.is_delta() {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
-                    let hit = world.intersect(&ray, RayKind::Bounce, out);
+                    let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
                     radiance += self.emitted::<R>(&ray, Some(&from), hit.as_ref().zip(vertex.as_ref())) * beta;

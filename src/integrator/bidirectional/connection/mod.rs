@@ -303,8 +303,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                     .sample
                     .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
                     .when(time);
-                let transmittance = self.world.transmittance(&ray, out);
-                if transmittance > 0.0 {
+                let transmittance = self.world.transmittance(&ray, out).color();
+                if !transmittance.is_black() {
                     found(Contribution {
                         strategy: (1, camera.len()),
                         radiance: last.beta * f * sampled.radiance() * transmittance,
@@ -343,12 +343,12 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
                 let Some((film, importance)) = seen else { return };
                 let ray = sampled.sample.shadow_ray(lens.p).when(time);
-                let transmittance = self.world.transmittance(&ray, out);
-                if transmittance > 0.0 {
+                let transmittance = self.world.transmittance(&ray, out).color();
+                if !transmittance.is_black() {
                     let camera = std::slice::from_ref(&lens);
                     found(Contribution {
                         strategy: (1, 1),
-                        radiance: sampled.radiance() * (importance * transmittance),
+                        radiance: sampled.radiance() * (transmittance * importance),
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: Some(film),
                         light: sampled.id,
@@ -381,8 +381,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         }
         let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
-        let transmittance = self.world.transmittance(&ray, out);
-        if transmittance > 0.0 {
+        let transmittance = self.world.transmittance(&ray, out).color();
+        if !transmittance.is_black() {
             found(Contribution {
                 strategy: (light.len(), 1),
                 radiance: radiance * transmittance,
@@ -419,8 +419,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             at_b.origin_towards_camera(-w),
         );
         let ray = segment(ends.0, ends.1).when(time);
-        let transmittance = self.world.transmittance(&ray, out);
-        if transmittance > 0.0 {
+        let transmittance = self.world.transmittance(&ray, out).color();
+        if !transmittance.is_black() {
             found(Contribution {
                 strategy: (light.len(), camera.len()),
                 radiance: radiance * transmittance,

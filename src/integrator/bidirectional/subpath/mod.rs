@@ -98,7 +98,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         // How much larger radiance is for having been refracted
         let mut roulette_scale = 1.0;
         while path.len() < self.most {
-            let Some(hit) = self.world.intersect(&ray, kind, out) else {
+            let Some(hit) = self.world.intersect(&ray, kind, &mut beta, out) else {
                 return Some(PathRay { ray, beta, pdf });
             };
             kind = RayKind::Bounce;

@@ -217,11 +217,11 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// 1 over the share of the surface that is there: what light that has met it by that chance counts to others who have met it by the same chance. Both
+    /// 1 over the probability with which the surface stops rays: what light that has met it by that chance counts to others who have met it by the same chance. Both
     /// ends of a merged path are one vertex of it.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
-        match scene.has_alpha() {
-            true => 1.0 / scene.opacity(&self.hit),
+        match scene.lets_light_pass() {
+            true => 1.0 / scene.stopping_share(&self.hit),
             false => 1.0,
         }
     }

@@ -27,7 +27,7 @@
 //! - A vertex knows its factors. Only those next to new vertices are computed (`PathSpace::path`), and a sum over all strategies is one pass over the
 //!   path.
 //! - A perturbation of light from infinity moves the ray across its direction, which stays. Time and lens point stay until the lens end is made anew.
-//! - Where surfaces have alpha, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
+//! - Where surfaces have alpha or are thin glass, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
 //!
 //! `tests` checks each mutation alone, without waiting for chains to mix: one step is taken from paths that are as frequent as they are bright, and
 //! statistics of the paths must have the same mean before and after.

@@ -6,6 +6,7 @@ use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::metropolis::options::FilmArea;
+use crate::integrator::opacity::Transmittance;
 use crate::integrator::{ImportanceImage, RayKind, RaySink, World};
 use crate::light::{Light, LightId, LightSampleContext};
 use crate::math::{Frame, Ray, Vec2, Vec3};
@@ -60,7 +61,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The surface that `ray` meets.
     pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        let hit = self.world.intersect(ray, kind, out)?;
+        // The tint of glass belongs to the edge (`PathSpace::through`).
+        let mut tint = Spectrum::ONE;
+        let hit = self.world.intersect(ray, kind, &mut tint, out)?;
         let surface = Surface::new(self.world, hit, ray);
         let (p, ng) = (surface.point.p, surface.point.ng);
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
@@ -243,10 +246,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
-    ) -> f32 {
-        match self.world.scene.has_alpha() {
+    ) -> Transmittance {
+        match self.world.scene.lets_light_pass() {
             true => self.visibility((before, a), b, time, out),
-            false => 1.0,
+            false => Transmittance::CLEAR,
         }
     }
 
@@ -257,7 +260,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
-    ) -> f32 {
+    ) -> Transmittance {
         let w = a.direction_to(b);
         let origin = a.origin_towards_light(self.world.scene, before, w);
         let ray = match b.is_infinite() {
@@ -289,7 +292,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let joint = camera.len();
         camera.extend(light.rev());
         if joint < camera.len() {
-            camera[joint - 1].through = 1.0;
+            camera[joint - 1].through = Transmittance::CLEAR;
             for end in [joint - 1, joint] {
                 camera[end].is_delta = false;
                 if !camera[end].is_smooth_somewhere() {
@@ -307,13 +310,20 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
             let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
             let through = self.visibility((before, a), b, sample.time, out);
-            if through <= 0.0 {
+            path.color *= through.tint;
+            path.target = self.target(path.color, path.film);
+            if through.is_blocked() || path.target <= 0.0 {
                 return None;
             }
             path.vertices[joint - 1].through = through;
-            path.vertices[joint - 1].factors.joint *= through as f64;
+            path.vertices[joint - 1].factors.joint *= through.pass as f64;
         }
         Some(path)
+    }
+
+    /// What chains follow of paths that contribute `color` at the place `film`.
+    fn target(&self, color: Spectrum, film: Vec2) -> f64 {
+        (color.luminance() / self.importance.at(film)) as f64
     }
 
     /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
@@ -340,9 +350,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             let after = [1, 2].map(|steps| vertices.get(i + steps));
             vertices[i].factors = self.factors(&vertices[i], before, after, time)?;
         }
-        let values = vertices.iter().map(|vertex| vertex.factors.value);
+        let values = vertices.iter().map(|vertex| vertex.factors.value * vertex.through.tint);
         let color = values.fold(Spectrum::ONE, |color, value| color * value);
-        let target = (color.luminance() / self.importance.at(film)) as f64;
+        let target = self.target(color, film);
         (target > 0.0 && target.is_finite()).then_some(Path {
             vertices,
             film,

@@ -5,6 +5,7 @@ use crate::accel::Accel;
 use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfSample, BsdfView, DirectionLanes, LANES};
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin, segment};
+use crate::integrator::opacity::Transmittance;
 use crate::integrator::path::direct::LIGHTS_A_LOOK;
 use crate::integrator::path::integrator::{PathIntegrator, PathStart, PathState, VertexNumbers};
 use crate::integrator::path::strategy::{Directions, PrevVertex};
@@ -287,15 +288,19 @@ impl<'v> End<'v> {
         out: &mut impl Sink,
     ) -> Option<(LightSample, Vec3, Spectrum)> {
         let vertex = &self.vertex;
-        let light = &world.scene.lights()[id.0 as usize];
-        let light = light.sample(vertex.point.p, vertex.point.time, u, world.scene.textures())?;
+        let (lights, textures) = (world.scene.lights(), world.scene.textures());
+        let to = (&vertex.light_context(), vertex.point.time);
+        let light = world
+            .scene
+            .light_selection()
+            .sample_light(lights, id, to, u, textures)?;
         let wi = vertex.frame.to_local(light.wi);
         if light.radiance.is_black() || (wi.z * vertex.wo.z <= 0.0 && !vertex.bsdf.is_transmitting()) {
             return None;
         }
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
         let arrives = world.transmittance(&ray, out);
-        (arrives > 0.0).then_some((light, wi, light.radiance * arrives))
+        (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }
 
     /// Plays roulette before the path goes on by `sample`: what makes up for the paths that end, and the start of the rest.
@@ -319,6 +324,7 @@ impl<'v> End<'v> {
             sampler: start.sampler,
             ray: self.vertex.ray_along(sample.wi),
             hit: None,
+            tint: Spectrum::ONE,
             depth: self.depth + 1,
             tail_depth: self.depth + 1,
             roulette_scale: sample.weight * factor * scale,
@@ -343,25 +349,26 @@ impl<'v> End<'v> {
         let candidates = &mut work.candidates[..count];
         let known = usize::from(candidates.first().is_some_and(|first| first.index == owner));
 
-        // Their visibility; where surfaces have alpha, their transmittance
+        // Their visibility; where light passes surfaces, their transmittance
         let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
         for (ray, candidate) in rays.iter_mut().zip(&*candidates) {
             *ray = segment(candidate.origin, self.p).when(self.vertex.point.time);
         }
-        let mut seen = [1.0; SAMPLES_AT_ONCE];
-        if world.scene.has_alpha() {
-            for ((seen, ray), candidate) in seen.iter_mut().zip(&rays).zip(&*candidates) {
-                *seen = world.transmittance(ray, &mut out[candidate.index]);
-            }
-        } else {
-            let mut occluded = [false; SAMPLES_AT_ONCE];
-            world
-                .accel
-                .occluded_coherent(&rays[known..count], &mut occluded[known..count]);
-            for i in known..count {
-                seen[i] = f32::from(u8::from(!occluded[i]));
-                out[candidates[i].index].ray(RayKind::Shadow);
-            }
+        let mut seen = [Transmittance::CLEAR; SAMPLES_AT_ONCE];
+        let passes = world.scene.lets_light_pass();
+        let traced = if passes { 0..count } else { known..count };
+        let mut occluded = [false; SAMPLES_AT_ONCE];
+        world
+            .accel
+            .occluded_coherent(&rays[traced.clone()], &mut occluded[traced.clone()]);
+        for i in traced {
+            let out = &mut out[candidates[i].index];
+            out.ray(RayKind::Shadow);
+            seen[i] = match occluded[i] {
+                false => Transmittance::CLEAR,
+                true if passes => world.transmittance(&rays[i], out),
+                true => Transmittance::BLOCKED,
+            };
         }
 
         // Keep those that see it
@@ -371,11 +378,11 @@ impl<'v> End<'v> {
             bsdf: EndBsdf::Alike,
         };
         for i in 0..count {
-            if seen[i] > 0.0 {
+            if !seen[i].is_blocked() {
                 let candidate = candidates[i];
-                let pdf = seen[i] * candidate.pdf;
+                let pdf = seen[i].pass * candidate.pdf;
                 candidates[viewers.count] = Candidate {
-                    beta: candidate.beta * seen[i],
+                    beta: candidate.beta * seen[i].color(),
                     pdf,
                     ..candidate
                 };

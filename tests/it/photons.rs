@@ -313,8 +313,7 @@ fn photons_pass_glass() {
         let reference = film_of(&path_tracer(world, Some(4)), resolution, 1024, 1);
         let integrator = ProgressivePhotonIntegrator {
             photons: Some(10_000),
-            alpha: 1.0,
-            ..progressive(world, 0.03, 4)
+            ..progressive(world, (0.03, 1.0), 4)
         };
         assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.03);
         let film = mapped(world, resolution, 60_000, 4, 32, 3);

@@ -373,3 +373,103 @@ impl FacetLanes {
         energy
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::BsdfView;
+    use crate::material::{Gloss, Material};
+
+    fn direction(i: usize) -> Vec3 {
+        let (phi, z) = (2.4 * i as f32, 0.02 + 0.97 * ((0.618 * i as f32) % 1.0));
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * phi.cos(), r * phi.sin(), z)
+    }
+
+    fn materials() -> [Material; 5] {
+        let of = |metallic, roughness, anisotropy| Material {
+            diffuse: Spectrum::rgb(0.7, 0.5, 0.2),
+            specular: Spectrum::ONE,
+            gloss: Gloss::Metallic(metallic),
+            roughness,
+            anisotropy,
+            ..Material::default()
+        };
+        let matte = Material {
+            diffuse: Spectrum::rgb(0.1, 0.5, 0.9),
+            ..Material::default()
+        };
+        [
+            of(0.0, 0.5, 0.0),
+            of(1.0, 0.35, 0.0),
+            of(0.4, 0.8, 0.0),
+            of(1.0, 0.6, 0.7),
+            matte,
+        ]
+    }
+
+    fn assert_same(found: (Spectrum, f32), expected: (Spectrum, f32), what: &str) {
+        let (f, pdf) = found;
+        let near = |a: f32, b: f32| (a - b).abs() <= 2e-4 * b.abs() + 1e-6;
+        let is_near = f.to_array().iter().zip(expected.0.to_array()).all(|(&a, b)| near(a, b)) && near(pdf, expected.1);
+        assert!(
+            is_near,
+            "{what}: {} {pdf}, expected {} {}",
+            f.mean(),
+            expected.0.mean(),
+            expected.1
+        );
+    }
+
+    /// Lanes and views give the same values, for directions on either side of the surface.
+    #[test]
+    fn lanes_are_views() {
+        let bsdfs = materials().map(|material| material.bsdf());
+        let mut lanes = BsdfLanes::empty();
+        for round in 0..40 {
+            let side = |i: usize| if (i + round) % 5 == 0 { -1.0 } else { 1.0 };
+            let wo: Vec<Vec3> = (0..LANES).map(|i| direction(i + 16 * round)).collect();
+            let mut wi = DirectionLanes::splat(Vec3::Z);
+            let towards = |i: usize| direction(7 * i + round) * Vec3::new(1.0, 1.0, side(i));
+            (0..LANES).for_each(|i| wi.set(i, towards(i)));
+            // A BSDF for each lane
+            let each = |i: usize| &bsdfs[(i + round) % bsdfs.len()];
+            let is_held = lanes.hold_each((0..LANES).map(|i| (i, each(i), wo[i])));
+            assert_eq!(is_held, [true; LANES]);
+            let values = lanes.eval_pdf(&wi);
+            for (i, &wo) in wo.iter().enumerate() {
+                let expected = BsdfView::new(each(i), wo).eval_pdf(towards(i));
+                assert_same(values.get(i), expected, &format!("lane {i}, round {round}"));
+            }
+            // One for all, in lanes that held others
+            let one = &bsdfs[round % bsdfs.len()];
+            let mut views = DirectionLanes::splat(Vec3::Z);
+            (0..LANES).for_each(|i| views.set(i, wo[i]));
+            assert!(lanes.hold(one, &views));
+            let values = lanes.eval_pdf(&wi);
+            for (i, &wo) in wo.iter().enumerate() {
+                let expected = BsdfView::new(one, wo).eval_pdf(towards(i));
+                assert_same(values.get(i), expected, &format!("one BSDF, lane {i}, round {round}"));
+            }
+        }
+    }
+
+    /// What lanes cannot hold is refused.
+    #[test]
+    fn other_lobes_are_refused() {
+        let glass = Material {
+            transmission: Spectrum::ONE,
+            roughness: 0.5,
+            ..Material::default()
+        };
+        let coated = Material {
+            clearcoat: 1.0,
+            ..materials()[0].clone()
+        };
+        let wo = DirectionLanes::splat(Vec3::Z);
+        for material in [glass, coated] {
+            let bsdf = material.bsdf();
+            assert!(!BsdfLanes::empty().hold(&bsdf, &wo));
+        }
+    }
+}

@@ -84,7 +84,7 @@ impl LightSection {
     ];
 
     /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
-    /// ([`SceneFile::flag_span`]).
+    /// ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
         Self {
             kind: Spanned::new(span, kind.to_string()),

@@ -67,8 +67,8 @@ fn learned(lights: &[Light]) -> LightSelection {
 /// In every cell and for every normal samples follow the density, which is 1 in all.
 #[test]
 fn directions_by_visibility_follow_their_densities() {
-    const SAMPLES: u32 = 400_000;
-    let level = sidak(0.01, 12);
+    const SAMPLES: u32 = 200_000;
+    let level = sidak(0.01, 9);
     for light in [constant(), map(64, 32), map(7, 3)] {
         let lights = [light];
         let selection = learned(&lights);
@@ -76,8 +76,7 @@ fn directions_by_visibility_follow_their_densities() {
         let id = LightId(0);
         for (p, n) in [
             (Vec3::X, Vec3::X),
-            (Vec3::NEG_X, Vec3::ZERO),
-            (Vec3::new(-0.6, 0.64, 0.48), Vec3::new(0.6, -0.64, -0.48)),
+            (Vec3::new(-0.6, 0.64, 0.48), Vec3::ZERO),
             // Nothing is known of the middle.
             (Vec3::splat(0.01), Vec3::Y),
         ] {
@@ -173,7 +172,6 @@ fn pictures_by_visibility_are_unbiased() {
         for flags in [
             "--spp 512",
             "--spp 512 --reuse none",
-            "--spp 512 --reuse none --direct light",
             "--spp 256 --integrator bdpt",
             "--spp 64 --integrator distributed --max-depth 16 --branching 1",
         ] {

@@ -39,7 +39,7 @@ impl Method {
     pub(in crate::session) fn memory(&self, settings: &Settings, scene: &Scene) -> MethodMemory {
         let pixels = settings.resolution.x as u64 * settings.resolution.y as u64;
         let mut memory = self.own_memory(settings, scene, pixels);
-        if self.samples_lights() {
+        if self.weighs_lights() {
             memory.prepared = memory.prepared.saturating_add(visibility_bytes(scene, pixels));
         }
         memory

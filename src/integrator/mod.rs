@@ -45,7 +45,7 @@ pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
 pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
-pub use visibility::{Site, VisibilityLearner};
+pub use visibility::{Site, VisibilityLearner, visibility_bytes};
 pub use world::World;
 
 use crate::color::Spectrum;

@@ -12,15 +12,16 @@ use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
-use crate::light::{Light, Look, SelectionMode, VisibilityGrid};
+use crate::light::{Light, Look, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid};
 use crate::material::BsdfSlot;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};
+use crate::scene::Scene;
 
 /// Pixels of which one gets a path that finds surfaces.
 const PIXELS_A_PATH: u64 = 8;
 /// Number of such paths, at least and at most.
-const PATHS: [u64; 2] = [128, 65_536];
+const PATHS: [u64; 2] = [128, 32_768];
 /// Paths in a piece of work.
 const PATHS_A_PIECE: u32 = 256;
 /// Maximum number of scattering events of such a path.
@@ -31,10 +32,6 @@ const MAX_SURVIVAL: f32 = 0.9;
 const RAYS_A_PIXEL: u64 = 1;
 /// Such rays at least and at most.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Bins of cells for each such ray: a cell looks only where its group of cells has seen light.
-const LOOKS_A_RAY: usize = 3;
-/// Rays of a cell to each light that is not the sky.
-const RAYS_A_LIGHT: u32 = 2;
 /// Share of the rays from surfaces that leave the scene from which on nothing is to be gained.
 const OPEN: f64 = 0.4;
 /// Points on surfaces at most that a cell looks from.
@@ -93,15 +90,31 @@ impl Places {
     }
 }
 
+/// Whether the visibility of the lights of `scene` is learned, where an integrator samples lights.
+fn learns_visibility(scene: &Scene) -> bool {
+    let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
+    let can_learn = scene.lights().iter().any(is_sky) || scene.lights().len() > 2;
+    // Of a ground that catches shadows, the light that is missing counts: it comes from where nothing is seen.
+    scene.light_selection().mode().learns() && can_learn && scene.ground().is_none()
+}
+
+/// Bytes that learning the visibility of the lights of `scene` takes at most, about, for a picture of so many pixels.
+pub fn visibility_bytes(scene: &Scene, pixels: u64) -> u64 {
+    /// Visible shares, and tables for the normals of a room.
+    const BYTES_OF_A_CELL: u64 = 6000;
+    /// Points that a path finds, each of which is kept up to three times.
+    const POINTS_OF_A_PATH: u64 = 3 * 3;
+    if !learns_visibility(scene) {
+        return 0;
+    }
+    let points = POINTS_OF_A_PATH * (pixels / PIXELS_A_PATH).min(PATHS[1]);
+    points * size_of::<Site>() as u64 + BYTES_OF_A_CELL * (pixels / 128).min(4096)
+}
+
 impl<A: Accel> VisibilityLearner<'_, A> {
-    /// Whether the visibility of the scene's lights is to be learned, and has not been yet.
+    /// Whether visibility is to be learned, and has not been yet.
     pub fn is_wanted(&self) -> bool {
-        let scene = self.world.scene;
-        let selection = scene.light_selection();
-        let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
-        let can_learn = scene.lights().iter().any(is_sky) || scene.lights().len() > 2;
-        // Of a ground that catches shadows, the light that is missing counts: it comes from where nothing is seen.
-        selection.mode().learns() && can_learn && !selection.is_learned() && scene.ground().is_none()
+        learns_visibility(self.world.scene) && !self.world.scene.light_selection().is_learned()
     }
 
     fn pixels(&self) -> u64 {
@@ -189,7 +202,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         }
         let rays = (self.pixels() * RAYS_A_PIXEL).clamp(RAYS[0], RAYS[1]) as usize;
         let points: Vec<Vec3> = found.sites.iter().map(|site| site.point.p).collect();
-        VisibilityGrid::new(scene.lights(), &points, LOOKS_A_RAY * rays)
+        scene.light_selection().visibility_grid(scene.lights(), &points, rays)
     }
 
     /// The sites of each cell of `grid`, and those of each group of cells, in their order: evenly some of all where there are many. Then the number of sites
@@ -260,7 +273,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             let group = &groups[places.group_of[cell] * grid.bins()..][..grid.bins()];
             for (number, look) in (0..).zip(grid.looks()) {
                 let mut mean = |count: u32| {
-                    let rays = (0..count).map(|i| 2 * (number * RAYS_A_LIGHT + i) + 2);
+                    let rays = (0..count).map(|i| 2 * (number * RAYS_A_CLUSTER + i) + 2);
                     let shares =
                         rays.filter_map(|ray| self.look_at(grid, &places.cells[cell], look, (cell as u32, ray), out));
                     shares.sum::<f32>() / count as f32
@@ -268,7 +281,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
                 shares.push(match look {
                     Look::Bin(bin) if grid.bins_around(bin).all(|near| group[near] == 0.0) => 0.0,
                     Look::Bin(bin) => 0.5 * (mean(1) + group[bin]),
-                    Look::Light(_) => mean(RAYS_A_LIGHT),
+                    Look::Cluster(_) => mean(RAYS_A_CLUSTER),
                 });
             }
         }

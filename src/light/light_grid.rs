@@ -99,6 +99,25 @@ impl LightGrid {
         })
     }
 
+    /// All lights but `except` in at most `most` clusters of those that are somewhere, told apart as from the middle of them, and one for each light at
+    /// infinity.
+    pub fn clusters(&self, lights: &[Light], except: Option<LightId>, most: usize) -> Vec<Vec<LightId>> {
+        let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
+        let region = ReceiverRegion {
+            center: self.grids.center,
+            radius: half.length(),
+            normal: Vec3::ZERO,
+        };
+        let ids = |range: std::ops::Range<usize>| self.order.get(range).unwrap_or_default().to_vec();
+        let cut = self.tree.cut(lights, &region, most).into_iter();
+        let clusters = cut.map(|c| ids(c.first as usize..(c.first + c.count) as usize));
+        let infinite = (self.tree.order().len()..self.order.len()).map(|i| ids(i..i + 1));
+        clusters
+            .chain(infinite)
+            .filter(|ids| *ids != except.as_slice())
+            .collect()
+    }
+
     /// Draws a light for `context`, and its probability.
     #[inline]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {

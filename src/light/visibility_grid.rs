@@ -1,7 +1,7 @@
 //! Lights by place: what of the sky, and of lamps, is seen from each cell of a grid.
 //!
 //! A room sees the sky through its windows alone, and of directions that are drawn by radiance nearly all are occluded. Here each cell of a grid knows
-//! the visible share of every bin of directions (`sky_bins`), and of every light where there are few. They are learned before the first sample by rays
+//! the visible share of every bin of directions (`sky_bins`), and of clusters of other lights. They are learned before the first sample by rays
 //! of the scene's own (`integrator/visibility.rs`), of which this module knows only the result. It plays the part of portals that are placed by
 //! hand.
 //!
@@ -28,8 +28,14 @@ use std::sync::OnceLock;
 
 /// Cells at most.
 const MAX_CELLS: usize = 4096;
-/// Lights at most, besides the sky, whose visibility is learned.
-const MAX_LIGHTS: usize = 64;
+/// Clusters at most of lights that are somewhere.
+const MAX_CLUSTERS: usize = 48;
+/// Lights at infinity at most; of more none is looked at.
+const MAX_INFINITE: usize = 16;
+/// Share of the bins of the sky, about, that a cell looks at.
+const BINS_LOOKED_AT: f64 = 0.33;
+/// Rays of a cell to each cluster of lights.
+pub const RAYS_A_CLUSTER: u32 = 2;
 /// Share of directions that follow the light's own distribution, whatever is visible.
 const BY_RADIANCE: f64 = 0.1;
 /// How much the cosine of a normal differs from that of the direction that stands for it.
@@ -48,10 +54,12 @@ const VISIBLE: f32 = 255.0;
 pub struct VisibilityGrid {
     cells: CellGrid,
     sky: Option<Sky>,
-    /// Other lights whose visibility is known.
-    lights: Vec<LightId>,
-    /// Visible share of each of `lights`, cell by cell, in 255ths.
-    visible_lights: Vec<u8>,
+    /// Clusters of other lights.
+    clusters: Vec<Vec<LightId>>,
+    /// The cluster of each light.
+    cluster_of: Vec<Option<u16>>,
+    /// Visible share of each of `clusters`, cell by cell, in 255ths.
+    visible_clusters: Vec<u8>,
     /// For each cell and each direction near which a normal may be.
     tables: Vec<[OnceLock<Box<Table>>; NORMALS]>,
 }
@@ -83,39 +91,40 @@ struct Table {
 pub enum Look {
     /// A direction of the sky, in the bin of that number.
     Bin(usize),
-    /// The light of that id.
-    Light(LightId),
+    /// The cluster of lights of that number.
+    Cluster(usize),
 }
 
 impl VisibilityGrid {
-    /// A grid for points on surfaces, `points`, where nothing is seen yet, of so many cells that `max_looks` rays can look through all bins. `None` where nothing is to be learned: without a light that shines from many directions or several lamps, or without
-    /// points.
-    pub fn new(lights: &[Light], points: &[Vec3], max_looks: usize) -> Option<Self> {
-        let all = || {
-            (0..)
-                .map(LightId)
-                .zip(lights)
-                .filter(|(_, light)| light.power(1.0) > 0.0)
-        };
-        let skies = all().filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
+    /// A grid for points on surfaces, `points`, where nothing is seen yet, of so many cells that `max_rays` rays can look from them at all that matters.
+    /// `grid` chooses among `lights`, where they are several. `None` where nothing is to be learned: without a light that shines from many directions or several lamps, or
+    /// without points.
+    pub(super) fn new(
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        points: &[Vec3],
+        max_rays: usize,
+    ) -> Option<Self> {
+        let all = (0..).map(LightId).zip(lights);
+        let skies = all.filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
         // The first of equals
-        let sky = skies.reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let others = || {
-            all()
-                .filter(|(id, _)| sky.as_ref().is_none_or(|sky| sky.0 != *id))
-                .map(|(id, _)| id)
-        };
-        let count = others().take(MAX_LIGHTS + 1).count();
-        let others: Vec<LightId> = if count > MAX_LIGHTS || (sky.is_none() && count < 3) {
-            Vec::new()
-        } else {
-            others().collect()
-        };
-        let looks = sky.as_ref().map_or(0, |sky| sky.2.len()) + others.len();
-        if looks == 0 {
+        let sky = skies
+            .reduce(|a, b| if b.1 > a.1 { b } else { a })
+            .filter(|sky| sky.1 > 0.0);
+        let except = sky.as_ref().map(|sky| sky.0);
+        let mut clusters = grid.map_or(Vec::new(), |grid| grid.clusters(lights, except, MAX_CLUSTERS));
+        if clusters.len() > MAX_CLUSTERS + MAX_INFINITE || (sky.is_none() && clusters.len() < 2) {
+            clusters.clear();
+        }
+        let mut cluster_of = vec![None; lights.len()];
+        for (number, ids) in (0..).zip(&clusters) {
+            ids.iter().for_each(|id| cluster_of[id.0 as usize] = Some(number));
+        }
+        let bins = sky.as_ref().map_or(0, |sky| sky.2.len());
+        let rays = BINS_LOOKED_AT * bins as f64 + f64::from(RAYS_A_CLUSTER) * clusters.len() as f64;
+        if rays == 0.0 {
             return None;
         }
-        let cells = CellGrid::new(points, (max_looks / looks).clamp(1, MAX_CELLS))?;
+        let cells = CellGrid::new(points, ((max_rays as f64 / rays) as usize).clamp(1, MAX_CELLS))?;
         let count = cells.len();
         Some(Self {
             sky: sky.map(|(id, _, bins)| Sky {
@@ -124,8 +133,9 @@ impl VisibilityGrid {
                 bins,
                 mean_share: 0.0,
             }),
-            visible_lights: vec![0; count * others.len()],
-            lights: others,
+            visible_clusters: vec![0; count * clusters.len()],
+            clusters,
+            cluster_of,
             tables: (0..count).map(|_| [const { OnceLock::new() }; NORMALS]).collect(),
             cells,
         })
@@ -162,10 +172,10 @@ impl VisibilityGrid {
         rows.flat_map(move |r| [columns - 1, 0, 1].map(|c| r * columns + (column + c) % columns))
     }
 
-    /// What rays are to look at: each bin of the sky, then each of the other lights.
-    pub fn looks(&self) -> impl Iterator<Item = Look> {
-        let lights = self.lights.iter().map(|&id| Look::Light(id));
-        (0..self.bins()).map(Look::Bin).chain(lights)
+    /// What rays are to look at: each bin of the sky, then each cluster of other lights.
+    pub fn looks(&self) -> impl Iterator<Item = Look> + use<> {
+        let clusters = (0..self.clusters.len()).map(Look::Cluster);
+        (0..self.bins()).map(Look::Bin).chain(clusters)
     }
 
     /// Light from what is looked at that may arrive at `p` at `time`; `None` where none does.
@@ -184,14 +194,21 @@ impl VisibilityGrid {
                     .sample(lights.get(sky.id.0 as usize)?, (bin / columns, bin % columns), u)
             }
             (Look::Bin(_), None) => None,
-            (Look::Light(id), _) => lights.get(id.0 as usize)?.sample(p, time, u, textures),
+            (Look::Cluster(number), _) => {
+                let ids = self.clusters.get(number)?;
+                // The number's place within its step draws the point.
+                let x = u.x * ids.len() as f32;
+                let i = (x as usize).min(ids.len().checked_sub(1)?);
+                let light = lights.get(ids[i].0 as usize)?;
+                light.sample(p, time, Vec2::new((x - i as f32).clamp(0.0, ALMOST_ONE), u.y), textures)
+            }
         }
     }
 
     /// The grid with the visible share of all that [`VisibilityGrid::looks`] names, cell by cell, as few rays have found it. Neighbouring bins and
     /// cells are likely to see alike, and smooth it. `counts` has the number of points of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {
-        let (bins, stride) = (self.bins(), self.bins() + self.lights.len());
+        let (bins, stride) = (self.bins(), self.bins() + self.clusters.len());
         let at = |cell: usize, look: usize| found.get(cell * stride + look).copied().unwrap_or(0.0);
         let mut mean = 0.0;
         for cell in 0..self.cells.len() {
@@ -222,8 +239,8 @@ impl VisibilityGrid {
                 }
                 mean += share * counts.get(cell).copied().unwrap_or(0) as f64;
             }
-            for i in 0..self.lights.len() {
-                self.visible_lights[cell * self.lights.len() + i] = smoothed(bins + i, &[]);
+            for i in 0..self.clusters.len() {
+                self.visible_clusters[cell * self.clusters.len() + i] = smoothed(bins + i, &[]);
             }
         }
         if let Some(sky) = &mut self.sky {
@@ -336,9 +353,10 @@ impl VisibilityGrid {
                 // Without visibility a quarter of what the sky sends arrives.
                 return irradiance * (4.0 * share).max(MIN_SHARE);
             }
-            let visible = self.lights.iter().position(|light| *light == id).map(|i| {
-                let share = f64::from(self.visible_lights[cell * self.lights.len() + i]) / f64::from(VISIBLE);
-                share.max(MIN_SHARE).sqrt()
+            let cluster = self.cluster_of.get(id.0 as usize).copied().flatten();
+            let visible = cluster.map(|i| {
+                let share = self.visible_clusters[cell * self.clusters.len() + usize::from(i)];
+                (f64::from(share) / f64::from(VISIBLE)).max(MIN_SHARE).sqrt()
             });
             irradiance * visible.unwrap_or(1.0)
         };
@@ -362,7 +380,7 @@ impl VisibilityGrid {
             |table: &Box<Table>| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
         let tables: usize = self.tables.iter().flatten().filter_map(OnceLock::get).map(table).sum();
         let sky = self.sky.as_ref().map_or(0, |sky| sky.visible.len() + sky.bins.bytes());
-        self.cells.bytes() + size_of_val(self.tables.as_slice()) + self.visible_lights.len() + sky + tables
+        self.cells.bytes() + size_of_val(self.tables.as_slice()) + self.visible_clusters.len() + sky + tables
     }
 }
 

@@ -41,7 +41,9 @@ fn learned(lights: &[Light]) -> LightSelection {
     let points: Vec<Vec3> = (0..4000)
         .map(|i| (2.0 * Vec3::from(at(i).extend(at(i + 5000).x)) - 1.0).normalize())
         .collect();
-    let grid = VisibilityGrid::new(lights, &points, 100_000).unwrap();
+    let bounds = [Vec3::NEG_ONE, Vec3::ONE].into_iter().collect::<Bounds3>();
+    let selection = LightSelection::new(SelectionMode::Visibility, lights, bounds, 2.0);
+    let grid = selection.visibility_grid(lights, &points, 100_000).unwrap();
     let mut side = vec![false; grid.cells()];
     points.iter().for_each(|p| {
         if let Some(cell) = grid.cell(*p) {
@@ -58,8 +60,6 @@ fn learned(lights: &[Light]) -> LightSelection {
         }
     }
     let counts = vec![1; grid.cells()];
-    let bounds = [Vec3::NEG_ONE, Vec3::ONE].into_iter().collect::<Bounds3>();
-    let selection = LightSelection::new(SelectionMode::Visibility, lights, bounds, 2.0);
     selection.learn(Some(grid.with_visibility(&found, &counts)));
     selection
 }
@@ -67,8 +67,8 @@ fn learned(lights: &[Light]) -> LightSelection {
 /// In every cell and for every normal samples follow the density, which is 1 in all.
 #[test]
 fn directions_by_visibility_follow_their_densities() {
-    const SAMPLES: u32 = 400_000;
-    let level = sidak(0.01, 12);
+    const SAMPLES: u32 = 200_000;
+    let level = sidak(0.01, 9);
     for light in [constant(), map(64, 32), map(7, 3)] {
         let lights = [light];
         let selection = learned(&lights);
@@ -76,8 +76,7 @@ fn directions_by_visibility_follow_their_densities() {
         let id = LightId(0);
         for (p, n) in [
             (Vec3::X, Vec3::X),
-            (Vec3::NEG_X, Vec3::ZERO),
-            (Vec3::new(-0.6, 0.64, 0.48), Vec3::new(0.6, -0.64, -0.48)),
+            (Vec3::new(-0.6, 0.64, 0.48), Vec3::ZERO),
             // Nothing is known of the middle.
             (Vec3::splat(0.01), Vec3::Y),
         ] {
@@ -160,7 +159,8 @@ f 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n";
 }
 
 const SKY: &str = "[[light]]\ntype = \"sky\"\n";
-const SUN: &str = "[[light]]\ntype = \"directional\"\ndirection = [0.1, -0.4, -1]\nirradiance = 2.0\nangle = 2.0\n";
+const SUN: &str =
+    "[[light]]\ntype = \"directional\"\ndirection = [0.1, -0.4, -1]\nirradiance = [2, 2, 2]\nangle = 2.0\n";
 
 /// The mean is that of a choice by power, whatever the integrator.
 #[test]
@@ -172,7 +172,6 @@ fn pictures_by_visibility_are_unbiased() {
         for flags in [
             "--spp 512",
             "--spp 512 --reuse none",
-            "--spp 512 --reuse none --direct light",
             "--spp 256 --integrator bdpt",
             "--spp 64 --integrator distributed --max-depth 16 --branching 1",
         ] {

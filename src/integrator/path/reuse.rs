@@ -248,21 +248,20 @@ impl End {
         let (others, rays) = (&others[..count], &rays[..count]);
         let mut seen = [Transmittance::CLEAR; SAMPLES_AT_ONCE];
         let mut own_seen = Transmittance::CLEAR;
-        if world.scene.lets_light_pass() {
-            for ((seen, ray), other) in seen.iter_mut().zip(rays).zip(others) {
-                *seen = world.transmittance(ray, &mut out[other.index]);
-            }
+        let mut occluded = [false; SAMPLES_AT_ONCE];
+        world.accel.occluded_coherent(rays, &mut occluded[..count]);
+        let passes = world.scene.lets_light_pass();
+        for (((seen, ray), other), occluded) in seen.iter_mut().zip(rays).zip(others).zip(occluded) {
+            out[other.index].ray(RayKind::Shadow);
+            *seen = match occluded {
+                false => Transmittance::CLEAR,
+                true if passes => world.transmittance(ray, &mut out[other.index]),
+                true => Transmittance::BLOCKED,
+            };
+        }
+        if passes {
             let ray = segment(own.origin, self.p).when(self.time);
             own_seen = world.transmittance(&ray, &mut out[owner]);
-        } else {
-            let mut occluded = [false; SAMPLES_AT_ONCE];
-            world.accel.occluded_coherent(rays, &mut occluded[..count]);
-            for ((seen, other), occluded) in seen.iter_mut().zip(others).zip(occluded) {
-                out[other.index].ray(RayKind::Shadow);
-                if occluded {
-                    *seen = Transmittance::BLOCKED;
-                }
-            }
         }
 
         // Their shares

@@ -33,6 +33,9 @@ impl Scene {
     /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
     /// such glass.
     pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
+        if !self.has_sheets {
+            return None;
+        }
         let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref()?;
         let wo = -ray.direction.normalize_or_zero();
         let cos = self.surface_point(hit, ray.time).seen_from(wo).ns.dot(wo).abs();

@@ -396,7 +396,7 @@ fn crops_change_no_bit_behind_glass() {
         let (whole, part) = (film(Rect::full(size)), film(crop));
         for (pixel, sums) in part.pixels() {
             let bits = |sums: &Accumulator| [0, 1, 2].map(|c| sums.mean(c).to_bits());
-            assert_eq!(whole.sums(pixel).map(|sums| bits(&sums)), Some(bits(sums)), "{pixel}");
+            assert_eq!(whole.sums(pixel).map(bits), Some(bits(sums)), "{pixel}");
         }
     });
 }

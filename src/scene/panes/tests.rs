@@ -179,7 +179,8 @@ fn bodies_are_not() {
 
 #[test]
 fn only_clear_glass_makes_panes() {
-    let changes: [(&str, fn(&mut Material)); 6] = [
+    type Change = (&'static str, fn(&mut Material));
+    let changes: [Change; 6] = [
         ("rough", |m| m.roughness = 0.5),
         ("diffuse", |m| m.diffuse = Spectrum::splat(0.1)),
         ("alpha", |m| m.opacity = 0.5),

@@ -79,17 +79,10 @@ fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film,
 
 /// Sharing must not move any mean, whichever way directions are drawn, light is found and paths end.
 fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32) {
-    with_world(scene, camera, RESOLUTION, |world| {
-        assert_unmoved_in(what, world, Some(6), spp)
-    });
+    with_world(scene, camera, RESOLUTION, |world| assert_unmoved_in(what, world, spp));
 }
 
-fn assert_unmoved_in(what: &str, world: World<Backend>, max_depth: Option<u32>, spp: u32) {
-    let path = |world, reuse| {
-        let mut path = path(world, reuse);
-        path.path.max_depth = max_depth;
-        path
-    };
+fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * spp, 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
@@ -123,7 +116,8 @@ fn means_stay_where_they_are() {
     assert_unmoved("depth-of-field", &own("depth-of-field.toml"), lens, 32);
 }
 
-/// A room of `walls`, seen from one of its corners, with a lamp and what `furnish` adds.
+/// Sharing must not move any mean in a room of `walls`, seen from one of its corners, with a lamp and what `furnish` adds. Directions are drawn by the
+/// BSDF alone: by the cosine, samples of narrow lobes have too long a tail for tests of 32 seeds.
 fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut SceneBuilder)) {
     let mut builder = SceneBuilder::new();
     add(&mut builder, room(), walls);
@@ -133,7 +127,13 @@ fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut
     let scene = builder.build().unwrap().0;
     let inside = pinhole(Vec3::new(0.8, 0.3, 0.8), Vec3::new(-0.6, -0.4, -0.6), 65.0);
     with_world(&scene, inside, RESOLUTION, |world| {
-        assert_unmoved_in(what, world, None, 16)
+        let path = |reuse| {
+            let mut path = path(world, reuse);
+            path.path.max_depth = None;
+            path
+        };
+        let reference = film_of(&path(false), RESOLUTION, 1024, 0);
+        assert_same(what, &path(true), &reference, 16);
     });
 }
 

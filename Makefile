@@ -11,11 +11,16 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # `all` has what this machine can have, and every test. The others have no Embree: they run what traces rays by their own backend or names it.
 # Lobes, textures, files and sampling are the same code in every set. A set compiles either the unit tests, of which
 # it runs the modules LIB_*, or tests/it, of which it runs IT_*. Brute force is too slow for most scenes.
+#
+# Packages that the other sets do not use are named with them: bindgen of embree4-sys, and Open Image Denoise, ask more of procedural macros than
+# others do, and without them all that uses such macros would be compiled once more.
+# The crate itself is compiled with little optimisation there, by which tests take a sixth longer: that is less than compiling saves.
 FEATURE_SETS := all none obvhs
+SMALL        := -p embrasure -p embree4-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
 FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
-FLAGS_none   := -p embrasure --no-default-features --features cli
+FLAGS_none   := $(SMALL) --features embrasure/cli
 LIB_none     := accel:: integrator::opacity:: session:: cli::
-FLAGS_obvhs  := -p embrasure --no-default-features --features "cli obvhs"
+FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
 IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: iterations:: lights:: motion:: surfaces::
 
 # The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
@@ -25,6 +30,10 @@ HAS_OIDN  := scripts/setup oidn >/dev/null
 optional   = $(shell if $($(2)); then echo embrasure/$(1); fi)
 with_obvhs = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 	  echo 'skipped: $(1): the obvhs crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; fi
+
+# The features with which all targets are linted and documented. Of the features that are the default, and of none, the library is enough; the example
+# brings the features of dependencies that tests have, so that these are checked once.
+LINTED = embrasure/oidn $(call optional,obvhs,HAS_OBVHS)
 
 # What a set runs.
 run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$(1)))$(if $(IT_$(1)),--test it -- $(IT_$(1)))
@@ -48,12 +57,12 @@ demo: setup ## build (with Open Image Denoise where its library can be had), and
 lint: setup ## check formatting, clippy and rustdoc; any warning is an error
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
-	$(CARGO) clippy --workspace --all-targets --locked -- -D warnings
-	$(CARGO) clippy -p embrasure --no-default-features --lib --locked -- -D warnings
-	$(CARGO) clippy -p embrasure --no-default-features --features cli --all-targets --locked -- -D warnings
-	$(CARGO) clippy -p embrasure --features "oidn $(call optional,obvhs,HAS_OBVHS)" --all-targets --locked -- -D warnings
-	$(call with_obvhs,$(CARGO) clippy -p embrasure --no-default-features --features "cli obvhs" --all-targets --locked -- -D warnings)
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked
+	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings
+	$(CARGO) clippy -p embrasure --lib --example made_in_code --locked -- -D warnings
+	$(CARGO) clippy $(SMALL) --lib --example made_in_code --locked -- -D warnings
+	$(CARGO) clippy $(FLAGS_none) --all-targets --locked -- -D warnings
+	$(call with_obvhs,$(CARGO) clippy $(FLAGS_obvhs) --lib --test it --locked -- -D warnings)
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked --features "$(LINTED)"
 
 test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each feature set
 

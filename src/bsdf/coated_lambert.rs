@@ -1,4 +1,4 @@
-use super::energy::{self, ConductorTables, WoTerms};
+use super::energy::{self, ConductorEnergy, ConductorTables, DirectionTerms, EnergyLookup};
 use super::{Fresnel, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::Vec3;
@@ -29,6 +29,16 @@ impl CoatedLambert {
         (self.albedo, self.f0, self.roughness)
     }
 
+    /// `√α` of the coat.
+    pub(super) fn roughness(&self) -> f32 {
+        self.roughness
+    }
+
+    /// Albedo, share that passes the coat on average, 1 for a coat, its reflectance along the normal and what several reflections in it give.
+    pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
+        (self.albedo, self.passed, 1.0, [self.f0, self.several])
+    }
+
     /// Below a coat of slopes `alpha` that reflects `f0` along the normal, by Schlick's formula.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();
@@ -46,23 +56,23 @@ impl CoatedLambert {
         }
     }
 
-    /// Terms that depend on `wo` alone: the energy that passes the coat.
+    /// Terms of a direction: the energy that passes the coat.
     #[inline(always)]
-    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
-        let tables = ConductorTables::new(self.roughness);
-        WoTerms {
-            tables,
-            share: self.passed(&tables, wo),
+    pub(super) fn terms(&self, energy: &mut EnergyLookup) -> DirectionTerms {
+        let ConductorEnergy { loss, grazing, .. } = energy.of(self.roughness);
+        DirectionTerms {
+            share: passed(self.f0, self.several, loss, grazing),
+            ..DirectionTerms::default()
         }
     }
 
     /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, cosine-weighted as [`Lambert`](super::Lambert)'s, which draws `wi`.
     #[inline(always)]
-    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.albedo.is_black() {
             return (Spectrum::ZERO, 0.0);
         }
-        let f = self.albedo * (terms.share * self.passed(&terms.tables, wi) / (PI * self.passed));
+        let f = self.albedo * (o.share * i.share / (PI * self.passed));
         (f, cosine_hemisphere_pdf(wi.z.abs()))
     }
 
@@ -73,21 +83,14 @@ impl CoatedLambert {
 
     /// Share that is scattered for `wo`.
     #[inline(always)]
-    pub(super) fn albedo_towards(&self, terms: &WoTerms) -> Spectrum {
+    pub(super) fn albedo_towards(&self, terms: &DirectionTerms) -> Spectrum {
         self.albedo * terms.share
-    }
-
-    /// Share that passes the coat, whose energy is in `tables`, between `w` and the base.
-    #[inline(always)]
-    fn passed(&self, tables: &ConductorTables, w: Vec3) -> f32 {
-        let cos = w.z.abs();
-        let [missing, grazing] = tables.loss_and_grazing().map(|shares| shares.towards(cos));
-        passed(self.f0, self.several, missing, grazing)
     }
 }
 
 /// What a coat lets pass of which single reflections leave `missing` behind, and reflect `grazing` where each is
 /// weighed by `(1 − cos)⁵`.
+#[inline(always)]
 fn passed(f0: f32, several: f32, missing: f32, grazing: f32) -> f32 {
     1.0 - (f0 * (1.0 - missing - grazing) + grazing + several * missing)
 }

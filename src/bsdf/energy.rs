@@ -20,7 +20,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 use std::sync::OnceLock;
 
 /// Nodes along roughness and along the cosine.
-const NODES: usize = 32;
+pub(super) const NODES: usize = 32;
 
 /// Nodes along the index of refraction.
 const INDEX_NODES: usize = 65;
@@ -51,8 +51,22 @@ pub(super) struct ConductorTables {
     place: f32,
 }
 
+/// Energy of rough conductors towards one direction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ConductorEnergy {
+    /// Share that single reflections lose.
+    pub loss: f32,
+    /// Mean of that over the cosine of all directions.
+    pub mean_loss: f32,
+    /// Density with which [`EnergyTable::sample`] of the loss draws the direction, per solid angle.
+    pub loss_pdf: f32,
+    /// Share that single reflections reflect, each weighed by Schlick's `(1 − cos)⁵` of the angle with the facet.
+    pub grazing: f32,
+}
+
 impl ConductorTables {
     /// Tables for this roughness, `√α`.
+    #[inline(always)]
     pub fn new(roughness: f32) -> Self {
         Self {
             place: place(roughness, NODES),
@@ -60,7 +74,6 @@ impl ConductorTables {
     }
 
     /// Energy that single reflections lose, and energy that they reflect, weighed by Schlick's `(1 − cos)⁵` of the angle with the facet.
-    #[inline(always)]
     pub fn loss_and_grazing(&self) -> [EnergyTable<2>; 2] {
         let (node, t) = cell(self.place, NODES);
         let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
@@ -70,20 +83,129 @@ impl ConductorTables {
     }
 
     /// Energy that single reflections lose.
-    #[inline(always)]
     pub fn loss(&self) -> EnergyTable<2> {
         let [loss, _] = self.loss_and_grazing();
         loss
     }
+
+    /// All quantities towards a cosine, which share their place in the tables.
+    #[inline(always)]
+    pub fn towards(&self, cos: f32) -> ConductorEnergy {
+        let (node, t) = cell(self.place, NODES);
+        let [[lower, lower_grazing], [upper, upper_grazing]] = [mirror_rows(node), mirror_rows(node + 1)];
+        let (node, s) = cell(place(cos.sqrt(), NODES), NODES);
+        let at = |row: &Row| (1.0 - s) * row.nodes[node] + s * row.nodes[node + 1];
+        let blend = |lower: f32, upper: f32| (1.0 - t) * lower + t * upper;
+        let mean_loss = blend(lower.mean, upper.mean);
+        ConductorEnergy {
+            loss: blend(at(lower), at(upper)),
+            mean_loss,
+            loss_pdf: cos * FRAC_1_PI * blend(lower.cells[node], upper.cells[node]) / mean_loss,
+            grazing: blend(at(lower_grazing), at(upper_grazing)),
+        }
+    }
 }
 
-/// Terms of a lobe that depend on `wo` alone; zero for kinds of lobes that have none.
+/// Rows of the tables of rough conductors with one roughness, where many directions are looked up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MirrorRows {
+    lower: &'static [Row; 2],
+    upper: &'static [Row; 2],
+    /// Weight of the upper ones.
+    t: f32,
+    /// Mean over the cosine of the share that single reflections lose.
+    pub mean_loss: f32,
+}
+
+impl MirrorRows {
+    /// The rows of `tables`.
+    pub fn of(tables: ConductorTables) -> Self {
+        let (node, t) = cell(tables.place, NODES);
+        let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
+        Self {
+            lower,
+            upper,
+            t,
+            mean_loss: (1.0 - t) * lower[0].mean + t * upper[0].mean,
+        }
+    }
+
+    /// Share that single reflections lose, at a node of the cosine before the last and at the one behind it.
+    #[inline(always)]
+    pub fn loss(&self, node: usize) -> [f32; 2] {
+        self.at(0, node)
+    }
+
+    /// Share that single reflections reflect, each weighed by Schlick's `(1 − cos)⁵`, at the two nodes.
+    #[inline(always)]
+    pub fn grazing(&self, node: usize) -> [f32; 2] {
+        self.at(1, node)
+    }
+
+    /// Mean of the loss between the two nodes, over that of all cosines.
+    #[inline(always)]
+    pub fn loss_cell(&self, node: usize) -> f32 {
+        self.blend(self.lower[0].cells[node], self.upper[0].cells[node]) / self.mean_loss
+    }
+
+    #[inline(always)]
+    fn at(&self, kind: usize, node: usize) -> [f32; 2] {
+        let (lower, upper) = (&self.lower[kind].nodes, &self.upper[kind].nodes);
+        [
+            self.blend(lower[node], upper[node]),
+            self.blend(lower[node + 1], upper[node + 1]),
+        ]
+    }
+
+    #[inline(always)]
+    fn blend(&self, lower: f32, upper: f32) -> f32 {
+        lower + self.t * (upper - lower)
+    }
+}
+
+/// Terms of a lobe that depend on one direction, `wo` or `wi`, alone; zero for kinds of lobes that have none.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WoTerms {
-    /// Energy tables for the roughness of the lobe or its coat.
-    pub tables: ConductorTables,
-    /// Rough lobes: energy towards `wo` that single scattering loses. Coated lobes: energy towards `wo` that passes the coat.
+pub(super) struct DirectionTerms {
+    /// Rough lobes: energy towards the direction that single scattering loses. Coated lobes: energy that passes the coat.
     pub share: f32,
+    /// Rough lobes: density with which light of several scatterings is drawn.
+    pub several_pdf: f32,
+    /// Rough mirrors: energy of the facets.
+    pub energy: ConductorEnergy,
+    /// Rough mirrors: [`Ggx::stretched`] of the direction.
+    pub stretched: f32,
+}
+
+/// The energy of rough conductors towards one direction that was looked up last: a coat and the base below it ask for the same.
+#[derive(Debug)]
+pub(super) struct EnergyLookup {
+    cos: f32,
+    last: Option<(ConductorTables, ConductorEnergy)>,
+}
+
+impl EnergyLookup {
+    /// Towards the unit direction `w`.
+    #[inline(always)]
+    pub fn new(w: Vec3) -> Self {
+        Self {
+            cos: w.z.abs(),
+            last: None,
+        }
+    }
+
+    /// The energy for this roughness, `√α`.
+    #[inline(always)]
+    pub fn of(&mut self, roughness: f32) -> ConductorEnergy {
+        let tables = ConductorTables::new(roughness);
+        match self.last {
+            Some((last, energy)) if last.place == tables.place => energy,
+            _ => {
+                let energy = tables.towards(self.cos);
+                self.last = Some((tables, energy));
+                energy
+            }
+        }
+    }
 }
 
 /// Energy that single scattering by a rough dielectric loses; the index beyond is `eta` times the one on the side of the incident light.

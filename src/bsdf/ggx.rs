@@ -29,14 +29,21 @@ impl Ggx {
         }
     }
 
+    /// `αx` and `αy`.
+    pub fn slopes(&self) -> Vec2 {
+        self.alpha
+    }
+
     /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq. 85).
     ///
     /// Unlike the form with `cos² (α² − 1) + 1`, this one subtracts nothing.
     #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
-        let (x, y) = (h.x / self.alpha.x, h.y / self.alpha.y);
-        let t = x * x + y * y + h.z * h.z;
-        1.0 / (PI * self.alpha.x * self.alpha.y * t * t)
+        // Multiplied through by the slopes, so that there is one division
+        let area = self.alpha.x * self.alpha.y;
+        let (x, y, z) = (h.x * self.alpha.y, h.y * self.alpha.x, h.z * area);
+        let t = x * x + y * y + z * z;
+        area * area * area / (PI * t * t)
     }
 
     /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86): the length of `w` when the surface is stretched
@@ -58,8 +65,14 @@ impl Ggx {
     /// directions see the same heights (Heitz 2014, eq. 99).
     #[inline(always)]
     pub fn reflection(&self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
+        self.density(h) * self.shadowed_reflection(wo, wi, [self.stretched(wo), self.stretched(wi)])
+    }
+
+    /// [`Ggx::reflection`] over `D`, where `stretched` has [`Ggx::stretched`] of both directions.
+    #[inline(always)]
+    pub fn shadowed_reflection(&self, wo: Vec3, wi: Vec3, stretched: [f32; 2]) -> f32 {
         let (zo, zi) = (wo.z.abs(), wi.z.abs());
-        0.5 * self.density(h) / (zi * self.stretched(wo) + zo * self.stretched(wi))
+        0.5 / (zi * stretched[0] + zo * stretched[1])
     }
 
     /// `G₂ / G₁(wo)`: what becomes of a visible facet's reflection.
@@ -72,7 +85,13 @@ impl Ggx {
     /// Density of [`Ggx::sample_visible`] over `wo·h`: `G₁ D / cos θo`.
     #[inline(always)]
     pub fn visible_density(&self, wo: Vec3, h: Vec3) -> f32 {
-        2.0 * self.density(h) / (wo.z.abs() + self.stretched(wo))
+        self.density(h) * self.seen(wo, self.stretched(wo))
+    }
+
+    /// [`Ggx::visible_density`] over `D`, where `stretched` is [`Ggx::stretched`] of `wo`.
+    #[inline(always)]
+    pub fn seen(&self, wo: Vec3, stretched: f32) -> f32 {
+        2.0 / (wo.z.abs() + stretched)
     }
 
     /// Draws the normal of a facet that `wo` sees, on its side, with density `G₁ (wo·h) D / cos θo` per solid angle:
@@ -95,7 +114,10 @@ impl Ggx {
     /// `√α` of the isotropic facets that are taken for these where energy is counted: that of the geometric mean of both
     /// slopes. With it some energy stays lost, and where light grazes up to 3 % too much is given back.
     pub fn roughness(&self) -> f32 {
-        (self.alpha.x * self.alpha.y).sqrt().sqrt()
+        match self.alpha.x == self.alpha.y {
+            true => self.alpha.x.sqrt(),
+            false => (self.alpha.x * self.alpha.y).sqrt().sqrt(),
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-use super::energy::WoTerms;
+use super::energy::{DirectionTerms, EnergyLookup};
 use super::{
     Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
     Sheen, ThinSheet, TransportMode, same_hemisphere,
@@ -70,7 +70,7 @@ impl Lobe {
 
     /// [`Lobe::eval`] and [`Lobe::pdf`].
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        self.eval_pdf_with(&self.wo_terms(wo), wo, wi)
+        self.eval_pdf_with([&self.terms_of(wo), &self.terms_of(wi)], wo, wi)
     }
 
     /// Draws `wi` for `wo`: `u_lobe` chooses a part, where there are several, `u` a direction. `None` where nothing is
@@ -81,9 +81,9 @@ impl Lobe {
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
-        let terms = self.wo_terms(wo);
+        let terms = self.terms_of(wo);
         let wi = self.sample_direction(&terms, wo, u_lobe, u)?;
-        let (f, pdf) = self.eval_pdf_with(&terms, wo, wi);
+        let (f, pdf) = self.eval_pdf_with([&terms, &self.terms_of(wi)], wo, wi);
         // Only refraction is not the same both ways.
         let f = match (self, mode) {
             (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
@@ -92,35 +92,40 @@ impl Lobe {
         self.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Terms that depend on `wo` alone.
+    /// Terms that depend on the direction `w` alone; `energy` is its lookup, which lobes of one BSDF share.
     #[inline(always)]
-    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
+    pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
         match self {
-            Self::CoatedLambert(lobe) => lobe.wo_terms(wo),
-            Self::RoughMirror(lobe) => lobe.wo_terms(wo),
-            Self::RoughDielectric(lobe) => lobe.wo_terms(wo),
-            _ => WoTerms::default(),
+            Self::CoatedLambert(lobe) => lobe.terms(energy),
+            Self::RoughMirror(lobe) => lobe.terms(energy, w),
+            Self::RoughDielectric(lobe) => lobe.terms(w),
+            _ => DirectionTerms::default(),
         }
     }
 
-    /// [`Lobe::eval_pdf`] with the terms of `wo`. Most mixtures are coats over diffuse bases, and metals. Other lobes are kept out of line: inlined, their
+    /// [`Lobe::terms`] of a lobe by itself.
+    fn terms_of(&self, w: Vec3) -> DirectionTerms {
+        self.terms(&mut EnergyLookup::new(w), w)
+    }
+
+    /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. Most mixtures are coats over diffuse bases, and metals. Other lobes are kept out of line: inlined, their
     /// terms would be computed before the loop over lobes, also for BSDFs without such lobes.
     #[inline(always)]
-    pub(super) fn eval_pdf_with(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf_with(&self, [o, i]: [&DirectionTerms; 2], wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
             Self::Lambert(lobe) => lobe.eval_pdf(wo, wi),
-            Self::CoatedLambert(lobe) => lobe.eval_pdf(terms, wo, wi),
+            Self::CoatedLambert(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Phong(lobe) => lobe.eval_pdf(wo, wi),
             Self::Blinn(lobe) => lobe.eval_pdf(wo, wi),
-            Self::RoughMirror(lobe) => lobe.eval_pdf(terms, wo, wi),
+            Self::RoughMirror(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Sheen(lobe) => lobe.eval_pdf(wo, wi),
-            Self::RoughDielectric(lobe) => lobe.eval_pdf(terms, wo, wi),
+            Self::RoughDielectric(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => (Spectrum::ZERO, 0.0),
         }
     }
 
     /// The direction of [`Lobe::sample`], of a smooth lobe.
-    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+    pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         match self {
             Self::Lambert(_) | Self::CoatedLambert(_) => Some(Lambert::sample_direction(wo, u)),
             Self::Phong(lobe) => lobe.sample_direction(wo, u),
@@ -174,12 +179,12 @@ impl Lobe {
 
     /// Estimate of the share that is scattered for `wo`, by channel.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
-        self.albedo_with(&self.wo_terms(wo), wo)
+        self.albedo_with(&self.terms_of(wo), wo)
     }
 
     /// [`Lobe::albedo_towards`] with the terms of `wo`.
     #[inline(always)]
-    pub(super) fn albedo_with(&self, terms: &WoTerms, wo: Vec3) -> Spectrum {
+    pub(super) fn albedo_with(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         match self {
             Self::CoatedLambert(lobe) => lobe.albedo_towards(terms),
             Self::RoughMirror(lobe) => lobe.albedo_towards(terms, wo),

@@ -26,6 +26,7 @@ mod energy;
 mod fresnel;
 mod ggx;
 mod lambert;
+mod lanes;
 mod layered;
 mod lobe;
 mod mirror;
@@ -44,6 +45,7 @@ pub use dielectric::Dielectric;
 pub use fresnel::Fresnel;
 pub use ggx::MIN_ALPHA;
 pub use lambert::Lambert;
+pub use lanes::{BsdfLanes, DirectionLanes, LANES, ValueLanes};
 pub use layered::Layered;
 pub use lobe::Lobe;
 pub use mirror::Mirror;
@@ -53,7 +55,7 @@ pub use rough_dielectric::RoughDielectric;
 pub use rough_mirror::RoughMirror;
 pub use sheen::Sheen;
 pub use thin_sheet::ThinSheet;
-pub use view::BsdfView;
+pub use view::{BsdfDirection, BsdfView};
 
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -174,6 +176,12 @@ impl Bsdf {
     /// Whether one of its lobes scatters widely ([`Lobe::is_wide`]).
     pub fn is_wide(&self) -> bool {
         self.lobes().any(Lobe::is_wide)
+    }
+
+    /// Whether light may pass the surface other than by delta lobes.
+    #[inline(always)]
+    pub fn is_transmitting(&self) -> bool {
+        self.lobes().any(|lobe| matches!(lobe, Lobe::RoughDielectric(_)))
     }
 
     /// Whether it scatters to all directions of a side alike.

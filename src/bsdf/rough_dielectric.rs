@@ -1,4 +1,4 @@
-use super::energy::{EnergyTable, WoTerms, dielectric_loss};
+use super::energy::{DirectionTerms, EnergyTable, dielectric_loss};
 use super::ggx::Ggx;
 use super::{Fresnel, fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
@@ -70,11 +70,14 @@ impl RoughDielectric {
         }
     }
 
-    /// Terms that depend on `wo` alone: the energy that single scattering loses.
-    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
-        WoTerms {
-            share: self.missing(wo).towards(wo.z.abs()),
-            ..WoTerms::default()
+    /// Terms of the direction `w`: the energy that single scattering loses.
+    #[inline(never)]
+    pub(super) fn terms(&self, w: Vec3) -> DirectionTerms {
+        let loss = self.missing(w);
+        DirectionTerms {
+            share: loss.towards(w.z.abs()),
+            several_pdf: loss.pdf(w.z.abs()),
+            ..DirectionTerms::default()
         }
     }
 
@@ -82,15 +85,13 @@ impl RoughDielectric {
     /// exchanged. And density of `wi` per solid angle: that of visible facets by the Jacobian of the half vector (eq. 14 and 17), and of what
     /// several scatterings add on both sides.
     #[inline(never)]
-    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
             return (Spectrum::ZERO, 0.0);
         }
         let eta = self.eta(wo);
         let [here, beyond] = self.sides(wo);
-        let missing_o = terms.share;
-        let missing = self.missing(wi);
-        let missing_i = missing.towards(wi.z.abs());
+        let (missing_o, missing_i) = (o.share, i.share);
         let (f, single_pdf, share) = if same_hemisphere(wo, wi) {
             let (single, pdf) = half_vector(wo, wi).map_or((0.0, 0.0), |(h, cos)| {
                 let r = fresnel::dielectric(cos, eta).0;
@@ -117,13 +118,13 @@ impl RoughDielectric {
             let several = passed * (missing_o * missing_i) / (PI * beyond.missing * eta * eta);
             (Spectrum::from(self.transmittance) * (single + several), pdf, passed)
         };
-        let several_pdf = missing_o * share * missing.pdf(wi.z.abs());
+        let several_pdf = missing_o * share * i.several_pdf;
         (f, (1.0 - missing_o) * single_pdf + several_pdf)
     }
 
     /// Draws a visible facet, which reflects or refracts, or takes a direction of several scatterings; `u_lobe`
     /// chooses.
-    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+    pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;
         }

@@ -1,4 +1,4 @@
-use super::energy::{self, ConductorTables, WoTerms};
+use super::energy::{self, ConductorTables, DirectionTerms, EnergyLookup};
 use super::ggx::Ggx;
 use super::{Fresnel, half_vector, same_hemisphere};
 use crate::color::Spectrum;
@@ -24,6 +24,20 @@ impl RoughMirror {
     /// Reflectance and Fresnel term.
     pub(super) fn parameters(&self) -> ([f32; 3], Fresnel) {
         (self.reflectance, self.fresnel)
+    }
+
+    /// Whether it reflects by Schlick's formula.
+    pub(super) fn is_schlick(&self) -> bool {
+        matches!(self.fresnel, Fresnel::Schlick { .. })
+    }
+
+    /// Slopes; and factor of single reflections, reflectance along the normal and what several reflections give, by channel.
+    pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
+        let f0 = match self.fresnel {
+            Fresnel::Schlick { f0 } => f0,
+            _ => [1.0; 3],
+        };
+        (self.facets.slopes(), [self.reflectance, f0, self.several])
     }
 
     /// `√α` of its facets, the roughness of those that are alike along all tangents.
@@ -59,43 +73,42 @@ impl RoughMirror {
         }
     }
 
-    /// Terms that depend on `wo` alone: the energy that single reflection loses.
+    /// Terms of the direction `w`: energy, and the area that it sees of the facets.
     #[inline(always)]
-    pub(super) fn wo_terms(&self, wo: Vec3) -> WoTerms {
-        let tables = ConductorTables::new(self.facets.roughness());
-        WoTerms {
-            tables,
-            share: tables.loss().towards(wo.z.abs()),
+    pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
+        let energy = energy.of(self.facets.roughness());
+        DirectionTerms {
+            share: energy.loss,
+            several_pdf: energy.loss_pdf,
+            energy,
+            stretched: self.facets.stretched(w),
         }
     }
 
     /// Value of the lobe, sr⁻¹, which is `D F G₂ / (4 cos θi cos θo)` and what several reflections add; and density of `wi` per solid angle, which is
     /// `D G₁ / (4 cos θo)` and that of what several reflections add.
     #[inline(always)]
-    pub(super) fn eval_pdf(&self, terms: &WoTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+    pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
             return (Spectrum::ZERO, 0.0);
         }
         let (single, single_pdf) = half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |(h, cos)| {
+            let d = self.facets.density(h);
+            let reflection = d * self.facets.shadowed_reflection(wo, wi, [o.stretched, i.stretched]);
             (
-                self.reflectance() * self.fresnel.reflectance(cos) * self.facets.reflection(wo, wi, h),
-                0.25 * self.facets.visible_density(wo, h),
+                self.reflectance() * self.fresnel.reflectance(cos) * reflection,
+                0.25 * d * self.facets.seen(wo, o.stretched),
             )
         });
-        let (missing, missing_o) = (terms.tables.loss(), terms.share);
-        let several = Spectrum::from(self.several) * (missing_o * missing.towards(wi.z.abs()));
-        let several_pdf = missing.pdf(wi.z.abs());
-        (
-            single + several,
-            (1.0 - missing_o) * single_pdf + missing_o * several_pdf,
-        )
+        let several = Spectrum::from(self.several) * (o.share * i.share);
+        (single + several, (1.0 - o.share) * single_pdf + o.share * i.several_pdf)
     }
 
     /// Draws a visible facet and reflects `wo` by it, or takes a direction of several reflections, which `u_lobe`
     /// chooses; what falls below the horizon carries nothing.
-    pub(super) fn sample_direction(&self, terms: &WoTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
+    pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         let wi = if u_lobe < terms.share {
-            let wi = terms.tables.loss().sample(u);
+            let wi = ConductorTables::new(self.facets.roughness()).loss().sample(u);
             Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
         } else {
             let h = self.facets.sample_visible(wo, u);
@@ -111,17 +124,13 @@ impl RoughMirror {
 
     /// Share that is reflected for `wo`, by channel: exact for Schlick's term, an estimate for others.
     #[inline(always)]
-    pub(super) fn albedo_towards(&self, terms: &WoTerms, wo: Vec3) -> Spectrum {
-        let (missing, cos) = (terms.share, wo.z.abs());
-        let [all_missing, grazing] = terms.tables.loss_and_grazing();
+    pub(super) fn albedo_towards(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
+        let (missing, grazing) = (terms.share, terms.energy.grazing);
         let single = match self.fresnel {
-            Fresnel::Schlick { f0 } => {
-                let grazing = grazing.towards(cos);
-                Spectrum::from(f0) * (1.0 - missing - grazing) + Spectrum::splat(grazing)
-            }
-            _ => self.fresnel.reflectance(cos) * (1.0 - missing),
+            Fresnel::Schlick { f0 } => Spectrum::from(f0) * (1.0 - missing - grazing) + Spectrum::splat(grazing),
+            _ => self.fresnel.reflectance(wo.z.abs()) * (1.0 - missing),
         };
-        let several = Spectrum::from(self.several) * (PI * all_missing.mean() * missing);
+        let several = Spectrum::from(self.several) * (PI * terms.energy.mean_loss * missing);
         self.reflectance() * single + several
     }
 

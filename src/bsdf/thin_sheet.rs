@@ -17,14 +17,19 @@ pub struct ThinSheet {
 }
 
 impl ThinSheet {
+    /// Share of the light that a sheet of the index `ior` reflects, all reflections between its faces included, for the cosine `cos` with its normal.
+    pub fn reflected_share(cos: f32, ior: f32) -> f32 {
+        let (face, _) = fresnel::dielectric(cos, ior);
+        2.0 * face / (1.0 + face)
+    }
+
     /// The reflected direction and the one straight on, each with its share of the flux as density.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         if cos == 0.0 {
             return [None, None];
         }
-        let (face, _) = fresnel::dielectric(cos, self.ior);
-        let r = 2.0 * face / (1.0 + face);
+        let r = Self::reflected_share(cos, self.ior);
         let sample =
             |f: Spectrum, wi, pdf| (pdf > 0.0).then(|| BsdfSample::new(f * (pdf / cos), wi, pdf, Scattering::Specular));
         [

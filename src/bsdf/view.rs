@@ -1,13 +1,17 @@
 //! BSDFs as one direction `wo` sees them.
 //!
 //! A vertex of a path evaluates its BSDF for several `wi`, each time with the same `wo`: for its light samples, for the direction it draws, and for the
-//! ends that other pixels share with it. Terms that depend on `wo` alone are computed once: the probability of each lobe, the energy that single
-//! scattering loses, the shares that pass layers. Value and density are computed together, because they share the half vector, `D` and the energy tables.
+//! ends that other pixels share with it. A shared end evaluates its BSDF for several `wo`, each time with the same `wi`. Terms that depend on one of
+//! the two alone are computed once: for `wo` the probability of each lobe, for both the energy that single scattering loses and the shares that pass
+//! layers. Value and density are computed together, because they share the half vector and `D`.
 
-use super::energy::WoTerms;
-use super::{Bsdf, BsdfSample, Lobe, TransportMode};
+use super::energy::{DirectionTerms, EnergyLookup};
+use super::{Bsdf, BsdfSample, Lobe, TransportMode, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
+
+/// Places of lobes in a BSDF.
+const PLACES: usize = 5;
 
 /// A BSDF as one direction `wo` sees it.
 ///
@@ -16,51 +20,67 @@ use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfView<'a> {
     bsdf: &'a Bsdf,
-    wo: Vec3,
-    /// Views of the lobes, each in its lobe's place.
-    lobes: [LobeView; 5],
+    wo: BsdfDirection,
+    /// Probability of choosing each of the lobes, each in its lobe's place.
+    p: [f32; PLACES],
 }
 
-/// A lobe of a BSDF as one direction `wo` sees it.
-#[derive(Clone, Copy, Debug, Default)]
-struct LobeView {
-    terms: WoTerms,
-    /// Probability of choosing the lobe.
-    p: f32,
-    /// Share of the light towards `wo` that passes the layers above the lobe.
-    passed: f32,
+/// A direction, with the terms of a BSDF that depend on it alone.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfDirection {
+    /// The unit direction, local frame.
+    w: Vec3,
+    /// Terms of the lobes, each in its lobe's place.
+    lobes: [DirectionTerms; PLACES],
+    /// Share of the light between this direction and each lobe that passes the layers above it.
+    passed: [f32; PLACES],
+}
+
+impl BsdfDirection {
+    /// `w` for the lobes of `bsdf`.
+    #[inline(always)]
+    pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
+        let mut energy = EnergyLookup::new(w);
+        let mut lobes = [DirectionTerms::default(); PLACES];
+        for (place, lobe) in bsdf.places() {
+            lobes[place] = lobe.terms(&mut energy, w);
+        }
+        Self {
+            w,
+            lobes,
+            passed: bsdf.passed(w).unwrap_or([1.0; PLACES]),
+        }
+    }
 }
 
 impl<'a> BsdfView<'a> {
     /// `bsdf` as `wo` sees it.
     #[inline(always)]
     pub fn new(bsdf: &'a Bsdf, wo: Vec3) -> Self {
-        let passed = bsdf.passed(wo);
-        let mut lobes = [LobeView::default(); 5];
+        let wo = BsdfDirection::new(bsdf, wo);
+        let mut p = [0.0; PLACES];
         let mut total = 0.0;
         for (place, lobe) in bsdf.places() {
-            let terms = lobe.wo_terms(wo);
-            let passed = passed.map_or(1.0, |passed| passed[place]);
-            let p = lobe.albedo_with(&terms, wo).mean() * passed;
-            lobes[place] = LobeView { terms, p, passed };
-            total += p;
+            p[place] = lobe.albedo_with(&wo.lobes[place], wo.w).mean() * wo.passed[place];
+            total += p[place];
         }
-        for view in &mut lobes {
-            view.p = if total > 0.0 { view.p / total } else { 0.0 };
+        let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+        Self {
+            bsdf,
+            wo,
+            p: p.map(|p| p * scale),
         }
-        Self { bsdf, wo, lobes }
     }
 
     /// The lobes, each with its place.
     #[inline(always)]
-    fn lobes(&self) -> impl Iterator<Item = (usize, &'a Lobe, &LobeView)> {
-        let places = self.bsdf.places();
-        places.map(|(place, lobe)| (place, lobe, &self.lobes[place]))
+    fn lobes(&self) -> impl Iterator<Item = (usize, &'a Lobe)> {
+        self.bsdf.places()
     }
 
     /// Probability of choosing each of the lobes.
     pub fn probabilities(&self) -> impl Iterator<Item = f32> {
-        self.lobes().map(|(_, _, view)| view.p)
+        self.lobes().map(|(place, _)| self.p[place])
     }
 
     /// Probability that a smooth lobe is chosen.
@@ -68,22 +88,36 @@ impl<'a> BsdfView<'a> {
         if !self.bsdf.lobes().any(Lobe::is_delta) {
             return 1.0;
         }
-        let smooth = self.lobes().filter(|(_, lobe, _)| !lobe.is_delta());
-        smooth.map(|(_, _, view)| view.p).sum()
+        let smooth = self.lobes().filter(|(_, lobe)| !lobe.is_delta());
+        smooth.map(|(place, _)| self.p[place]).sum()
     }
 
-    /// Value of the BSDF and density of `wi`, as [`Bsdf::eval`] and [`Bsdf::pdf`]: sums over the lobes, the density of each with its probability.
-    #[inline(never)]
+    /// Value of the BSDF and density of `wi`, as [`Bsdf::eval`] and [`Bsdf::pdf`].
+    #[inline(always)]
     pub fn eval_pdf(&self, wi: Vec3) -> (Spectrum, f32) {
-        let passed = self.bsdf.passed(wi);
+        if !same_hemisphere(self.wo.w, wi) && !self.bsdf.is_transmitting() {
+            return (Spectrum::ZERO, 0.0);
+        }
+        self.eval_pdf_of(wi)
+    }
+
+    #[inline(never)]
+    fn eval_pdf_of(&self, wi: Vec3) -> (Spectrum, f32) {
+        self.eval_pdf_with(&BsdfDirection::new(self.bsdf, wi))
+    }
+
+    /// [`BsdfView::eval_pdf`] of a direction whose terms are known: sums over the lobes, the density of each with its probability.
+    #[inline(always)]
+    pub fn eval_pdf_with(&self, wi: &BsdfDirection) -> (Spectrum, f32) {
         let (mut f, mut pdf) = (Spectrum::ZERO, 0.0);
-        for (place, lobe, view) in self.lobes() {
-            let (lobe_f, lobe_pdf) = lobe.eval_pdf_with(&view.terms, self.wo, wi);
-            f += match (self.bsdf, &passed) {
-                (Bsdf::Layered(layered), Some(i)) => lobe_f * layered.through(lobe, view.passed, i[place]),
+        for (place, lobe) in self.lobes() {
+            let terms = [&self.wo.lobes[place], &wi.lobes[place]];
+            let (lobe_f, lobe_pdf) = lobe.eval_pdf_with(terms, self.wo.w, wi.w);
+            f += match self.bsdf {
+                Bsdf::Layered(layered) => lobe_f * layered.through(lobe, self.wo.passed[place], wi.passed[place]),
                 _ => lobe_f,
             };
-            pdf += view.p * lobe_pdf;
+            pdf += self.p[place] * lobe_pdf;
         }
         (f, pdf)
     }
@@ -91,17 +125,17 @@ impl<'a> BsdfView<'a> {
     /// Draws `wi`, as [`Bsdf::sample`].
     #[inline(never)]
     pub fn sample(&self, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
-        let wo = self.wo;
-        let ((place, lobe, view), u_part) = self.choose(u_lobe)?;
+        let wo = self.wo.w;
+        let ((place, lobe), u_part) = self.choose(u_lobe)?;
         if lobe.is_delta() {
             let sample = self
                 .bsdf
                 .below_layers(place, lobe, wo, lobe.sample(wo, u_part, u, mode)?);
-            let pdf = sample.pdf * view.p;
+            let pdf = sample.pdf * self.p[place];
             let of_all = BsdfSample::new(sample.f, sample.wi, pdf, sample.scattering);
             return (pdf > 0.0).then_some(of_all.with_eta(sample.eta));
         }
-        let wi = lobe.sample_direction(&view.terms, wo, u_part, u)?;
+        let wi = lobe.sample_direction(&self.wo.lobes[place], wo, u_part, u)?;
         let (f, pdf) = self.eval_pdf(wi);
         let f = match mode {
             TransportMode::Radiance => f,
@@ -113,12 +147,12 @@ impl<'a> BsdfView<'a> {
     /// The lobe whose share of [0, 1) contains `u`, and the position of `u` in that share, a uniform number for the lobe's own choices. Smooth lobes come
     /// first.
     #[inline(always)]
-    fn choose(&self, u: f32) -> Option<((usize, &'a Lobe, &LobeView), f32)> {
-        let of_kind = |is_delta| self.lobes().filter(move |(_, lobe, _)| lobe.is_delta() == is_delta);
+    fn choose(&self, u: f32) -> Option<((usize, &'a Lobe), f32)> {
+        let of_kind = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);
         let mut below = 0.0;
         let mut last = None;
         for chosen in of_kind(false).chain(of_kind(true)) {
-            let p = chosen.2.p;
+            let p = self.p[chosen.0];
             if p > 0.0 {
                 last = Some((chosen, ((u - below) / p).min(ALMOST_ONE)));
                 below += p;

@@ -34,6 +34,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         "instances": scene.instances().len(),
         "placed_triangles": scene.placed_triangle_count(),
         "moves": scene.is_moving(),
+        "panes": scene.panes(),
         "vertices": scene.meshes().iter().map(|m| m.positions.len()).sum::<usize>(),
         "materials": scene.materials().iter().map(|m| json!({
             "name": m.name,
@@ -105,6 +106,9 @@ fn print_text(info: &serde_json::Value) {
             info["instances"],
             info["placed_triangles"]
         );
+    }
+    if let Some(words) = words::panes(info["panes"].as_u64().unwrap_or(0)) {
+        outln!("  glass      {words}");
     }
     outln!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
     let camera = &info["camera"];

@@ -76,6 +76,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     if let Some(words) = session.light_guess().filter(|_| !job.quiet) {
         errln!("light: {words}");
     }
+    if let Some(words) = words::panes(session.scene().panes()).filter(|_| !job.quiet) {
+        errln!("Glass: {words}");
+    }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
     let load_s = start.elapsed().as_secs_f64();
     let renderer = session.renderer()?;

@@ -51,6 +51,11 @@ pub(super) fn count(number: u64, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
+/// What became of panes of solid glass, if there are any.
+pub(super) fn panes(number: u64) -> Option<String> {
+    (number > 0).then(|| format!("{}, light passes straight", count(number, "pane")))
+}
+
 /// Prints words that may hold names to the standard output.
 pub(super) fn print(words: Arguments) {
     print_bytes(escaped(&words.to_string()).as_bytes());

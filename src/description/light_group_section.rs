@@ -1,4 +1,5 @@
-use super::{FileError, SceneFile};
+use super::FileError;
+use super::source::Source;
 use crate::light::{LightGroupId, LightGroups};
 use crate::scene::{BuildError, SceneBuilder};
 use serde::{Deserialize, Serialize};
@@ -20,7 +21,7 @@ impl LightGroupSection {
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
-        file: &SceneFile,
+        file: &Source,
         groups: &mut HashMap<String, LightGroupId>,
     ) -> Result<(), FileError> {
         let group = light_group(builder, file, &self.name)?;
@@ -41,7 +42,7 @@ impl LightGroupSection {
 /// The group of lights that is called `name`; an error at its place in `file` where nothing can be called so.
 pub(super) fn light_group(
     builder: &mut SceneBuilder,
-    file: &SceneFile,
+    file: &Source,
     name: &Spanned<String>,
 ) -> Result<LightGroupId, FileError> {
     builder.light_group(name.get_ref()).map_err(|error| {
@@ -59,10 +60,10 @@ pub(super) fn light_group(
 
 /// Materials in groups that give no light to them, and why: surfaces of each name that is used emit something, or nothing.
 pub(super) fn idle_members<'a>(
-    file: &'a SceneFile,
+    groups: &'a [LightGroupSection],
     emits: &HashMap<String, bool>,
 ) -> Vec<(&'a Spanned<String>, &'static str)> {
-    let names = file.light_group.iter().flat_map(|section| section.materials.get_ref());
+    let names = groups.iter().flat_map(|section| section.materials.get_ref());
     let idle = names.filter_map(|name| match emits.get(name.get_ref()) {
         Some(true) => None,
         Some(false) => Some((name, "emits nothing")),

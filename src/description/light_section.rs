@@ -1,7 +1,8 @@
+use super::FileError;
 use super::environment::{BYTES_OF_A_NEW_TEXEL, environment_bytes, read_environment};
 use super::light_group_section::light_group;
 use super::memory::Allowance;
-use super::{FileError, SceneFile};
+use super::source::Source;
 use crate::light::STUDIO_SIZE;
 use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
@@ -83,7 +84,7 @@ impl LightSection {
     ];
 
     /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
-    /// ([`SceneFile::flag_span`]).
+    /// ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
         Self {
             kind: Spanned::new(span, kind.to_string()),
@@ -119,7 +120,7 @@ impl LightSection {
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
-        file: &SceneFile,
+        file: &Source,
         allowance: &mut Allowance,
     ) -> Result<(), FileError> {
         let name = self.group.as_ref();
@@ -221,7 +222,7 @@ impl LightSection {
     }
 
     /// Sets memory aside for a picture of that size, which is made and not read.
-    fn reserve(&self, file: &SceneFile, size: [usize; 2], allowance: &mut Allowance) -> Result<(), FileError> {
+    fn reserve(&self, file: &Source, size: [usize; 2], allowance: &mut Allowance) -> Result<(), FileError> {
         let texels = (size[0] * size[1]) as u64;
         let checked = allowance.check(Path::new(""), texels * BYTES_OF_A_NEW_TEXEL);
         checked.map_err(|error| FileError {
@@ -284,7 +285,7 @@ impl LightSection {
     }
 
     /// Refuses keys that belong to lights of another type.
-    fn allow(&self, file: &SceneFile, allowed: &[&str]) -> Result<(), FileError> {
+    fn allow(&self, file: &Source, allowed: &[&str]) -> Result<(), FileError> {
         for (key, span) in self.keys() {
             if let Some(span) = span.filter(|_| !allowed.contains(&key)) {
                 let message = format!("a {} light has no `{key}`", self.kind.get_ref());
@@ -295,7 +296,7 @@ impl LightSection {
         Ok(())
     }
 
-    fn required<T: Copy>(&self, file: &SceneFile, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
+    fn required<T: Copy>(&self, file: &Source, key: &str, value: &Option<Spanned<T>>) -> Result<T, FileError> {
         let example = match size_of::<T>() / size_of::<f32>() {
             1 => "NUMBER",
             2 => "[ , ]",
@@ -307,7 +308,7 @@ impl LightSection {
             .ok_or_else(|| self.missing(file, key, example))
     }
 
-    fn missing(&self, file: &SceneFile, key: &str, example: &str) -> FileError {
+    fn missing(&self, file: &Source, key: &str, example: &str) -> FileError {
         let message = format!("a {} light needs `{key}`", self.kind.get_ref());
         file.error(self.kind.span(), message)
             .help(format!("add {key} = {example} to this [[light]]"))

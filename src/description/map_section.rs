@@ -1,6 +1,7 @@
+use super::FileError;
 use super::mtl::MapRequest;
 use super::mtl::{MapSlot, MapStatement};
-use super::{FileError, SceneFile};
+use super::source::Source;
 use crate::math::list;
 use crate::texture::{Channel, Mapping, Wrap};
 use serde::de::value::MapAccessDeserializer;
@@ -125,7 +126,7 @@ impl MapSection {
         section: &Spanned<Self>,
         slot: MapSlot,
         name: &str,
-        file: &SceneFile,
+        file: &Source,
     ) -> Result<MapRequest, FileError> {
         let map = section.get_ref();
         let numbers = [&map.base, &map.gain, &map.height].into_iter().flatten();
@@ -164,7 +165,7 @@ fn named<T: Copy>(
     names: &[(&str, T)],
     key: &str,
     material: &str,
-    file: &SceneFile,
+    file: &Source,
 ) -> Result<Option<T>, FileError> {
     let Some(word) = given else { return Ok(None) };
     match names.iter().find(|(name, _)| name == word.get_ref()) {

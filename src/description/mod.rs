@@ -1,8 +1,9 @@
 //! The scene description: what a scene file says, and the scene that is made of it and of the files that it names.
 //!
-//! `scene_file` reads the file, the `*_section` modules are its parts, and `scene_options` lists the options that its sections `[image]` and `[render]`
-//! set. `patches` lists the changes of materials, `placement` resolves where objects stand, `load` reads the named files and builds the scene, and
-//! `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a render in `options`.
+//! `scene_file` reads the file, the `*_section` modules are its parts, `source` gives errors their places, and `scene_options` lists the options that
+//! its sections `[image]` and `[render]` set. `patches` lists the changes of materials, `placement` resolves where objects stand, `load` reads the
+//! named files and builds the scene, and `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a
+//! render in `options`.
 
 mod camera_section;
 mod find_texture;
@@ -22,6 +23,7 @@ mod patches;
 mod placement;
 mod scene_file;
 mod scene_options;
+mod source;
 mod template;
 mod unknown_key;
 mod write;

@@ -1,6 +1,7 @@
 use super::scene_options::AnyGroup;
+use super::source::Source;
 use super::unknown_key::unknown_key;
-use super::{FileError, InOrder, SceneFile};
+use super::{FileError, InOrder};
 use crate::options::{Entry, Input, InvalidOption};
 use serde::de::{Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
@@ -90,7 +91,7 @@ impl OptionSection {
     pub fn read(
         &self,
         name: &str,
-        file: &SceneFile,
+        file: &Source,
         groups: &mut [&mut dyn AnyGroup],
         others: &[&'static str],
     ) -> Result<(), (FileError, usize)> {

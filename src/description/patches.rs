@@ -72,7 +72,8 @@ impl SceneFile {
     /// A text that is no patch. Keys and values are checked when the scene is loaded.
     pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
-            let added = self.overrides.add_patch(written, self.text.len());
+            let bytes = self.source.bytes();
+            let added = self.source.overrides.add_patch(written, bytes);
             added.map_err(|()| {
                 let error = self.whole(format!("--material {written}: no material and key with a value"));
                 let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
@@ -112,7 +113,7 @@ impl SceneFile {
 
         // Flags with one glob are one patch: `--material Gold.metallic=1 --material Gold.specular=0.5` in either order.
         let first = patches.len();
-        for (written, line) in self.overrides.patches() {
+        for (written, line) in self.source.overrides.patches() {
             let section: MaterialSection = toml::from_str(line).map_err(|error| {
                 let (message, help) = parser_error(error.message());
                 let place = error

@@ -13,7 +13,7 @@
 //! Each triangle that stands in the world keeps its normal and its share of the ray offset, a `Facet` of 16 bytes. Together with the ray offset that
 //! emitting triangles keep for all their points, that saves 7 % of a render (docs/benchmarks.md, "Single steps").
 
-use super::{PrimId, corners_at};
+use super::PrimId;
 use crate::math::{Vec2, Vec3, Vec4, encode_fields, float::gamma};
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
@@ -299,6 +299,11 @@ impl SurfacePoint {
 
 /// Sine of the angle above a facet at which mirror images are kept: enough for the roundings of a few unit vectors.
 const MIN_HEIGHT: f32 = 1e-4;
+
+/// The triangle's corners at `time`, where they go from `open` at time 0 straight to `close` at time 1.
+pub fn corners_at(open: [Vec3; 3], close: [Vec3; 3], time: f32) -> [Vec3; 3] {
+    [0, 1, 2].map(|i| (1.0 - time) * open[i] + time * close[i])
+}
 
 /// Unit normal of the triangle by its winding; zero only where the triangle has no area at all.
 pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {

@@ -9,6 +9,6 @@ mod placement;
 mod spawn;
 
 pub use hit::{GeomId, Hit, InstanceId, PrimId, crossing};
-pub use mesh::{Facet, Mesh, SurfacePoint, triangle_area, triangle_normal};
-pub use placement::{PlacedTriangle, Placement, corners_at, rounding};
+pub use mesh::{Facet, Mesh, SurfacePoint, corners_at, triangle_area, triangle_normal};
+pub use placement::{PlacedTriangle, Placement, rounding};
 pub use spawn::{Side, offset_origin, offset_to, ray_between, ray_towards, segment};

@@ -112,11 +112,6 @@ pub fn rounding(m: &Affine3A, p: Vec3) -> Vec3 {
     gamma(16) * (abs(m.matrix3) * (inverse * (p.abs() + m.translation.abs())))
 }
 
-/// The triangle's corners at `time`, where they go from `open` at time 0 straight to `close` at time 1.
-pub fn corners_at(open: [Vec3; 3], close: [Vec3; 3], time: f32) -> [Vec3; 3] {
-    [0, 1, 2].map(|i| (1.0 - time) * open[i] + time * close[i])
-}
-
 /// A triangle in its place in the world at some time. Corners run counter-clockwise seen from the front, mirrored or not.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedTriangle {

@@ -17,13 +17,19 @@ impl<A: Accel> World<'_, A> {
     /// Notes what the camera ray `ray` sees first: `vertex`, which is at `hit`. Where that is the ground, it shows the background, and no surface is there:
     /// depths, mattes and metering see the objects alone.
     ///
-    /// Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
+    /// `beta` is the tint of glass before the surface. Gives whether the integrator is to count the direct light that is missing at the ground, as negative light, in place of that which arrives. It
     /// does so only if it `can_miss`, and for lights of which it knows what is missing.
     #[inline(always)]
-    pub(super) fn see(&self, hit: &Hit, vertex: &Vertex, ray: &Ray, can_miss: bool, out: &mut impl Sink) -> bool {
+    pub(super) fn see(
+        &self,
+        (hit, vertex): (&Hit, &Vertex),
+        (ray, beta): (&Ray, Spectrum),
+        can_miss: bool,
+        out: &mut impl Sink,
+    ) -> bool {
         if let Some(ground) = self.scene.ground().filter(|ground| ground.is_at(hit)) {
             let is_missing = can_miss && ground.knows_missing_light() && self.scene.light_selection().all().is_none();
-            self.see_ground(ground, vertex, (ray, is_missing), out);
+            self.see_ground((ground, vertex), (ray, beta), is_missing, out);
             return is_missing;
         }
         out.first_surface(self.first_surface(hit, vertex));
@@ -31,13 +37,19 @@ impl<A: Accel> World<'_, A> {
     }
 
     #[inline(never)]
-    fn see_ground<S: Sink>(&self, ground: &Ground, vertex: &Vertex, (ray, is_missing): (&Ray, bool), out: &mut S) {
+    fn see_ground<S: Sink>(
+        &self,
+        (ground, vertex): (&Ground, &Vertex),
+        (ray, beta): (&Ray, Spectrum),
+        is_missing: bool,
+        out: &mut S,
+    ) {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
         // Less what is missing of all light
         let base = if is_missing { Spectrum::ONE } else { base };
         out.camera_view(CameraView::Ground(Shadow {
             factor,
-            base,
+            base: base * beta,
             background: self.behind(ray),
         }));
     }
@@ -61,21 +73,21 @@ impl<A: Accel> World<'_, A> {
         Some(sum)
     }
 
-    /// Adds the background along `ray`, a camera ray that leaves the scene, to `out`. `false`: it is the light that such a ray meets, which the
-    /// integrator adds.
+    /// Adds the background along `ray`, a camera ray of throughput `beta` that leaves the scene, to `out`. `false`: it is the light that such a ray
+    /// meets, which the integrator adds.
     #[inline(always)]
-    pub(super) fn see_background(&self, ray: &Ray, out: &mut impl Sink) -> bool {
+    pub(super) fn see_background(&self, ray: &Ray, beta: Spectrum, out: &mut impl Sink) -> bool {
         if self.backdrop.background == Background::Light {
             return false;
         }
-        self.see_other_background(ray, out);
+        self.see_other_background(ray, beta, out);
         true
     }
 
     #[inline(never)]
-    fn see_other_background(&self, ray: &Ray, out: &mut impl Sink) {
-        match self.behind(ray) {
-            Some(radiance) => out.radiance(radiance),
+    fn see_other_background<S: Sink>(&self, ray: &Ray, beta: Spectrum, out: &mut S) {
+        match self.behind::<S::Radiance>(ray) {
+            Some(radiance) => out.radiance(radiance * beta),
             None => out.camera_view(CameraView::Nothing),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! `--aov lights` splits a picture by groups of lights. The type that integrators gather belongs to their sink: [`Spectrum`], or [`ByGroup`], which
 //! takes all factors along the path as the spectrum does. Each light that is sampled, met or escaped to says which light it is, and the scene knows
-//! its group (`light/groups.rs`); shared vertices of `path/reuse.rs` hold their light by group too.
+//! its group (`light/groups.rs`); shared vertices of `path/reuse` hold their light by group too.
 //!
 //! The integrators are compiled for both types, so that the one without groups has no cost. The sum is carried beside the shares, since adding the
 //! shares would round otherwise: `R G B` keep their bits. docs/benchmarks.md, "Overheads", has the cost of groups.

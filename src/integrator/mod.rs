@@ -14,6 +14,7 @@ mod path;
 mod photon;
 mod search_radius;
 mod vertex;
+mod visibility;
 mod world;
 
 pub use background::{Backdrop, Background, CameraView, Shadow};
@@ -43,7 +44,8 @@ pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
 pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
-pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, Radii, SearchRadius};
+pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
+pub use visibility::{Site, VisibilityLearner, visibility_bytes};
 pub use world::World;
 
 use crate::color::Spectrum;

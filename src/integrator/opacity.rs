@@ -1,26 +1,116 @@
-//! Alpha: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d` of MTL, 0 to 1).
+//! Alpha and thin glass: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d` of MTL, 0 to 1) and through surfaces that light
+//! passes straight on (`material/sheet.rs`).
 //!
-//! Backends do not know of opacity. A walk keeps the origin and direction of its ray and raises the near end of the open interval to the parameter of
+//! Backends do not know of them. A walk keeps the origin and direction of its ray and raises the near end of the open interval to the parameter of
 //! the last hit, so that each step is strictly farther and no surface counts twice. A new ray from the offset origin behind each surface was tried:
 //! two surfaces with large offsets passed a ray to each other for ever.
 //!
 //! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash of ray and hit.
-//! - `World::transmittance` multiplies 1 − opacity along a shadow ray, which is less noisy than a random decision.
+//! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and multiplies the throughput by its tint. One random
+//!   number serves all thin surfaces of a ray: what is left of it after a decision is uniform again. The path tracer draws that number for camera
+//!   rays, so that windows in the picture are stratified; it is a hash for all others.
+//! - `World::transmittance` multiplies 1 − opacity, and what glass lets pass, along a shadow ray, which is less noisy than a random decision.
+//! - Crossing a surface is no scattering: it counts in no depth, and the previous vertex stays what it was.
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - Emitting surfaces are opaque, since light sampling samples all of their area.
 //!
-//! Scenes without alpha are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha.
+//! Scenes without alpha and thin glass are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha, and "Window panes" that of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::math::Ray;
-use crate::math::hash::{mix, unit_f32};
+use crate::math::float::ALMOST_ONE;
+use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
+use crate::scene::Scene;
 
 /// Maximum number of ray queries of one walk. Surfaces behind so many layers count as opaque: a walk that is cut loses light and never hangs.
 /// Statistics count such walks.
 pub(super) const MAX_LAYERS: u32 = 10_000;
+
+/// How light passes the surfaces between two points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Transmittance {
+    /// Probability with which a ray passes all of them.
+    pub pass: f32,
+    /// Factor of the light that passes, in the mean over rays that do.
+    pub tint: Spectrum,
+}
+
+impl Transmittance {
+    /// Nothing is between.
+    pub const CLEAR: Self = Self {
+        pass: 1.0,
+        tint: Spectrum::ONE,
+    };
+    /// An opaque surface is between.
+    pub const BLOCKED: Self = Self {
+        pass: 0.0,
+        tint: Spectrum::ONE,
+    };
+
+    /// Share of the light that passes.
+    #[inline(always)]
+    pub fn color(&self) -> Spectrum {
+        self.tint * self.pass
+    }
+
+    /// Whether no ray passes.
+    #[inline(always)]
+    pub fn is_blocked(&self) -> bool {
+        self.pass <= 0.0
+    }
+
+    /// Multiplies by what the surface at `hit` lets pass of `ray`.
+    pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) {
+        let opacity = scene.opacity(hit);
+        match scene.sheet_along(hit, ray).filter(|_| opacity > 0.0) {
+            None => self.pass *= 1.0 - opacity,
+            Some((pass, tint)) => {
+                // By a hole, or through the glass
+                let (hole, glass) = (1.0 - opacity, opacity * pass);
+                self.pass *= hole + glass;
+                if hole + glass > 0.0 {
+                    self.tint *= (Spectrum::splat(hole) + tint * glass) / (hole + glass);
+                }
+            }
+        }
+    }
+}
+
+/// Random decisions of a ray at thin surfaces.
+pub(super) struct Passing {
+    /// Uniform in [0, 1); `None` before the first surface, where it is not given.
+    u: Option<f32>,
+    /// Factor of the light that has passed.
+    pub tint: Spectrum,
+}
+
+impl Passing {
+    /// A ray that has met no surface yet, with a uniform random number, if there is one.
+    pub fn new(u: Option<f32>) -> Self {
+        Self { u, tint: Spectrum::ONE }
+    }
+
+    /// Whether `ray` passes the glass at `hit`, if it is glass.
+    pub fn passes(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) -> bool {
+        let Some((pass, tint)) = scene.sheet_along(hit, ray) else {
+            return false;
+        };
+        let u = self
+            .u
+            .unwrap_or_else(|| unit_f32(mix(hash(hit, ray).wrapping_add(GOLDEN_GAMMA))));
+        let stop = 1.0 - pass;
+        let passes = u >= stop;
+        if passes {
+            self.u = Some(((u - stop) / pass).min(ALMOST_ONE));
+            self.tint *= tint;
+        }
+        passes
+    }
+}
 
 /// Walks along a ray from surface to surface, nearest first.
 ///
@@ -95,6 +185,10 @@ pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
 
 /// A number in [0, 1), by the bits of `hit` and `ray`.
 fn uniform(hit: &Hit, ray: &Ray) -> f32 {
+    unit_f32(hash(hit, ray))
+}
+
+fn hash(hit: &Hit, ray: &Ray) -> u64 {
     let [x, y, z] = ray.direction.to_array().map(f32::to_bits);
     let [t, b1, b2] = [hit.t, hit.b1, hit.b2].map(f32::to_bits);
     let pairs = [
@@ -104,10 +198,9 @@ fn uniform(hit: &Hit, ray: &Ray) -> f32 {
         [hit.geom.0, hit.prim.0],
         [hit.inst.0, ray.time.to_bits()],
     ];
-    let hash = pairs
+    pairs
         .iter()
-        .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)));
-    unit_f32(hash)
+        .fold(0, |hash, &[a, b]| mix(hash ^ (((a as u64) << 32) | b as u64)))
 }
 
 #[cfg(test)]
@@ -261,7 +354,7 @@ mod tests {
                     };
                     let expected: f32 = opacities.iter().map(|opacity| 1.0 - opacity).product();
                     let mut counts = Counts::default();
-                    let found = world.transmittance(ray, &mut counts);
+                    let found = world.transmittance(ray, &mut counts).pass;
                     let name = world.accel.info().name;
                     assert!(
                         (found - expected).abs() <= 1e-6,
@@ -302,8 +395,8 @@ mod tests {
                             false => firsts = rays.each_ref().map(|ray| world.accel.intersect(ray)),
                         }
                         for (ray, first) in rays.iter().zip(firsts) {
-                            let hit = world.first_opaque(*ray, first, RayKind::Bounce, &mut counts);
-                            let transmittance = f64::from(world.transmittance(ray, &mut counts));
+                            let (hit, _) = world.first_opaque(*ray, first, RayKind::Bounce, None, &mut counts);
+                            let transmittance = f64::from(world.transmittance(ray, &mut counts).pass);
                             difference += f64::from(u8::from(hit.is_none())) - transmittance;
                             variance += transmittance * (1.0 - transmittance);
                         }
@@ -341,15 +434,17 @@ mod tests {
                 return;
             }
             let (through, mut counts) = (Ray::new(Vec3::ZERO, Vec3::NEG_Z), Counts::default());
-            assert_eq!(world.transmittance(&through, &mut counts), 0.0);
+            assert!(world.transmittance(&through, &mut counts).is_blocked());
             assert_eq!((counts.rays, counts.cut), (u64::from(MAX_LAYERS), 1));
-            let hit = world.intersect(&through, RayKind::Bounce, &mut counts);
+            let mut beta = Spectrum::ONE;
+            let hit = world.intersect(&through, RayKind::Bounce, &mut beta, &mut counts);
             assert!(hit.is_some(), "what is behind the bound counts as opaque");
             assert_eq!(counts.cut, 2);
             // Six surfaces less
             let within = Ray::new(Vec3::Z * (z(5) - 1e-4), Vec3::NEG_Z);
-            assert_eq!(world.transmittance(&within, &mut counts), 1.0);
-            assert_eq!(world.intersect(&within, RayKind::Bounce, &mut counts), None);
+            assert_eq!(world.transmittance(&within, &mut counts), Transmittance::CLEAR);
+            let hit = world.intersect(&within, RayKind::Bounce, &mut beta, &mut counts);
+            assert_eq!((hit, beta), (None, Spectrum::ONE));
             assert_eq!(counts.cut, 2);
         });
     }

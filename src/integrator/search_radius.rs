@@ -3,6 +3,9 @@
 //! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In
 //! progressive methods each iteration has a radius of its own, [`shrinkage`] times the first. `photon-map` gathers a number of photons instead of those
 //! within a radius; its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
+//!
+//! It stands beside the families and not in `photon`, because the weights of `bidirectional/connection` know the radius of merging, and `bidirectional`
+//! uses no other family.
 
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
@@ -14,6 +17,22 @@ pub enum SearchRadius {
     Fixed(f32),
     /// Widths of a pixel at the point's distance from the camera, so that near and far look alike.
     Pixels(f32),
+}
+
+/// Search radius of progressive methods, which shrinks from iteration to iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgressiveRadius {
+    /// Radius of the first iteration.
+    pub first: SearchRadius,
+    /// Radius reduction parameter α, between 0 (smallest bias) and 1 (radii stay).
+    pub alpha: f32,
+}
+
+impl ProgressiveRadius {
+    /// Radii of `iteration`, counted from 0, in a scene that `ball` holds.
+    pub(crate) fn of_iteration<'a>(&self, iteration: u32, camera: &'a Camera, ball: &Ball) -> Radii<'a> {
+        Radii::new(self.first, shrinkage(iteration, self.alpha), camera, ball)
+    }
 }
 
 /// Radius of the first iteration of `sppm`, in widths of a pixel (docs/benchmarks.md, "Photons").
@@ -30,7 +49,7 @@ const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
 /// Radius of `iteration`, counted from 0, over that of the first, in (0, 1]: the root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and
 /// Zwicker 2011). `alpha` of 1 keeps the radius.
-pub(crate) fn shrinkage(iteration: u32, alpha: f32) -> f32 {
+fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
     (1..=iteration).map(ratio).product::<f64>().sqrt() as f32

@@ -25,10 +25,13 @@ impl<'a> Vertex<'a> {
     /// Makes the view of `bsdf` by `wo` in `slot`, where `bsdf` has several lobes.
     #[inline(always)]
     pub fn view_in(slot: &'a BsdfSlot<'a>, bsdf: &'a Bsdf, wo: Vec3) -> Option<&'a BsdfView<'a>> {
-        match bsdf {
-            Bsdf::Single(_) => None,
-            Bsdf::Mix(_) | Bsdf::Layered(_) => Some(slot.view.get_or_init(|| BsdfView::new(bsdf, wo))),
-        }
+        Self::needs_view(bsdf).then(|| slot.view.get_or_init(|| BsdfView::new(bsdf, wo)))
+    }
+
+    /// Whether a vertex with this BSDF has a view of it.
+    #[inline(always)]
+    pub fn needs_view(bsdf: &Bsdf) -> bool {
+        !matches!(bsdf, Bsdf::Single(_))
     }
 
     /// Value of the BSDF for light from `wi` (local frame), cosine excluded, and density with which [`Vertex::sample`] draws `wi`.

@@ -8,11 +8,12 @@
 //! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
 
 use super::background::Backdrop;
-use super::opacity::{OpacityWalk, stops};
+use super::opacity::{OpacityWalk, Passing, Transmittance, stops};
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
+use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::{Hit, SurfacePoint};
 use crate::light::{Emission, LightId};
@@ -148,8 +149,9 @@ impl<'a, A: Accel> World<'a, A> {
         out: &mut impl Sink,
     ) -> Option<(Hit, Vertex<'v>)> {
         let ray = self.camera_ray(key, None, sampler, out);
-        let Some(hit) = self.intersect(&ray, RayKind::Camera, out) else {
-            self.see_background(&ray, out);
+        let mut beta = Spectrum::ONE;
+        let Some(hit) = self.intersect(&ray, RayKind::Camera, &mut beta, out) else {
+            self.see_background(&ray, beta, out);
             return None;
         };
         let vertex = self.vertex(&hit, &ray, slot);
@@ -157,13 +159,22 @@ impl<'a, A: Accel> World<'a, A> {
         Some((hit, vertex))
     }
 
-    /// The closest hit, counted; surfaces with alpha let rays pass at random.
+    /// The closest hit, counted; surfaces with alpha and thin glass let rays pass at random, and the throughput `beta` is multiplied by the tint of
+    /// the glass.
     #[inline(always)]
-    pub(super) fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
+    pub(super) fn intersect(
+        &self,
+        ray: &Ray,
+        kind: RayKind,
+        beta: &mut Spectrum,
+        out: &mut impl RaySink,
+    ) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
         if self.lets_pass(kind) {
-            return self.first_opaque(*ray, hit, kind, out);
+            let (hit, tint) = self.first_opaque(*ray, hit, kind, None, out);
+            *beta *= tint;
+            return hit;
         }
         hit
     }
@@ -171,61 +182,77 @@ impl<'a, A: Accel> World<'a, A> {
     /// Whether surfaces may let rays of this kind pass straight on.
     #[inline(always)]
     pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
-        self.scene.has_alpha() || (kind == RayKind::Camera && self.scene.ground().is_some())
+        self.scene.lets_light_pass() || (kind == RayKind::Camera && self.scene.ground().is_some())
     }
 
-    /// The first surface along `ray` that is opaque where the ray meets it; `first` is the ray's closest hit. A surface of opacity α stops the
-    /// share α of all rays, by [`stops`]. The ground stops no camera ray from below.
+    /// The first surface along `ray` that is opaque where the ray meets it, and the tint of the glass before it; `first` is the ray's closest hit. A
+    /// surface of opacity α stops the share α of all rays, by [`stops`]. Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The
+    /// ground stops no camera ray from below.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
         ray: Ray,
         first: Option<Hit>,
         kind: RayKind,
+        u: Option<f32>,
         out: &mut impl RaySink,
-    ) -> Option<Hit> {
+    ) -> (Option<Hit>, Spectrum) {
         let is_below = |hit: &Hit| {
             let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
             kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
         };
-        let stops = |hit: &Hit| !is_below(hit) && stops(hit, &ray, self.scene.opacity(hit));
-        let mut hit = first?;
+        let has_sheets = self.scene.has_sheets();
+        let mut passing = Passing::new(u);
+        let mut stops = |hit: &Hit, tint: &mut Spectrum| {
+            let stops = !is_below(hit)
+                && stops(hit, &ray, self.scene.opacity(hit))
+                && !(has_sheets && passing.passes(hit, &ray, self.scene));
+            *tint = passing.tint;
+            stops
+        };
+        let mut tint = Spectrum::ONE;
+        let Some(mut hit) = first else {
+            return (None, tint);
+        };
         // Most surfaces are opaque, and no walk begins.
-        if stops(&hit) {
-            return Some(hit);
+        if stops(&hit, &mut tint) {
+            return (Some(hit), tint);
         }
         let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
         while let Some(next) = walk.next(kind, out) {
             hit = next;
-            if stops(&hit) {
-                return Some(hit);
+            if stops(&hit, &mut tint) {
+                return (Some(hit), tint);
             }
         }
-        walk.is_cut().then_some(hit)
+        (walk.is_cut().then_some(hit), tint)
     }
 
-    /// Transmittance along `ray`: 0 or 1, unless it crosses surfaces of an opacity below 1.
+    /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1.
     #[inline(always)]
-    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> f32 {
-        if self.scene.has_alpha() {
-            return self.alpha_transmittance(*ray, out);
+    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
+        if self.scene.lets_light_pass() {
+            return self.transmittance_by_walk(*ray, out);
         }
         out.ray(RayKind::Shadow);
-        f32::from(u8::from(!self.accel.occluded(ray)))
+        match self.accel.occluded(ray) {
+            true => Transmittance::BLOCKED,
+            false => Transmittance::CLEAR,
+        }
     }
 
     #[inline(never)]
-    fn alpha_transmittance(&self, ray: Ray, out: &mut impl RaySink) -> f32 {
+    fn transmittance_by_walk(&self, ray: Ray, out: &mut impl RaySink) -> Transmittance {
         let mut walk = OpacityWalk::along(self.accel, ray);
-        let mut transmittance = 1.0;
+        let mut transmittance = Transmittance::CLEAR;
         while let Some(hit) = walk.next(RayKind::Shadow, out) {
-            transmittance *= 1.0 - self.scene.opacity(&hit);
-            if transmittance <= 0.0 {
-                return 0.0;
+            transmittance.cross(&hit, &ray, self.scene);
+            if transmittance.is_blocked() {
+                return Transmittance::BLOCKED;
             }
         }
         match walk.is_cut() {
-            true => 0.0,
+            true => Transmittance::BLOCKED,
             false => transmittance,
         }
     }

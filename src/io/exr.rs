@@ -1,8 +1,8 @@
 //! EXR files that are written: images with their metadata. Names of channels are in docs/conventions.md.
 
+use super::Metadata;
 use super::ascii::ascii;
 use super::exr_text::exr_text;
-use super::{Metadata, State, cryptomatte};
 use crate::film::{Image, Rect};
 use crate::math::UVec2;
 use crate::options::names::named;
@@ -136,29 +136,6 @@ pub(super) struct Header<'a> {
     /// Further attributes, by name.
     pub attributes: Vec<(String, String)>,
     pub compression: exr::Compression,
-}
-
-/// Writes the channels of `image`, and `state` beside them.
-pub(super) fn write(
-    writer: impl Write + Seek,
-    image: &Image,
-    format: &ExrFormat,
-    state: Option<&State>,
-    metadata: &Metadata,
-) -> io::Result<()> {
-    let mut attributes = state.map_or(Vec::new(), |state| state.attributes(metadata));
-    let features = metadata.features.as_ref();
-    attributes.extend(features.map_or(Vec::new(), cryptomatte::attributes));
-    let header = Header {
-        resolution: image.resolution,
-        crop: image.crop,
-        metadata: Some(metadata),
-        attributes,
-        compression: format.compression.code(),
-    };
-    let mut channels = rows_of(image, format);
-    channels.extend(state.map_or(Vec::new(), State::channels));
-    write_rows(writer, header, channels)
 }
 
 /// The channels of `image`.

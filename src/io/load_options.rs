@@ -1,5 +1,6 @@
 use super::{MtlDialect, Severity};
 use crate::options::{Named, Range, parameters};
+use crate::scene::Panes;
 use crate::texture::TextureFilter;
 
 parameters! {
@@ -13,7 +14,15 @@ parameters! {
         smooth: f32, default "normals of the file", in Range::Above(0.0);
         /// Texture filter: in levels as coarse as samples see them, or at the finest
         texture_filter: TextureFilter = TextureFilter::Mip;
+        /// Light through thin glass and window panes: straight on, or scattered
+        ///
+        /// `straight`: shadow rays pass, and flat panes count as thin; `refract`: light is found by scattered rays alone, and panes are bodies.
+        panes: Panes = Panes::Straight;
     }
+}
+
+impl Named for Panes {
+    const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
 }
 
 impl Named for MtlDialect {

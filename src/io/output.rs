@@ -10,9 +10,7 @@
 use super::guard::guarded;
 use super::identity::{folder_of, follow_links};
 use super::temporary::{sweep, temporary};
-use super::{ExrFormat, FileError, FileId, Metadata, OutputLock, State, exr, png};
-use crate::color::Tone;
-use crate::film::Image;
+use super::{FileError, FileId, OutputLock};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -20,15 +18,6 @@ use tempfile::NamedTempFile;
 
 /// Rescued files of one name: more of them help nobody.
 const MAX_RESCUES: u32 = 100;
-
-/// Image file formats that can be written.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Format {
-    /// OpenEXR: linear floats, all channels, metadata.
-    Exr(ExrFormat),
-    /// PNG: 8 bits for an sRGB display, which shows light as the tone says.
-    Png(Tone),
-}
 
 /// A file that will be written: checked beforehand, replaced in one step at the end, never half-written.
 #[derive(Clone, Debug)]
@@ -142,20 +131,6 @@ impl Output {
         Self::prepare(&path)
     }
 
-    /// Writes `image` in `format`; an EXR also holds `state`, if there is one.
-    pub fn write_image(
-        &self,
-        format: &Format,
-        image: &Image,
-        state: Option<&State>,
-        metadata: &Metadata,
-    ) -> Result<(), FileError> {
-        self.write(|writer| match format {
-            Format::Exr(format) => exr::write(writer, image, format, state, metadata),
-            Format::Png(tone) => png::write(writer, image, metadata, tone),
-        })
-    }
-
     /// A new file in the target's folder, which vanishes unless it is persisted.
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
@@ -185,44 +160,9 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-impl Format {
-    /// By the file name's extension; a PNG clips what is too bright.
-    pub fn of_path(path: &Path) -> Result<Self, FileError> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("exr") => Ok(Self::Exr(ExrFormat::default())),
-            Some("png") => Ok(Self::Png(Tone::default())),
-            other => Err(FileError::new(
-                path,
-                match other {
-                    Some(e) => format!("unknown image format `.{e}`"),
-                    None => "the file name has no extension to choose a format by".into(),
-                },
-            )
-            .help("use .exr (linear floats) or .png (8-bit display)")),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn formats_by_extension() {
-        assert_eq!(
-            Format::of_path(Path::new("a/b.EXR")),
-            Ok(Format::Exr(ExrFormat::default()))
-        );
-        assert_eq!(Format::of_path(Path::new("b.png")), Ok(Format::Png(Tone::default())));
-        assert!(
-            Format::of_path(Path::new("b.jpg"))
-                .unwrap_err()
-                .message
-                .contains(".jpg")
-        );
-        assert!(Format::of_path(Path::new("b")).is_err());
-    }
 
     #[test]
     fn a_failed_write_leaves_what_was_there() {

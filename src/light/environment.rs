@@ -142,9 +142,23 @@ impl EnvironmentLight {
         (self.rotation * direction(st), self.image.interpolated(st) * self.scale)
     }
 
+    /// Place in the picture, in [0, 1)², of the unit direction `wi`.
+    pub(super) fn place_of(&self, wi: Vec3) -> Vec2 {
+        place(self.rotation.inverse() * wi)
+    }
+
+    /// The distribution over the picture from which directions are drawn.
+    pub(super) fn distribution(&self) -> &Distribution2D {
+        &self.distribution
+    }
+
     /// Draws a direction by luminance.
     pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
-        let (st, pdf) = self.distribution.sample(u);
+        self.sample_at(self.distribution.sample(u))
+    }
+
+    /// Light from the place `st` of the picture, which was drawn with the density `pdf` over the picture.
+    pub(super) fn sample_at(&self, (st, pdf): (Vec2, f32)) -> Option<LightSample> {
         let w = direction(st);
         let wi = self.rotation * w;
         let pdf = pdf * solid_angle_jacobian(w);

@@ -22,7 +22,7 @@ const MAX_LEVELS: u32 = 16;
 /// Clusters of lights at most that a cell tells apart.
 const MAX_CLUSTERS: usize = 64;
 /// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
-const NORMALS: usize = 27;
+pub(super) const NORMALS: usize = 27;
 /// Share of the choice that goes by power, whatever the place.
 const BY_POWER: f64 = 0.02;
 /// Least probability of a cluster: some steps of a random number.
@@ -55,7 +55,7 @@ type Cell = [OnceLock<Box<[Entry]>>; NORMALS];
 
 /// A cluster of lights in a cumulative distribution.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+pub(super) struct Entry {
     /// End of its interval.
     upper: f32,
     /// Length of its interval.
@@ -99,10 +99,33 @@ impl LightGrid {
         })
     }
 
+    /// All lights but `except` in at most `most` clusters of those that are somewhere, told apart as from the middle of them, and one for each light at
+    /// infinity.
+    pub fn clusters(&self, lights: &[Light], except: Option<LightId>, most: usize) -> Vec<Vec<LightId>> {
+        let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
+        let region = ReceiverRegion {
+            center: self.grids.center,
+            radius: half.length(),
+            normal: Vec3::ZERO,
+        };
+        let ids = |range: std::ops::Range<usize>| self.order.get(range).unwrap_or_default().to_vec();
+        let cut = self.tree.cut(lights, &region, most).into_iter();
+        let clusters = cut.map(|c| ids(c.first as usize..(c.first + c.count) as usize));
+        let infinite = (self.tree.order().len()..self.order.len()).map(|i| ids(i..i + 1));
+        clusters
+            .chain(infinite)
+            .filter(|ids| *ids != except.as_slice())
+            .collect()
+    }
+
     /// Draws a light for `context`, and its probability.
     #[inline]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
-        let entries = self.entries(lights, context)?;
+        self.sample_entries(self.entries(lights, context)?, u)
+    }
+
+    /// Draws a light by the choice `entries`, and its probability.
+    pub fn sample_entries(&self, entries: &[Entry], u: f32) -> Option<(LightId, f32)> {
         let i = entries
             .partition_point(|e| e.upper <= u)
             .min(entries.len().saturating_sub(1));
@@ -121,9 +144,14 @@ impl LightGrid {
 
     /// Probability with which `light` is drawn for `context`.
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
+        let entries = self.entries(lights, context);
+        entries.map_or(0.0, |entries| self.pmf_of_entries(entries, light))
+    }
+
+    /// Probability with which `light` is drawn by the choice `entries`.
+    pub fn pmf_of_entries(&self, entries: &[Entry], light: LightId) -> f32 {
         let pmf = || {
             let position = (*self.positions.get(light.0 as usize)?)?;
-            let entries = self.entries(lights, context)?;
             let entry = entries.get(entries.partition_point(|e| e.first <= position).checked_sub(1)?)?;
             if entry.count == 1 {
                 return Some(entry.pmf);
@@ -158,29 +186,38 @@ impl LightGrid {
         let cell = cell.get_or_init(|| Box::new([const { OnceLock::new() }; NORMALS]));
         cell[normal].get_or_init(|| {
             let (center, radius) = self.grids.ball(index);
-            self.distribution(
-                lights,
-                &ReceiverRegion {
-                    center,
-                    radius,
-                    normal: normal_direction(normal),
-                },
-            )
+            let region = ReceiverRegion {
+                center,
+                radius,
+                normal: normal_direction(normal),
+            };
+            self.distribution(lights, &region, &|_, irradiance| irradiance)
         })
     }
 
-    fn distribution(&self, lights: &[Light], region: &ReceiverRegion) -> Box<[Entry]> {
+    /// The choice in `region`. `corrected` makes a better estimate of one for the irradiance there of a light.
+    pub fn distribution(
+        &self,
+        lights: &[Light],
+        region: &ReceiverRegion,
+        corrected: &dyn Fn(LightId, f64) -> f64,
+    ) -> Box<[Entry]> {
         // Clusters, and each light at infinity by itself
-        let mut parts: Vec<(u32, u32, f64)> = self
-            .tree
-            .cut(lights, region, MAX_CLUSTERS)
-            .into_iter()
-            .map(|c| (c.first, c.count, c.irradiance as f64))
+        let cut = self.tree.cut(lights, region, MAX_CLUSTERS).into_iter();
+        let mut parts: Vec<(u32, u32, f64)> = cut
+            .map(|c| {
+                let ids = self
+                    .order
+                    .get(c.first as usize..(c.first + c.count) as usize)
+                    .unwrap_or_default();
+                let share = c.irradiance as f64 / ids.len().max(1) as f64;
+                (c.first, c.count, ids.iter().map(|&id| corrected(id, share)).sum())
+            })
             .collect();
         for (position, id) in (0..).zip(&self.order).skip(self.tree.order().len()) {
             let light = lights.get(id.0 as usize);
             let irradiance = light.map_or(0.0, |l| l.irradiance_from_infinity(region, self.scene_radius));
-            parts.push((position, 1, irradiance));
+            parts.push((position, 1, corrected(*id, irradiance)));
         }
 
         // By what arrives, a little by power, and none too seldom
@@ -226,7 +263,7 @@ impl LightGrid {
 
 /// Which of the [`NORMALS`] directions is near `n`; the middle one for zero.
 #[inline(always)]
-fn normal_index(n: Vec3) -> usize {
+pub(super) fn normal_index(n: Vec3) -> usize {
     // sin 22.5°: what is nearer to an axis than to a diagonal of a coordinate plane
     const NEAR_ZERO: f32 = 0.382_683_43;
     let digit = |x: f32| usize::from(x > -NEAR_ZERO) + usize::from(x > NEAR_ZERO);
@@ -234,7 +271,7 @@ fn normal_index(n: Vec3) -> usize {
 }
 
 /// The direction of that index.
-fn normal_direction(index: usize) -> Vec3 {
+pub(super) fn normal_direction(index: usize) -> Vec3 {
     let digit = |i: usize| (i % 3) as f32 - 1.0;
     Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
 }

@@ -1,9 +1,10 @@
 //! Light sources: emitted radiance, sampling towards a point and of light that sets out, densities, and the choice among them.
 //!
 //! Densities of a single light do not include the probability of choosing it; [`LightSelection`] (light towards a point) and [`EmissionSelection`]
-//! (start of a light path) give that. Visibility is not known here.
+//! (start of a light path) give that. No ray is traced here.
 //!
-//! Among more than two lights, one is chosen by place (`light_grid`), among fewer by power. The density of choosing a light then depends on the light
+//! Among more than two lights, one is chosen by place (`light_grid`), among fewer by power. Where a room sees the sky through windows, directions of the
+//! sky are chosen by place too, by a visibility that rays have learned before the first sample (`visibility_grid`). The density then depends on the light
 //! sampling context, which `PrevVertex` keeps for MIS. A context has only what is the same from both strategies: the point and its normal. Where a
 //! surface transmits light by other than delta lobes, the normal has no side.
 //!
@@ -15,6 +16,7 @@
 //! Moving lamps are made for their time at each sample. An emitting triangle keeps its normal and the largest ray offset of its points, so that the
 //! end of a shadow ray costs a product.
 
+mod cell_grid;
 mod constant;
 mod directional;
 mod emission;
@@ -26,12 +28,14 @@ mod light_grid;
 mod point;
 mod selection;
 pub mod sky;
+mod sky_bins;
 mod spot;
 mod studio;
 mod sun;
 mod textured;
 mod tree;
 mod triangle;
+mod visibility_grid;
 
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
@@ -46,6 +50,7 @@ pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
 pub use textured::TexturedTriangle;
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
+pub use visibility_grid::{Look, RAYS_A_CLUSTER, VisibilityGrid};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;

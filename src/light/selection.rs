@@ -1,7 +1,10 @@
 use super::light_grid::LightGrid;
-use super::{Light, LightId, LightSampleContext};
-use crate::math::Bounds3;
+use super::visibility_grid::VisibilityGrid;
+use super::{Light, LightId, LightSample, LightSampleContext};
+use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::AliasTable;
+use crate::texture::Texture;
+use std::sync::OnceLock;
 
 /// So few lights are chosen by power: a lamp of two triangles looks the same from almost anywhere (docs/benchmarks.md).
 const FEW: usize = 2;
@@ -9,7 +12,7 @@ const FEW: usize = 2;
 /// How next-event estimation chooses among the lights of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionMode {
-    /// By place where there are more than two lights, by power among fewer.
+    /// By place where there are more than two lights, by power among fewer; directions of the sky by visibility.
     #[default]
     Auto,
     /// Each with the same probability.
@@ -18,8 +21,17 @@ pub enum SelectionMode {
     Power,
     /// Each with about the share that it has in the light that would arrive at the point if nothing were between.
     Place,
+    /// As [`SelectionMode::Auto`], also where visibility is not expected to gain anything.
+    Visibility,
     /// None is chosen: all are sampled at every vertex.
     All,
+}
+
+impl SelectionMode {
+    /// Whether visibility may be learned.
+    pub fn learns(self) -> bool {
+        matches!(self, Self::Auto | Self::Visibility)
+    }
 }
 
 /// Chooses one light for next-event estimation, or all. A light without power is never chosen.
@@ -29,8 +41,13 @@ pub struct LightSelection {
     table: Option<AliasTable>,
     /// Lights that are all sampled, if they are.
     all: Option<Vec<LightId>>,
-    /// The choice by place, if there is one.
+    /// The choice by place, also where it serves `visibility` alone.
     grid: Option<LightGrid>,
+    /// Whether the choice is by place where nothing is known of visibility.
+    is_by_place: bool,
+    mode: SelectionMode,
+    /// Visible directions of the sky by place, once they have been learned; `None` within where they gain nothing.
+    visibility: OnceLock<Option<VisibilityGrid>>,
 }
 
 impl LightSelection {
@@ -38,28 +55,108 @@ impl LightSelection {
     pub fn new(mode: SelectionMode, lights: &[Light], bounds: Bounds3, scene_radius: f32) -> Self {
         let power = lights.iter().map(|l| l.power(scene_radius));
         let weights: Vec<f64> = match mode {
-            SelectionMode::Auto | SelectionMode::Power | SelectionMode::Place => power.collect(),
+            SelectionMode::Auto | SelectionMode::Visibility | SelectionMode::Power | SelectionMode::Place => {
+                power.collect()
+            }
             SelectionMode::Uniform | SelectionMode::All => power.map(|p| f64::from(u8::from(p > 0.0))).collect(),
         };
         let emitting = || (0..).zip(&weights).filter(|(_, w)| **w > 0.0).map(|(i, _)| LightId(i));
         let by_place = match mode {
-            SelectionMode::Auto => emitting().count() > FEW,
+            SelectionMode::Auto | SelectionMode::Visibility => emitting().count() > FEW,
             SelectionMode::Place => true,
             SelectionMode::Uniform | SelectionMode::Power | SelectionMode::All => false,
         };
         Self {
             all: (mode == SelectionMode::All).then(|| emitting().collect()),
             table: AliasTable::new(&weights),
-            grid: by_place
+            is_by_place: by_place,
+            grid: (by_place || (mode.learns() && emitting().count() > 1))
                 .then(|| LightGrid::new(lights, &weights, bounds, scene_radius))
                 .flatten(),
+            mode,
+            visibility: OnceLock::new(),
         }
+    }
+
+    /// How a light is chosen.
+    pub fn mode(&self) -> SelectionMode {
+        self.mode
+    }
+
+    /// Whether [`LightSelection::learn`] has been called.
+    pub fn is_learned(&self) -> bool {
+        self.visibility.get().is_some()
+    }
+
+    /// From now on directions of the sky are drawn by `visibility`; `None` draws them by radiance. All but the first call since the last
+    /// [`LightSelection::forget`] change nothing.
+    pub fn learn(&self, visibility: Option<VisibilityGrid>) {
+        drop(self.visibility.set(visibility));
+    }
+
+    /// Takes back [`LightSelection::learn`].
+    pub fn forget(&mut self) {
+        self.visibility = OnceLock::new();
+    }
+
+    /// A grid for points on surfaces, `points`, where no visibility is known yet, of so many cells that `max_rays` rays can look from them at all that
+    /// matters. `None` where nothing is to be learned: without one of `lights` that shines from many directions or several lamps, or without points.
+    pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
+        VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)
+    }
+
+    #[inline(always)]
+    fn visibility(&self) -> Option<&VisibilityGrid> {
+        self.visibility.get()?.as_ref()
+    }
+
+    /// Draws light of the light `id` of `lights` that arrives at `context` at `time`; `None` where this light sends none. `textures` are the scene's.
+    #[inline(always)]
+    pub fn sample_light(
+        &self,
+        lights: &[Light],
+        id: LightId,
+        (context, time): (&LightSampleContext, f32),
+        u: Vec2,
+        textures: &[Texture],
+    ) -> Option<LightSample> {
+        let light = &lights[id.0 as usize];
+        let visibility = match light {
+            Light::Constant(_) | Light::Environment(_) => self.visibility(),
+            _ => None,
+        };
+        match visibility.and_then(|visibility| visibility.sample(id, (lights, self.grid.as_ref()), context, u)) {
+            Some(sample) => sample,
+            None => light.sample(context.p, time, u, textures),
+        }
+    }
+
+    /// Factor by which [`LightSelection::sample_light`] multiplies the density with which the infinitely distant light `id` of `lights` itself draws the
+    /// unit direction `wi`.
+    #[inline]
+    pub fn pdf_factor(&self, lights: &[Light], id: LightId, context: &LightSampleContext, wi: Vec3) -> f32 {
+        match (&lights[id.0 as usize], self.visibility()) {
+            (Light::Constant(_) | Light::Environment(_), Some(visibility)) => {
+                visibility.pdf_factor(id, (lights, self.grid.as_ref()), context, wi)
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// Bytes of what was learned.
+    pub fn bytes(&self) -> usize {
+        self.visibility().map_or(0, VisibilityGrid::bytes)
     }
 
     /// Draws one of the scene's `lights` for `context`, and its probability; `None` where nothing emits.
     #[inline(always)]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
-        if let Some(grid) = &self.grid {
+        if let Some(visibility) = self.visibility() {
+            if let Some(chosen) = visibility.choose((lights, self.grid.as_ref()), context, u) {
+                return chosen;
+            }
+        }
+        if let Some(grid) = self.grid.as_ref().filter(|_| self.is_by_place) {
             return grid.sample(lights, context, u);
         }
         let (index, pmf) = self.table.as_ref()?.sample(u);
@@ -74,7 +171,11 @@ impl LightSelection {
     /// Probability that `light`, one of the scene's `lights`, is sampled at `context`.
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
-        if let Some(grid) = &self.grid {
+        let visibility = self.visibility();
+        if let Some(pmf) = visibility.and_then(|v| v.pmf((lights, self.grid.as_ref()), context, light)) {
+            return pmf;
+        }
+        if let Some(grid) = self.grid.as_ref().filter(|_| self.is_by_place) {
             return grid.pmf(lights, context, light);
         }
         let pmf = self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize));

@@ -9,8 +9,10 @@
 //! materials alone, and their surfaces are not plain.
 
 mod maps;
+mod sheet;
 
 pub use maps::{Map, Maps, Spot};
+pub use sheet::Sheet;
 
 use crate::bsdf::{
     Blinn, Bsdf, BsdfView, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,

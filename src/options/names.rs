@@ -29,7 +29,7 @@ named! {
     Directions: "bsdf" => Self::Bsdf, "cosine" => Self::Cosine, "uniform" => Self::Uniform, "perturbed-qmc" => Self::PerturbedQmc;
     DirectLight: "mis" => Self::Mis, "light" => Self::Light, "none" => Self::None;
     Heuristic: "power" => Self::Power, "balance" => Self::Balance;
-    SelectionMode: "auto" => Self::Auto, "power" => Self::Power, "place" => Self::Place, "uniform" => Self::Uniform, "all" => Self::All;
+    SelectionMode: "auto" => Self::Auto, "power" => Self::Power, "place" => Self::Place, "visibility" => Self::Visibility, "uniform" => Self::Uniform, "all" => Self::All;
     TriangleSampling: "area" => Self::Area, "solid-angle" => Self::SolidAngle;
     DebugView: "normals" => Self::Normals, "uv" => Self::Uv, "ids" => Self::Ids;
     MetropolisDirect: "ordinary" => Self::Ordinary, "metropolis" => Self::Metropolis;

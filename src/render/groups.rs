@@ -1,4 +1,4 @@
-//! Groups of pixels that share their paths (`integrator/path/reuse.rs`).
+//! Groups of pixels that share their paths (`integrator/path/reuse`).
 //!
 //! The pixels of a group have errors in common. Groups are random within a tile, so that no pattern shows, and new for each block of 64 samples.
 //! Within a block they stay, so that the samples of a pixel stay stratified for its companions. Tiles lie as in the full image, and a group takes in

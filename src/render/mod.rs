@@ -4,7 +4,7 @@
 //! has been done and may ask to stop.
 //!
 //! `tiles` renders passes over tiles and `iterations` whole iterations, `schedule` cuts sample indices into passes, `noise_level` stops at a noise level, and
-//! `groups` chooses the pixels that share paths. `irradiance`, `photons` and `importance_image` prepare what all samples of a picture use.
+//! `groups` chooses the pixels that share paths. `irradiance`, `photons`, `importance_image` and `visibility` prepare what all samples of a picture use.
 
 mod cancellation;
 mod dispatch;
@@ -20,6 +20,7 @@ mod pixel_sample;
 mod schedule;
 mod statistics;
 mod tiles;
+mod visibility;
 
 pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
 pub use groups::companions;
@@ -33,3 +34,4 @@ pub use pixel_sample::PixelSample;
 pub use schedule::{last_cut, passes};
 pub use statistics::{DroppedSample, MutationCounts, RayCounts, Statistics};
 pub use tiles::render;
+pub use visibility::learn_visibility;

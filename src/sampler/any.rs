@@ -3,8 +3,8 @@
 //! The renderer is not monomorphised per sampler, because compiling it once for each sampler, backend and integrator would gain little
 //! (docs/benchmarks.md, "Shared paths").
 
-use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, PerturbedQmc, SampleKey};
-use super::{Sampler, Sobol, Stratified, ZSobol};
+use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey, Sampler};
+use super::{Sobol, Stratified, ZSobol};
 use crate::math::Vec2;
 
 /// The samplers there are.
@@ -137,41 +137,6 @@ impl AnySampler {
     #[inline(never)]
     fn other_2d(&self, dimension: Dimension) -> Vec2 {
         with!(self, sampler => sampler.get_2d(dimension))
-    }
-}
-
-/// What a render draws from. The first is what most do; the other is kept out of its way.
-#[derive(Clone, Copy, Debug)]
-pub enum RenderSampler {
-    /// One for all numbers.
-    Plain(AnySampler),
-    /// One for directions, and one for all else.
-    PerturbedQmc(PerturbedQmc),
-}
-
-impl Sampler for RenderSampler {
-    #[inline]
-    fn start(&mut self, key: SampleKey) {
-        match self {
-            Self::Plain(sampler) => sampler.start(key),
-            Self::PerturbedQmc(sampler) => sampler.start(key),
-        }
-    }
-
-    #[inline(always)]
-    fn get_1d(&self, dimension: Dimension) -> f32 {
-        match self {
-            Self::Plain(sampler) => sampler.get_1d(dimension),
-            Self::PerturbedQmc(sampler) => sampler.get_1d(dimension),
-        }
-    }
-
-    #[inline(always)]
-    fn get_2d(&self, dimension: Dimension) -> Vec2 {
-        match self {
-            Self::Plain(sampler) => sampler.get_2d(dimension),
-            Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
-        }
     }
 }
 

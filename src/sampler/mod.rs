@@ -12,17 +12,19 @@ mod independent;
 mod orthogonal;
 mod perturbed;
 mod primary;
+mod render_sampler;
 mod sobol;
 mod stratified;
 mod z_sobol;
 
 pub use antithetic::Antithetic;
-pub use any::{AnySampler, RenderSampler, SamplerKind};
+pub use any::{AnySampler, SamplerKind};
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
 pub use perturbed::PerturbedQmc;
 pub use primary::{PrimarySampler, Step};
+pub use render_sampler::RenderSampler;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 pub use z_sobol::ZSobol;
@@ -70,6 +72,8 @@ pub enum Stream {
     Iteration,
     /// Paths that make an importance image: a column for each of its cells.
     ImportanceImage,
+    /// Paths and rays that learn what of the sky is seen: a column for each path, or cell of a grid.
+    Visibility,
 }
 
 impl Stream {
@@ -79,6 +83,7 @@ impl Stream {
             Self::Chains => u32::MAX,
             Self::Bootstrap | Self::Photons => u32::MAX - 1,
             Self::Iteration | Self::ImportanceImage => u32::MAX - 2,
+            Self::Visibility => u32::MAX - 3,
         }
     }
 }
@@ -112,6 +117,8 @@ impl Dimension {
     pub const TIME: Self = Self(2);
     /// Which technique makes a path, where only one of several does.
     pub const TECHNIQUE: Self = Self(3);
+    /// Whether a camera ray passes thin surfaces.
+    pub const SHEETS: Self = Self(4);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
@@ -138,10 +145,13 @@ impl Dimension {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
         /// Few scenes move: behind all paths that are short enough to be waited for, time displaces nothing.
         const OF_TIME: u32 = (1 << 20) - 1;
+        /// Few scenes have thin glass.
+        const OF_SHEETS: u32 = OF_TIME - 1;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
         match block {
             0 if self == Self::TIME => OF_TIME,
+            0 if self == Self::SHEETS => OF_SHEETS,
             0 => within.min(OF_CAMERA - 1),
             _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
         }

@@ -1,6 +1,7 @@
 //! Piecewise-constant distributions over the unit interval and the unit square.
 
 use crate::math::{Vec2, float::ALMOST_ONE};
+use std::ops::Range;
 
 /// A density over [0, 1) that is constant in each of n equal steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,6 +58,22 @@ impl Distribution1D {
         } else {
             0.5
         };
+        (self.place(i, within), i)
+    }
+
+    /// Draws `x` among the steps `steps` alone, by inversion; also its step. Their probability must be above 0.
+    fn sample_within(&self, steps: &Range<usize>, u: f32) -> (f32, usize) {
+        let (low, high) = (self.cdf[steps.start], self.cdf[steps.end]);
+        self.sample((low + u * (high - low)).clamp(low, high.next_down().max(low)))
+    }
+
+    /// Probability of the steps `steps`.
+    fn probability(&self, steps: &Range<usize>) -> f32 {
+        self.cdf[steps.end] - self.cdf[steps.start]
+    }
+
+    /// The place at `within`, in [0, 1), of the step `i`.
+    fn place(&self, i: usize, within: f32) -> f32 {
         // Rounding must not move the place into a neighbour, whose density is another.
         let mut x = ((i as f32 + within) / self.len() as f32).min(ALMOST_ONE);
         while self.step(x) > i {
@@ -65,7 +82,7 @@ impl Distribution1D {
         while self.step(x) < i {
             x = f32::from_bits(x.to_bits() + 1);
         }
-        (x, i)
+        x
     }
 
     /// Density at `x` in [0, 1).
@@ -112,6 +129,18 @@ impl Distribution2D {
         let (x, column) = self.rows[row].sample(u.x);
         let pdf = self.marginal.pdf_of_step(row) * self.rows[row].pdf_of_step(column);
         (Vec2::new(x, y), pdf)
+    }
+
+    /// Probability of the columns `columns` of the row `row`.
+    pub fn probability(&self, row: usize, columns: &Range<usize>) -> f64 {
+        self.marginal.probability(&(row..row + 1)) as f64 * self.rows[row].probability(columns) as f64
+    }
+
+    /// Draws a point in the columns `columns` of the row `row`, whose probability must be above 0; also its density in the whole square.
+    pub fn sample_within(&self, row: usize, columns: &Range<usize>, u: Vec2) -> (Vec2, f32) {
+        let (x, column) = self.rows[row].sample_within(columns, u.x);
+        let pdf = self.marginal.pdf_of_step(row) * self.rows[row].pdf_of_step(column);
+        (Vec2::new(x, self.marginal.place(row, u.y.min(ALMOST_ONE))), pdf)
     }
 
     /// Density at `p` in [0, 1)².

@@ -1,6 +1,6 @@
-use super::freeze::{bounds_of, place_textures};
 use super::ground::GroundPlane;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
+use super::panes::Panes;
 use super::validate::{
     BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
 };
@@ -10,8 +10,8 @@ use crate::light::{
     ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
     SelectionMode, SpotLight, TriangleSampling,
 };
-use crate::material::{Material, MaterialId};
-use crate::math::{Quat, Vec3};
+use crate::material::{Map, Material, MaterialId};
+use crate::math::{Bounds3, Quat, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
 use std::collections::HashMap;
 
@@ -24,6 +24,8 @@ pub struct SceneReport {
     pub scaled_materials: Vec<(String, f32)>,
     /// Nothing emitted, so a constant environment of radiance 1 was added.
     pub default_light: bool,
+    /// Panes of glass that became thin sheets; those of a prototype once.
+    pub panes: u64,
 }
 
 /// Names a prototype: meshes that instances put into the world.
@@ -57,6 +59,7 @@ pub struct SceneBuilder {
     pub(super) selection: SelectionMode,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
+    pub(super) panes: Panes,
     pub(super) report: SceneReport,
 }
 
@@ -253,6 +256,11 @@ impl SceneBuilder {
         Ok(())
     }
 
+    /// How light passes thin glass; straight on if this is not called.
+    pub fn panes(&mut self, panes: Panes) {
+        self.panes = panes;
+    }
+
     /// How textures are looked up; by mip levels if this is not called.
     pub fn texture_filter(&mut self, filter: TextureFilter) {
         self.texture_filter = filter;
@@ -272,6 +280,25 @@ impl SceneBuilder {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;
     }
+}
+
+/// Gives every map the texture that `place` says, or none.
+pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
+    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
+        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
+    }
+}
+
+/// Positions of corners of triangles of `mesh`, at both ends of its motion.
+pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    let places = [&mesh.positions, &mesh.positions_close];
+    let used = mesh.triangles.iter().flatten();
+    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
+}
+
+/// Box around all that is ever in `meshes`.
+pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
+    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
-use super::builder::{SceneBuilder, SceneReport};
+use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::ground::Ground;
+use super::panes::{Panes, Sheets, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
@@ -8,9 +9,8 @@ use crate::light::{
     ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
     TriangleSampling,
 };
-use crate::material::{Map, Material, MaterialId};
-use crate::math::{Affine3A, Bounds3, Vec3};
-use crate::texture::TextureId;
+use crate::material::{Map, Material, MaterialId, Sheet};
+use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -37,12 +37,20 @@ impl SceneBuilder {
         }
         let bounds = self.bounds();
         check_extent("the scene", bounds)?;
+        if self.panes == Panes::Straight {
+            self.flatten_panes(bounds);
+        }
         let ground = self.ground.map(|plane| plane.place(bounds)).transpose()?;
         let ground = ground.map(|plane| (plane, self.add_ground(plane.material())));
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
         for (i, (_, placement)) in self.instances.iter().enumerate() {
             check_reach(i, placement, largest)?;
         }
+        let is_straight = self.panes == Panes::Straight;
+        let sheet = |material: &Material| material.sheet().filter(|_| is_straight);
+        let sheets: Vec<Option<Sheet>> = self.materials.iter().map(sheet).collect();
+        let stopped = |material: &Material| material.stopped_bsdf().filter(|_| is_straight);
+        let bsdf = |material: &Material| stopped(material).unwrap_or_else(|| material.bsdf());
         let mut scene = Scene {
             bounds,
             ground: None,
@@ -51,7 +59,10 @@ impl SceneBuilder {
             instances: Vec::with_capacity(self.instances.len()),
             facets: Vec::with_capacity(count),
             shapes: Vec::with_capacity(count),
-            bsdfs: self.materials.iter().map(Material::bsdf).collect(),
+            bsdfs: self.materials.iter().map(bsdf).collect(),
+            has_sheets: sheets.iter().any(Option::is_some),
+            sheets,
+            panes: self.report.panes,
             has_alpha: self
                 .materials
                 .iter()
@@ -134,6 +145,36 @@ impl SceneBuilder {
             scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
         }
         Ok((scene, self.report))
+    }
+
+    /// Makes thin sheets of the panes in a scene of these bounds.
+    fn flatten_panes(&mut self, bounds: Bounds3) {
+        let max_thickness = max_thickness(bounds);
+        let mut sheets = Sheets::default();
+        let meshes = std::mem::take(&mut self.meshes).into_iter();
+        let objects = std::mem::take(&mut self.mesh_objects);
+        for ((mesh, material), object) in meshes.zip(objects) {
+            for part in sheets.split(mesh, material, max_thickness, &mut self.materials) {
+                self.meshes.push(part);
+                self.mesh_objects.push(object);
+            }
+        }
+        // Of the copies of a prototype the largest decides.
+        let mut scales = vec![0.0f64; self.prototypes.len()];
+        for (prototype, placement) in &self.instances {
+            let lengths = placement.steps().iter().flat_map(|step| {
+                let m = step.matrix3;
+                [m.x_axis, m.y_axis, m.z_axis].map(|axis| f64::from(axis.length()))
+            });
+            let scale = &mut scales[prototype.0 as usize];
+            *scale = lengths.fold(*scale, f64::max);
+        }
+        for (prototype, scale) in self.prototypes.iter_mut().zip(scales) {
+            let meshes = std::mem::take(prototype).into_iter();
+            let split = |(mesh, material)| sheets.split(mesh, material, max_thickness / scale, &mut self.materials);
+            *prototype = meshes.flat_map(split).collect();
+        }
+        self.report.panes = sheets.count;
     }
 
     /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.
@@ -260,22 +301,4 @@ impl Scene {
         self.light_groups.push(group, lights.len());
         self.lights.extend(lights);
     }
-}
-
-/// Gives every map the texture that `place` says, or none.
-pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
-    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
-        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
-    }
-}
-
-fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
-    let places = [&mesh.positions, &mesh.positions_close];
-    let used = mesh.triangles.iter().flatten();
-    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
-}
-
-/// Box around all that is ever in `meshes`.
-pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
-    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
 }

@@ -9,11 +9,14 @@ mod freeze;
 mod ground;
 mod light_checks;
 mod made_lights;
+mod panes;
+mod passing;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
 pub use ground::{Ground, GroundPlane};
 pub use made_lights::{RECTANGLE_NAME, RectangleParameters, SkyParameters, StudioParameters};
+pub use panes::Panes;
 pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
@@ -22,7 +25,7 @@ use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Plac
 use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
 };
-use crate::material::{Material, MaterialId, Spot};
+use crate::material::{Material, MaterialId, Sheet, Spot};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
@@ -70,10 +73,14 @@ pub struct Scene {
     shapes: Vec<Shape>,
     objects: Vec<String>,
     materials: Vec<Material>,
-    /// The BSDF of each material by its constants.
+    /// The BSDF of each material by its constants, for rays that it stops.
     bsdfs: Vec<Bsdf>,
+    /// How light passes each material straight on, if rays do not scatter there instead.
+    sheets: Vec<Option<Sheet>>,
     is_compact: bool,
     has_alpha: bool,
+    has_sheets: bool,
+    panes: u64,
     is_moving: bool,
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
@@ -116,6 +123,11 @@ impl Scene {
     /// How next-event estimation chooses a light.
     pub fn light_selection(&self) -> &LightSelection {
         &self.light_selection
+    }
+
+    /// Takes back what was learned of visible lights: another camera sees another part of the scene.
+    pub(crate) fn forget_visibility(&mut self) {
+        self.light_selection.forget();
     }
 
     /// How the light is chosen that a path starts from. It is made when this is first called.
@@ -215,7 +227,8 @@ impl Scene {
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
         let instances = size_of_val(self.instances.as_slice());
         let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
-        let lights = size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection;
+        let lights =
+            size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection + self.light_selection.bytes();
         (meshes + facets + instances + maps + textures + lights) as u64
     }
 
@@ -322,22 +335,6 @@ impl Scene {
         match material.maps.varies_bsdf() {
             true => Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint))),
             false => Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize]),
-        }
-    }
-
-    /// Whether any surface lets rays through as if it were not there.
-    #[inline(always)]
-    pub fn has_alpha(&self) -> bool {
-        self.has_alpha
-    }
-
-    /// The share of the surface at `hit` that is there, in [0, 1].
-    pub fn opacity(&self, hit: &Hit) -> f32 {
-        let material = self.material(hit);
-        match material.maps.opacity {
-            // Edges stay sharp.
-            Some(_) => material.opacity_at(&self.spot(hit, 0.0, 0.0)),
-            None => material.opacity,
         }
     }
 
@@ -455,7 +452,9 @@ impl Scene {
                 | Light::Point(_)
                 | Light::Spot(_) => return None,
             };
-            let pdf = self.light_selection.pmf(&self.lights, &context, id) * pdf;
+            let selection = &self.light_selection;
+            let factor = selection.pdf_factor(&self.lights, id, &context, wi);
+            let pdf = selection.pmf(&self.lights, &context, id) * pdf * factor;
             Some(Incident { id, radiance, pdf })
         })
     }

@@ -144,7 +144,9 @@ impl Session {
         settings.check()?;
         check_pixels(&settings, settings.parts_of_light(&scene), MemoryLimit::of(None))?;
         check_groups(&settings, &scene)?;
-        let scene = if settings.compact { scene.into_compact() } else { scene };
+        let mut scene = if settings.compact { scene.into_compact() } else { scene };
+        // Another session may have learned it.
+        scene.forget_visibility();
         let forecast = forecast_of(&scene, 0, &settings);
         let description = CameraDescription {
             parameters: camera,
@@ -244,6 +246,7 @@ impl Session {
             motion: None,
         };
         self.camera = description.camera(self.settings.resolution)?;
+        self.scene.forget_visibility();
         self.scene_hash = hash::scene_hash(&self.scene, &description);
         self.backdrop = backdrop(&self.settings, &description.parameters);
         self.description = description;

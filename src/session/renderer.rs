@@ -143,7 +143,7 @@ impl<'a> Renderer<'a> {
     /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; it
     /// may be gone on with then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
     /// ([`RenderState::is_empty`]).
-    pub fn render(&self, state: &mut RenderState, observer: &impl Observer) -> Outcome {
+    pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let start = Instant::now();
         let film = &mut state.film;
         let task = Render {

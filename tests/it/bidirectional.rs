@@ -337,6 +337,37 @@ fn light_tracing_agrees_with_paths() {
     }
 }
 
+/// Connections pass thin glass and veils, also those to the lens.
+#[test]
+fn light_tracing_passes_glass() {
+    let mut b = SceneBuilder::new();
+    add(&mut b, room(), material(0.5, 0.0));
+    let mut lamp = panel(0.0, 0.5);
+    lamp.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x, 0.97, -p.y));
+    lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    add(&mut b, lamp, material(0.0, 4.0));
+    let half = Vec3::new(0.8, 0.005, 0.8);
+    add(
+        &mut b,
+        slab(Vec3::new(0.0, 0.6, 0.0), half),
+        glass([0.95, 0.9, 0.7], false),
+    );
+    // No ray from the camera is reflected: index 1
+    let veil = Material {
+        ior: 1.0,
+        diffuse: Spectrum::splat(0.1),
+        ..glass([0.3, 0.5, 0.6], true)
+    };
+    add(&mut b, panel(-0.2, 2.0), veil);
+    let scene = b.build().unwrap().0;
+    let camera = pinhole(Vec3::new(0.0, -0.5, 0.9), Vec3::new(0.0, -0.6, -1.0), 60.0);
+    with_world(&scene, camera, RESOLUTION, |world| {
+        let expected = renders(|seed| film_of(&path_tracer(world, Some(5)), RESOLUTION, 256, seed));
+        let films = renders(|seed| film_of_iterations(&light_tracer(world, 5), RESOLUTION, 192, seed));
+        assert_same_means("light through glass", &films, &expected);
+    });
+}
+
 /// A filter wider than a pixel gives splats the weights that it gives samples.
 #[test]
 fn filters_weigh_splats() {

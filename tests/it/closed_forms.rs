@@ -38,7 +38,7 @@ fn roulette_keeps_the_mean_of_long_paths() {
     // e / (1 - ρ) = 10: nearly all of it comes from paths that roulette has had its say on.
     let scene = glowing_room(0.9, 1.0);
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
-    let film = render_film(&scene, camera, [64, 64], 512, None);
+    let film = render_film(&scene, camera, [48, 48], 512, None);
     assert_unbiased("ρ = 0.9", &film, 10.0);
 }
 
@@ -106,7 +106,7 @@ fn white_furnace_hides_a_white_object() {
         &scene,
         pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 50.0),
         [64, 64],
-        1024,
+        512,
         None,
     );
     assert_unbiased("furnace", &film, 1.0);

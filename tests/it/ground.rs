@@ -297,8 +297,10 @@ fn iterations_have_alpha() {
             max_depth: Some(1),
             roulette: Roulette::default(),
             photons: Some(16),
-            radius: SearchRadius::Pixels(2.0),
-            alpha: 0.7,
+            radius: ProgressiveRadius {
+                first: SearchRadius::Pixels(2.0),
+                alpha: 0.7,
+            },
         };
         let mut film = Film::new(SIZE, Rect::full(SIZE)).with_alpha();
         let numbers = (&Independent::new(3), &embrasure::film::Filter::BOX);

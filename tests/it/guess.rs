@@ -379,8 +379,9 @@ fn views_are_listed_and_drawn() {
         let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
         assert!(sheet.starts_with(b"\x89PNG"));
         std::fs::remove_file(folder.path().join("sheet.png")).unwrap();
-        // Each line can be pasted.
-        for line in listed.lines() {
+        // Each line can be pasted; those of the second scene have the same flags.
+        let pasted = if scene == "statue.obj" { usize::MAX } else { 2 };
+        for line in listed.lines().take(pasted) {
             let flags: Vec<&str> = line.split_whitespace().skip(1).collect();
             done(
                 folder.path(),

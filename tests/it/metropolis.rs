@@ -293,6 +293,15 @@ fn pictures_of_every_lobe_agree_with_path_tracing() {
     assert_agrees_with_paths("lobes", (&lobes_room(), inside, &Filter::BOX), (4, 800), set);
 }
 
+#[test]
+fn pictures_through_glass_agree_with_path_tracing() {
+    let set = |metropolis: &mut Metropolis| {
+        metropolis.large_step_probability = 0.6;
+        metropolis.mutation_size = 0.1;
+    };
+    assert_agrees_with_paths("glass", (&glazed_room(), in_glazed_room(), &Filter::BOX), (4, 800), set);
+}
+
 /// A thin lens before lamps, a point and a sky, all of which are sampled at every vertex.
 #[test]
 fn pictures_through_a_lens_agree_with_path_tracing() {

@@ -176,6 +176,17 @@ fn every_lobe_is_that_of_the_path_tracer() {
     agrees("lobes", &lobes_room(), camera, (5, MetropolisDirect::Ordinary), 48);
 }
 
+#[test]
+fn light_through_glass_is_that_of_the_path_tracer() {
+    agrees(
+        "glass",
+        &glazed_room(),
+        in_glazed_room(),
+        (5, MetropolisDirect::Metropolis),
+        48,
+    );
+}
+
 /// Lights at points and from infinitely far away, and a wall with holes.
 #[test]
 fn all_lights_are_those_of_the_path_tracer() {

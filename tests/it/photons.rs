@@ -87,16 +87,18 @@ fn photons_lie_as_dense_as_light_is() {
     }
 }
 
-/// Progressive photon mapping with photons that count within `radius` in the first iteration.
-fn progressive<A>(world: World<A>, radius: f32, max_depth: u32) -> ProgressivePhotonIntegrator<A> {
+/// Progressive photon mapping with photons that count within `radius` in the first iteration, and the radius reduction parameter `alpha`.
+fn progressive<A>(world: World<A>, (radius, alpha): (f32, f32), max_depth: u32) -> ProgressivePhotonIntegrator<A> {
     ProgressivePhotonIntegrator {
         world,
         strategy: Strategy::default(),
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
         photons: None,
-        radius: SearchRadius::Fixed(radius),
-        alpha: 2.0 / 3.0,
+        radius: ProgressiveRadius {
+            first: SearchRadius::Fixed(radius),
+            alpha,
+        },
     }
 }
 
@@ -108,8 +110,10 @@ fn merging<A>(world: World<A>, radius: f32, max_depth: u32) -> VertexMergingInte
         max_depth: Some(max_depth),
         roulette: Roulette::default(),
         photons: Some(1000),
-        radius: SearchRadius::Fixed(radius),
-        alpha: 1.0,
+        radius: ProgressiveRadius {
+            first: SearchRadius::Fixed(radius),
+            alpha: 1.0,
+        },
     }
 }
 
@@ -150,7 +154,7 @@ fn the_furnace_has_no_bias() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
     let resolution = UVec2::splat(16);
     with_world(&scene, camera, resolution, |world| {
-        let film = iterations(&progressive(world, 0.05, 6), resolution, 64, 1);
+        let film = iterations(&progressive(world, (0.05, 2.0 / 3.0), 6), resolution, 64, 1);
         assert_unbiased("sppm in the furnace", &film, 1.0);
         let film = iterations(&merging(world, 0.05, 6), resolution, 64, 4);
         // It merges what has come straight from the light, too, on a body of facets.
@@ -174,8 +178,7 @@ fn the_closed_box_is_right_but_for_its_edges() {
         for (radius, bound) in [(0.1, 0.05), (0.02, 0.01)] {
             let integrator = ProgressivePhotonIntegrator {
                 photons: Some(2000),
-                alpha: 1.0,
-                ..progressive(world, radius, depth)
+                ..progressive(world, (radius, 1.0), depth)
             };
             let film = iterations(&integrator, resolution, 64, 3);
             let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
@@ -219,8 +222,7 @@ fn errors_shrink_as_iterations_are_added() {
         let reference = film_of(&path_tracer(world, Some(5)), resolution, 1000, 1);
         let of = |alpha| ProgressivePhotonIntegrator {
             photons: Some(4000),
-            alpha,
-            ..progressive(world, 60.0, 5)
+            ..progressive(world, (60.0, alpha), 5)
         };
         let error = |film: &Film| Errors::new(&image(film), &image(&reference)).unwrap().rel_mse;
         let shrinks = of(2.0 / 3.0);
@@ -291,8 +293,7 @@ fn holes_count_once() {
         let reference = film_of(&path_tracer(world, Some(4)), resolution, 1024, 1);
         let integrator = ProgressivePhotonIntegrator {
             photons: Some(10_000),
-            alpha: 1.0,
-            ..progressive(world, 0.05, 4)
+            ..progressive(world, (0.05, 1.0), 4)
         };
         assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.025);
         let film = mapped(world, resolution, 60_000, 4, 32, 3);
@@ -300,6 +301,25 @@ fn holes_count_once() {
         // Wide enough that much is merged
         let film = iterations(&merging(world, 0.05, 4), resolution, 128, 4);
         assert_same_blocks("vcm", &film, &reference, 0.025);
+    });
+}
+
+/// Panes, thin glass and veils: photons pass them as rays from the camera do.
+#[test]
+fn photons_pass_glass() {
+    let scene = glazed_room();
+    let resolution = UVec2::splat(16);
+    with_world(&scene, in_glazed_room(), resolution, |world| {
+        let reference = film_of(&path_tracer(world, Some(4)), resolution, 1024, 1);
+        let integrator = ProgressivePhotonIntegrator {
+            photons: Some(10_000),
+            ..progressive(world, (0.03, 1.0), 4)
+        };
+        assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.03);
+        let film = mapped(world, resolution, 60_000, 4, 32, 3);
+        assert_same_blocks("photon-map", &film, &reference, 0.05);
+        let film = iterations(&merging(world, 0.03, 4), resolution, 128, 4);
+        assert_same_blocks("vcm", &film, &reference, 0.03);
     });
 }
 
@@ -314,8 +334,7 @@ fn all_light_is_counted_once() {
             let reference = film_of(&path_tracer(world, Some(depth)), resolution, 1024, 1);
             let integrator = ProgressivePhotonIntegrator {
                 photons: Some(10_000),
-                alpha: 1.0,
-                ..progressive(world, 0.03, depth)
+                ..progressive(world, (0.03, 1.0), depth)
             };
             let film = iterations(&integrator, resolution, 64, 2);
             assert_same_blocks(&format!("sppm, depth {depth}"), &film, &reference, 0.03);
@@ -348,8 +367,7 @@ fn the_caustic_of_a_ball_is_right() {
         let reference = film_of(&path_tracer(world, Some(8)), resolution, 2048, 1);
         let integrator = ProgressivePhotonIntegrator {
             photons: Some(10_000),
-            alpha: 1.0,
-            ..progressive(world, 0.02, 8)
+            ..progressive(world, (0.02, 1.0), 8)
         };
         assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.02);
         let film = iterations(&merging(world, 0.02, 8), resolution, 128, 4);

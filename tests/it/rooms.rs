@@ -24,17 +24,7 @@ const ROWS: &[&[&str]] = &[
 ];
 
 /// Modules side by side that import each other, as `folder: module module …`. This list may only get shorter.
-const CIRCLES: &[&str] = &[
-    "accel::embree: device packet probe scene",
-    "description: light_group_section light_section map_section material_section option_section scene_file",
-    "geometry: mesh placement",
-    "integrator::path: integrator reuse",
-    "io: checkpoint exr output",
-    "io: machine memory",
-    "io::obj: groups smoothing",
-    "sampler: any perturbed",
-    "scene: builder freeze",
-];
+const CIRCLES: &[&str] = &["integrator::path: integrator reuse"];
 
 /// A module or an item by its full name, without `crate`.
 type Name = Vec<String>;

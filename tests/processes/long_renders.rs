@@ -56,7 +56,7 @@ fn bits_are_those_of_one_render() {
     assert!(one("samples").iter().all(|&n| n == SPP as f32));
 
     let mut interruptions = 0;
-    for (threads, parts) in [("1", 1), ("2", 1), ("3", 1), ("1", 2), ("2", 5), ("3", 2), ("3", 5)] {
+    for (threads, parts) in [("1", 1), ("3", 1), ("1", 2), ("2", 5)] {
         for interrupted in [false, true] {
             let name = |part: u32, kind: &str| format!("{threads}-{parts}-{interrupted}-{part}-{kind}.exr");
             let blocks = SPP / 64;
@@ -70,7 +70,7 @@ fn bits_are_those_of_one_render() {
                 }
                 if interrupted {
                     // Ever longer, so that it ends
-                    let mut limit = 0.005;
+                    let mut limit = 0.01;
                     while run_for(folder.path(), &args, limit) {
                         limit *= 1.5;
                         interruptions += 1;

@@ -385,6 +385,66 @@ pub fn shared(relative: &str) -> PathBuf {
     path
 }
 
+/// A box whose faces look outwards.
+pub fn slab(center: Vec3, half: Vec3) -> Mesh {
+    let mut mesh = room();
+    mesh.positions.iter_mut().for_each(|p| *p = center + half * *p);
+    mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    mesh
+}
+
+/// Glass of an index of 1.5 that passes `transmission`, of each face of a body or of a sheet.
+pub fn glass(transmission: [f32; 3], thin: bool) -> Material {
+    Material {
+        transmission: transmission.into(),
+        thin,
+        ..material(0.0, 0.0)
+    }
+}
+
+/// A room lit by a lamp behind a coloured pane, with thin glass, a veil, a mirror and a block: light passes some of them on all ways.
+pub fn glazed_room() -> Scene {
+    use embrasure::material::Gloss;
+    let mut b = SceneBuilder::new();
+    add(&mut b, room(), material(0.5, 0.0));
+    let mut lamp = panel(0.0, 0.5);
+    lamp.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x, 0.97, -p.y));
+    lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    add(&mut b, lamp, material(0.0, 4.0));
+    let half = Vec3::new(0.8, 0.005, 0.8);
+    add(
+        &mut b,
+        slab(Vec3::new(0.0, 0.6, 0.0), half),
+        glass([0.95, 0.9, 0.7], false),
+    );
+    add(
+        &mut b,
+        slab(Vec3::new(0.1, -0.2, 0.1), Vec3::splat(0.3)),
+        material(0.6, 0.0),
+    );
+    add(&mut b, panel(-0.3, 0.75), glass([0.8, 1.0, 0.9], true));
+    let veil = Material {
+        diffuse: Spectrum::splat(0.2),
+        ior: 1.0,
+        ..glass([0.3, 0.5, 0.6], true)
+    };
+    add(&mut b, panel(-0.5, 0.4), veil);
+    let mirror = Material {
+        specular: Spectrum::splat(0.9),
+        gloss: Gloss::Mirror(embrasure::bsdf::Fresnel::Full),
+        ..material(0.0, 0.0)
+    };
+    add(&mut b, panel(-0.9, 0.6), mirror);
+    let (scene, report) = b.build().unwrap();
+    assert_eq!(report.panes, 1);
+    scene
+}
+
+/// Inside [`glazed_room`], towards its sheets.
+pub fn in_glazed_room() -> CameraParameters {
+    pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::new(0.1, -0.1, -1.0), 80.0)
+}
+
 /// A room with a wide lamp, whose objects have every kind of lobe.
 pub fn lobes_room() -> Scene {
     use embrasure::bsdf::Fresnel;

@@ -1,4 +1,3 @@
-use super::probe;
 use embree4_sys::*;
 use std::ffi::{CString, c_void};
 use std::ptr;
@@ -59,17 +58,8 @@ impl Device {
     /// Instruction sets that a device can be told to use.
     pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
 
-    /// A device that builds with `threads` threads and uses the widest instructions of the processor.
-    pub fn new(threads: usize) -> Result<Self, EmbreeError> {
-        Self::configured(&format!("threads={threads}"))
-    }
-
-    /// The same with the instruction set `isa`, one of [`Device::ISAS`]: an error where the processor or the library does not have it.
-    pub fn with_isa(threads: usize, isa: &str) -> Result<Self, EmbreeError> {
-        Self::configured(&format!("threads={threads},isa={isa}"))
-    }
-
-    fn configured(config: &str) -> Result<Self, EmbreeError> {
+    /// A device by Embree's text of its configuration, of a library of the headers' version. It has not been tried out yet.
+    pub(super) fn configured(config: &str) -> Result<Self, EmbreeError> {
         let config = CString::new(config).unwrap_or_default();
         // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and returns null on failure.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
@@ -86,13 +76,16 @@ impl Device {
             bytes: Box::new(AtomicI64::new(0)),
         };
         device.check_version()?;
-        probe::check(&device)?;
-        let user = ptr::from_ref::<AtomicI64>(&device.bytes).cast_mut().cast::<c_void>();
+        Ok(device)
+    }
+
+    /// Counts from now on what the scenes of this device take.
+    pub(super) fn watch_memory(&self) -> Result<(), EmbreeError> {
+        let user = ptr::from_ref::<AtomicI64>(&self.bytes).cast_mut().cast::<c_void>();
         // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the callback, because the
         // box lives as long as the device does.
-        unsafe { rtcSetDeviceMemoryMonitorFunction(device.handle, Some(count_bytes), user) };
-        device.check("watching memory")?;
-        Ok(device)
+        unsafe { rtcSetDeviceMemoryMonitorFunction(self.handle, Some(count_bytes), user) };
+        self.check("watching memory")
     }
 
     /// The library must be of the headers' major version and not older: structures and constants are then the same.
@@ -176,7 +169,7 @@ impl Drop for Device {
 /// # Safety
 /// `user` is the address of an `AtomicI64` that outlives the registration.
 unsafe extern "C" fn count_bytes(user: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SAFETY: Device::new registered the address of its own counter, and Device::drop unregisters it first.
+    // SAFETY: Device::watch_memory registered the address of its own counter, and Device::drop unregisters it first.
     let counter = unsafe { &*user.cast::<AtomicI64>() };
     counter.fetch_add(bytes as i64, Ordering::Relaxed);
     true

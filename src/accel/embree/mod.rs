@@ -1,7 +1,7 @@
 //! Intel Embree 4. All `unsafe` code of this crate is in this folder.
 //!
 //! - bindgen runs over the headers that belong to the library. The loaded library must have their major version and not be older; `device` checks
-//!   that.
+//!   that. `handles` owns what Embree makes, `scene` builds, and `query` and `packet` trace.
 //! - The version does not say how a library was compiled, so `probe` traces three rays on each new device.
 //! - Errors are asked for after each call of a build, never for a ray.
 //! - Scenes are built with high quality and the robust flag: without it rays pass between triangles, and medium quality is slower
@@ -19,9 +19,12 @@
 #![allow(unsafe_code)]
 
 mod device;
+mod handles;
 mod packet;
 mod probe;
+mod query;
 mod raw;
+mod ray;
 mod scene;
 
 pub use device::{Device, EmbreeError};

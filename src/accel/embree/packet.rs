@@ -2,6 +2,7 @@
 //! gain nothing for them.
 
 use super::EmbreeAccel;
+use super::ray::interval;
 use crate::geometry::{Hit, PrimId};
 use crate::math::Ray;
 use embree4_sys::*;
@@ -102,7 +103,7 @@ fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
         let ([ox, oy, oz], [dx, dy, dz]) = (ray.origin.to_array(), ray.direction.to_array());
         (packet.org_x[lane], packet.org_y[lane], packet.org_z[lane]) = (ox, oy, oz);
         (packet.dir_x[lane], packet.dir_y[lane], packet.dir_z[lane]) = (dx, dy, dz);
-        (packet.tnear[lane], packet.tfar[lane]) = super::scene::interval(ray);
+        (packet.tnear[lane], packet.tfar[lane]) = interval(ray);
         packet.time[lane] = ray.time;
         packet.mask[lane] = u32::MAX;
     }

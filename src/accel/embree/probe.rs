@@ -1,10 +1,10 @@
-//! A trial of the loaded library: does it behave as its headers say?
+//! New devices, and a trial of the loaded library on each: does it behave as its headers say?
 //!
 //! The version says neither how many levels of instances a library has, on which the length of a hit depends, nor whether it culls backfaces. Three
 //! rays at a triangle and a copy of it, with guards behind the hit, show both. A library that answers otherwise than its headers say is refused.
 
 use super::device::{Device, EmbreeError};
-use super::scene::{SceneHandle, attach_instance, attach_mesh};
+use super::handles::{SceneHandle, attach_instance, attach_mesh};
 use crate::geometry::{Mesh, Placement};
 use crate::math::{Affine3A, Vec3};
 use embree4_sys::*;
@@ -50,8 +50,27 @@ const TRIALS: [Trial; 3] = [
 /// Id of the copy.
 const INSTANCE: u32 = 1;
 
+impl Device {
+    /// A device that builds with `threads` threads and uses the widest instructions of the processor.
+    pub fn new(threads: usize) -> Result<Self, EmbreeError> {
+        Self::tried(&format!("threads={threads}"))
+    }
+
+    /// A device with `threads` threads and the instruction set `isa`, one of [`Device::ISAS`]: an error where the processor or the library does not have it.
+    pub fn with_isa(threads: usize, isa: &str) -> Result<Self, EmbreeError> {
+        Self::tried(&format!("threads={threads},isa={isa}"))
+    }
+
+    fn tried(config: &str) -> Result<Self, EmbreeError> {
+        let device = Self::configured(config)?;
+        check(&device)?;
+        device.watch_memory()?;
+        Ok(device)
+    }
+}
+
 /// Tries `device` out, which takes some microseconds.
-pub(super) fn check(device: &Device) -> Result<(), EmbreeError> {
+fn check(device: &Device) -> Result<(), EmbreeError> {
     let misfit = |problem| EmbreeError::Misfit {
         version: device.version(),
         problem,

@@ -27,7 +27,7 @@ impl Loader<'_> {
             Some((key, section)) => {
                 let here = file.error(key.span(), "");
                 let place = here.position.map(|position| (here.file, position));
-                let found = section.material(name, file).unwrap_or_else(|error| {
+                let found = section.material(name, &file.source).unwrap_or_else(|error| {
                     self.wrong("wrong-material", error);
                     FileMaterial::default_of(name)
                 });
@@ -85,7 +85,7 @@ impl Loader<'_> {
         let mut remarks = Vec::new();
         let name = found.material.name.clone();
         for patch in self.patches.of_material(&name) {
-            match patch.section.patched(&found, self.file) {
+            match patch.section.patched(&found, &self.file.source) {
                 Ok((patched, warning)) => {
                     found = patched;
                     remarks.extend(warning.map(|warning| (Severity::Warning, "no-effect", warning)));
@@ -111,7 +111,7 @@ impl Loader<'_> {
             .collect();
         let patches = self.patches.unused();
         unused.extend(patches.map(|patch| (patch.span.clone(), patch.written.to_string(), patch.glob.literal())));
-        let idle = idle_members(file, &self.emits);
+        let idle = idle_members(&file.light_group, &self.emits);
         for (span, written, literal) in unused.iter().take(MAX_NAMED) {
             let warning = file.error(span.clone(), format!("no face uses the material `{written}`"));
             let names = self.materials.iter().map(|material| material.name.as_str());

@@ -220,6 +220,7 @@ impl<'a> Loader<'a> {
         if findings.first_error().is_some() && !self.goes_on {
             return inspection;
         }
+        self.builder.panes(self.file.load.parameters.panes());
         match self.builder.build() {
             Ok((scene, mut report)) => {
                 // Where files are missing, nothing is known of lights.
@@ -243,7 +244,7 @@ impl<'a> Loader<'a> {
             Err(error) => self.wrong("missing-folder", error),
         }
         for section in &self.file.light_group {
-            if let Err(error) = section.add_to(&mut self.builder, self.file, &mut self.light_groups) {
+            if let Err(error) = section.add_to(&mut self.builder, &self.file.source, &mut self.light_groups) {
                 self.wrong("wrong-light-group", error);
             }
         }
@@ -297,7 +298,7 @@ impl<'a> Loader<'a> {
         for light in &self.file.light {
             let image = light.image.as_ref().map(|image| self.file.resolve(image.get_ref()));
             self.files.extend(image);
-            if let Err(error) = light.add_to(&mut self.builder, self.file, &mut self.allowance) {
+            if let Err(error) = light.add_to(&mut self.builder, &self.file.source, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
             // A rectangle brings its material.
@@ -390,6 +391,14 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
             _ => file.whole(message),
         };
         findings.add(Severity::Warning, "scaled-material", error);
+    }
+    if report.panes > 0 {
+        let noun = if report.panes == 1 { "pane" } else { "panes" };
+        let message = format!("Glass: {} {noun}, light passes straight", report.panes);
+        let error = file
+            .whole(message)
+            .help("`panes = \"refract\"` in [render] keeps them as bodies");
+        findings.add(Severity::Note, "glass-panes", error);
     }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";

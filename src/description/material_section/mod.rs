@@ -12,8 +12,9 @@ mod values;
 #[cfg(test)]
 mod tests;
 
+use super::MapSection;
 use super::mtl::{FileMaterial, MapSlot};
-use super::{MapSection, SceneFile};
+use super::source::Source;
 use crate::material::{Gloss, Material};
 pub use color::ColorValue;
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,7 @@
 
 use super::replace::DEFAULT_EXPONENT;
 use super::values::{Named, Values};
-use super::{FileMaterial, Gloss, Material, MaterialSection, SceneFile, place_of, texture};
+use super::{FileMaterial, Gloss, Material, MaterialSection, Source, place_of, texture};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::MapSlot;
@@ -17,7 +17,7 @@ impl MaterialSection {
     pub(in crate::description) fn patched(
         &self,
         base: &FileMaterial,
-        file: &SceneFile,
+        file: &Source,
     ) -> Result<(FileMaterial, Option<FileError>), FileError> {
         let name = base.material.name.as_str();
         let section = Named { name, file };

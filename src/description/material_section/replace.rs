@@ -1,5 +1,5 @@
 use super::values::{Named, Values};
-use super::{FileMaterial, Gloss, Material, MaterialSection, SceneFile, place_of, texture};
+use super::{FileMaterial, Gloss, Material, MaterialSection, Source, place_of, texture};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::MapRequest;
@@ -12,7 +12,7 @@ pub(super) const DEFAULT_EXPONENT: f32 = 10.0;
 
 impl MaterialSection {
     /// The material `name` as this section alone has it; what cannot be is an error at its key in `file`.
-    pub(in crate::description) fn material(&self, name: &str, file: &SceneFile) -> Result<FileMaterial, FileError> {
+    pub(in crate::description) fn material(&self, name: &str, file: &Source) -> Result<FileMaterial, FileError> {
         let section = Named { name, file };
         let values = self.values(&section)?;
         let conductor = match (values.eta, values.k) {
@@ -78,7 +78,7 @@ impl MaterialSection {
     }
 
     /// The textures.
-    fn maps(&self, name: &str, file: &SceneFile) -> Result<Vec<MapRequest>, FileError> {
+    fn maps(&self, name: &str, file: &Source) -> Result<Vec<MapRequest>, FileError> {
         let given = self
             .slots()
             .into_iter()

@@ -2,6 +2,7 @@ use super::*;
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::FileError;
+use crate::description::SceneFile;
 use crate::description::mtl::load_mtl;
 use crate::io::{Findings, MtlDialect};
 use crate::math::Vec2;
@@ -19,7 +20,7 @@ fn textured(keys: &str) -> Result<FileMaterial, FileError> {
     let text = format!("version = 1\n[[object]]\nobj = \"a.obj\"\n[material.m]\n{keys}\n");
     std::fs::write(&path, text).unwrap();
     let file = SceneFile::load(&path)?;
-    file.material.values().next().unwrap().material("m", &file)
+    file.material.values().next().unwrap().material("m", &file.source)
 }
 
 #[test]
@@ -205,7 +206,7 @@ fn patch(keys: &str) -> (SceneFile, MaterialSection) {
 /// `base` with a patch of these keys.
 fn patched(base: &FileMaterial, keys: &str) -> Result<FileMaterial, FileError> {
     let (file, section) = patch(keys);
-    section.patched(base, &file).map(|(patched, _)| patched)
+    section.patched(base, &file.source).map(|(patched, _)| patched)
 }
 
 /// Materials of all kinds that libraries have.
@@ -316,9 +317,9 @@ fn patches_change_what_they_say() {
 
     // What is roughened but reflects nothing is worth a word.
     let (file, section) = patch("roughness = 0.2");
-    let warning = section.patched(of("matte"), &file).unwrap().1.unwrap();
+    let warning = section.patched(of("matte"), &file.source).unwrap().1.unwrap();
     assert!(warning.message.contains("roughness has no effect"), "{warning}");
-    assert!(section.patched(glossy, &file).unwrap().1.is_none());
+    assert!(section.patched(glossy, &file.source).unwrap().1.is_none());
 }
 
 #[test]

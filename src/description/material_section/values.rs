@@ -1,6 +1,7 @@
 use super::{ColorValue, MaterialSection};
 use crate::color::Spectrum;
-use crate::description::{FileError, SceneFile};
+use crate::description::FileError;
+use crate::description::source::Source;
 use crate::math::list;
 use std::ops::Range;
 use toml::Spanned;
@@ -98,7 +99,7 @@ impl Named<'_> {
 /// A material's name and file, for messages.
 pub(super) struct Named<'a> {
     pub name: &'a str,
-    pub file: &'a SceneFile,
+    pub file: &'a Source,
 }
 
 impl Named<'_> {

@@ -22,7 +22,7 @@ impl SceneFile {
             let (error, start) = match Self::parse_spanned(path, text.clone(), &overrides) {
                 Ok(mut file) => {
                     // Places are those of the whole file; blanks have kept them.
-                    file.text = original;
+                    file.source.set_text(original);
                     return (Some(file), errors);
                 }
                 Err(refused) => refused,

@@ -1,7 +1,6 @@
-//! A scene file as it was written: reading and parsing it, what its text alone tells, and errors with their places in it (`errors`). `inspect` finds all
-//! errors, for `embrasure check`.
+//! A scene file as it was written: reading and parsing it, what its text alone tells, and what its sections have in common. `inspect` finds
+//! all errors, for `embrasure check`; errors with their places are those of `source`.
 
-mod errors;
 mod inspect;
 #[cfg(test)]
 mod tests;
@@ -10,6 +9,7 @@ use super::in_order::InOrder;
 use super::input::read_bytes;
 use super::option_section::OptionSection;
 use super::overrides::Overrides;
+use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
     CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MaterialSection,
@@ -17,8 +17,8 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use toml::Spanned;
 
 /// A TOML scene file as it was written: values are read, places are kept for messages, nothing is looked up yet.
@@ -61,18 +61,9 @@ pub struct SceneFile {
     /// Folders in which textures are looked for before those of the key `render.texture_dir`.
     #[serde(skip)]
     pub texture_dirs: Vec<PathBuf>,
-    /// The file itself; paths are relative to its folder.
+    /// The file itself, its text and the keys that are set over it.
     #[serde(skip)]
-    path: PathBuf,
-    /// Its text, for places in messages.
-    #[serde(skip)]
-    pub(super) text: String,
-    /// Keys that are set over those of the file.
-    #[serde(skip)]
-    pub(super) overrides: Overrides,
-    /// Bytes at which its lines start, once a place was asked for.
-    #[serde(skip)]
-    line_starts: OnceLock<Vec<usize>>,
+    pub(super) source: Source,
 }
 
 /// Key of `[render]`: folders in which textures are looked for.
@@ -116,9 +107,7 @@ impl SceneFile {
             };
             (error.help(help), Some(start))
         })?;
-        file.path = path.to_path_buf();
-        file.text = text;
-        file.overrides = overrides.clone();
+        file.source = Source::of_file(path, text, overrides.clone());
         match &file.version {
             Some(version) if *version.get_ref() == 1 => {}
             Some(version) => {
@@ -157,6 +146,7 @@ impl SceneFile {
         };
         Self {
             object: vec![object],
+            source: Source::of_obj(path, Overrides::default()),
             ..Default::default()
         }
     }
@@ -176,7 +166,7 @@ impl SceneFile {
             if object.obj.get_ref().as_os_str().is_empty() {
                 object.obj = Spanned::new(0..0, path.to_path_buf());
             }
-            (file.path, file.text) = Default::default();
+            file.source = Source::of_obj(object.obj.get_ref(), overrides);
         }
         Ok(file)
     }
@@ -184,9 +174,9 @@ impl SceneFile {
     /// What `[image]` and `[render]` say, or an error and the byte that it is about.
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
-        self.image.read("image", self, &mut options.image_mut(), &[])?;
+        self.image.read("image", &self.source, &mut options.image_mut(), &[])?;
         self.render
-            .read("render", self, &mut options.render_mut(), &[TEXTURE_DIR])?;
+            .read("render", &self.source, &mut options.render_mut(), &[TEXTURE_DIR])?;
         if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
             let error = self.error(span.clone(), format!("{TEXTURE_DIR} is no name of a folder"));
             return Err((
@@ -224,17 +214,33 @@ impl SceneFile {
 
     /// A path in the scene file, which is relative to its folder.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(relative)
+        self.source.resolve(relative)
     }
 
     /// Whether this stands for a scene file rather than a bare OBJ.
     pub fn is_file(&self) -> bool {
-        !self.path.as_os_str().is_empty()
+        self.source.path().is_some()
     }
 
     /// The scene file itself; `None` for a bare OBJ.
     pub fn path(&self) -> Option<&Path> {
-        self.is_file().then_some(&self.path)
+        self.source.path()
+    }
+
+    /// An error at bytes `span` of the file.
+    pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
+        self.source.error(span, message)
+    }
+
+    /// An error of the scene as a whole.
+    pub fn whole(&self, message: impl Into<String>) -> FileError {
+        self.source.whole(message)
+    }
+
+    /// The place of values that the flag `written` sets, such as `--env sky`: errors of them name it.
+    pub fn flag_span(&mut self, written: impl Into<String>) -> Range<usize> {
+        let bytes = self.source.bytes();
+        self.source.overrides.add_flag(bytes, written.into())
     }
 }
 

@@ -1,6 +1,6 @@
 use super::connection::Connector;
 use crate::accel::Accel;
-use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
@@ -45,8 +45,8 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
         // Both subpaths
         let ray = self.world.camera_ray(key, None, sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
-        if let Some(surface) = paths.camera.get(1).and_then(|first| first.surface()) {
-            out.first_surface(surface.first_seen(&self.world));
+        if let Some(first) = paths.first_seen(&self.world) {
+            out.first_surface(first);
         }
 
         // All ways to join them
@@ -57,11 +57,7 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
                 let (s, t) = c.strategy;
                 out.strategy(strategy_index(s, t), c.film, c.radiance * c.weight, c.radiance);
             }
-            let radiance = Gathered::of_light(c.radiance * c.weight, c.light, self.world.scene);
-            match c.film {
-                Some(film) => out.splat(film, radiance),
-                None => out.radiance(radiance),
-            }
+            c.add_to(self.world.scene, out);
         }
     }
 }

@@ -5,7 +5,6 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::integrator::path::integrator::PathStart;
-use crate::integrator::path::reuse::NoReuse;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{PathIntegrator, RayKind, Sink};
 use crate::material::BsdfSlot;
@@ -78,7 +77,9 @@ impl<A: Accel> RecordMaker<'_, A> {
         let (mut ray, mut length) = (first, 0.0);
         for depth in 0..=MAX_MIRRORS {
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, out)?;
+            // The place does not depend on it.
+            let mut tint = Spectrum::ONE;
+            let hit = world.intersect(&ray, kind, &mut tint, out)?;
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             length += hit.t;
@@ -177,7 +178,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         out: &mut impl Sink<Radiance = Spectrum>,
     ) -> Seen {
         let world = &self.path.world;
-        let Some(hit) = world.intersect(ray, RayKind::Bounce, out) else {
+        let mut tint = Spectrum::ONE;
+        let Some(hit) = world.intersect(ray, RayKind::Bounce, &mut tint, out) else {
             return Seen::NOTHING;
         };
         let start = PathStart {
@@ -185,11 +187,13 @@ impl<A: Accel> RecordMaker<'_, A> {
             sampler,
             ray: *ray,
             hit: Some(hit),
+            tint,
             depth,
             tail_depth: depth,
+            roulette_scale: Spectrum::ONE,
         };
         Seen {
-            radiance: self.path.li(&start, &BsdfSlot::new(), &mut NoReuse, out).tail,
+            radiance: self.path.radiance(&start, out).tail,
             distance: hit.t,
         }
     }

@@ -77,8 +77,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         for depth in 0.. {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&path.ray, kind, out);
-            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+            let hit = world.intersect(&path.ray, kind, &mut path.beta, out);
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
                 break;
             }
             let slot = BsdfSlot::new();
@@ -121,8 +121,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             let indirect = only_mirrors.then(|| self.indirect(vertex, depth)).flatten();
             if let Some(indirect) = indirect {
                 radiance += R::from(indirect) * path.beta;
-                if let Some(next) = next.filter(|_| strategy.direct != DirectLight::Light) {
-                    let hit = world.intersect(&next.ray, RayKind::Bounce, out);
+                if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
+                    let hit = world.intersect(&next.ray, RayKind::Bounce, &mut next.beta, out);
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &next.ray, &slot));
                     radiance += self.emitted::<R>(&next, hit.as_ref().zip(vertex.as_ref()));

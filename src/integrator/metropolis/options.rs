@@ -4,6 +4,7 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::{Heuristic, Integrator, PathIntegrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
+use crate::math::Vec2;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -65,7 +66,69 @@ pub enum MetropolisTarget {
     Relative,
 }
 
+/// All that pixels see of the film, by filters as wide as they are. Pixels, origin top left.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FilmArea {
+    min: Vec2,
+    /// Width and height.
+    pub size: Vec2,
+}
+
+impl FilmArea {
+    /// The area that the pixels of `world` see.
+    pub fn of<A>(world: &World<A>) -> Self {
+        let margin = (world.filter.radius() - 0.5).max(0.0);
+        Self {
+            min: Vec2::splat(-margin),
+            size: world.camera.resolution().as_vec2() + 2.0 * margin,
+        }
+    }
+
+    /// Square pixels.
+    pub fn area(&self) -> f32 {
+        self.size.x * self.size.y
+    }
+
+    /// The place at `u` of the unit square.
+    pub fn at(&self, u: Vec2) -> Vec2 {
+        self.min + u * self.size
+    }
+
+    /// Whether any pixel sees `place`.
+    pub fn contains(&self, place: Vec2) -> bool {
+        place.cmpge(self.min).all() && place.cmplt(self.min + self.size).all()
+    }
+}
+
+/// Mutations of an iteration: one for each pixel of the image.
+pub(crate) fn mutations<A>(world: &World<A>) -> u64 {
+    let size = world.camera.resolution();
+    size.x as u64 * size.y as u64
+}
+
+/// Number of the `mutations` of an iteration that are those of chain `index` of `chains`.
+pub(crate) fn mutations_of_chain(mutations: u64, index: u32, chains: u32) -> u64 {
+    let share = |i: u64| mutations * i / chains as u64;
+    share(index as u64 + 1) - share(index as u64)
+}
+
 impl Metropolis {
+    /// Traces the sample `key` of a pixel for all that chains do not carry: `ordinary`, or for the auxiliary channels alone what the camera sees first.
+    pub(crate) fn sample_pixel<A: Accel, S: Sampler>(
+        &self,
+        ordinary: &OrdinaryLight<A>,
+        key: SampleKey,
+        sampler: &mut S,
+        out: &mut impl Sink,
+    ) {
+        match self.direct {
+            MetropolisDirect::Ordinary => ordinary.sample(key, sampler, out),
+            MetropolisDirect::Metropolis => {
+                ordinary.world.look(key, sampler, &BsdfSlot::new(), out);
+            }
+        }
+    }
+
     /// Whether chains carry all light, and not only what [`OrdinaryLight`] does not find.
     pub(crate) fn carries_all(&self) -> bool {
         self.direct == MetropolisDirect::Metropolis
@@ -120,7 +183,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
         let mut ray = world.camera_ray(key, None, sampler, out);
         let (mut beta, mut eta_squared) = (Spectrum::ONE, 1.0);
         for depth in 0..=self.max_depth.unwrap_or(u32::MAX) {
-            let hit = world.intersect(&ray, RayKind::Bounce, out);
+            let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());

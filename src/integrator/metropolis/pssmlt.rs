@@ -14,15 +14,13 @@
 //! light would choose. One bootstrap path for four mutations: an eighth to a half differ by less than a tenth. Step sizes and the probability of
 //! large steps are those of Kelemen et al.
 
-use super::options::{OrdinaryLight, name};
+use super::options::{FilmArea, OrdinaryLight, mutations, mutations_of_chain, name};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
+use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
-    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, MetropolisDirect, RaySink, Roulette,
-    SplatSink, World,
+    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
 };
-use crate::material::BsdfSlot;
-use crate::math::Vec2;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f64};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step, Stream};
 use std::ops::RangeInclusive;
@@ -136,16 +134,18 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn sample<S: Sampler>(&self, _: &Vec<Seed>, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        match self.metropolis.direct {
-            MetropolisDirect::Ordinary => self.ordinary().sample(key, sampler, out),
-            MetropolisDirect::Metropolis => {
-                self.world.look(key, sampler, &BsdfSlot::new(), out);
-            }
-        }
+        let ordinary = OrdinaryLight {
+            world: self.world,
+            heuristic: self.heuristic,
+            max_depth: self.max_depth,
+            roulette: Roulette::default(),
+            light_samples: self.light_samples,
+        };
+        self.metropolis.sample_pixel(&ordinary, key, sampler, out);
     }
 
     fn chains(&self) -> u32 {
-        self.metropolis.chains(self.mutations())
+        self.metropolis.chains(mutations(&self.world))
     }
 
     fn chain<S: Sampler>(
@@ -174,8 +174,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let mut current = self.state(length, &numbers, out);
 
         // Its share of the iteration's mutations, of whose mean the picture gets its share
-        let share = |chain: u32| self.mutations() * chain as u64 / chains as u64;
-        let mutations = share(index + 1) - share(index);
+        let mutations = mutations_of_chain(mutations(&self.world), index, chains);
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
         for _ in 0..mutations {
@@ -206,15 +205,9 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
-    /// Mutations in an iteration: one for each pixel of the image.
-    fn mutations(&self) -> u64 {
-        let size = self.world.camera.resolution();
-        size.x as u64 * size.y as u64
-    }
-
     /// Bootstrap paths in an iteration.
     fn bootstrap_paths(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_BOOTSTRAP).max(MIN_BOOTSTRAP);
+        let usual = (mutations(&self.world) / MUTATIONS_PER_BOOTSTRAP).max(MIN_BOOTSTRAP);
         let most = u32::MAX - PIECE;
         self.metropolis
             .bootstrap
@@ -223,7 +216,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Numbers of vertices of the paths that chains carry.
     fn lengths(&self) -> RangeInclusive<usize> {
-        self.metropolis.min_vertices()..=self.connector(self.max_depth).max_vertices()
+        self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }
 
     /// The number of vertices of a bootstrap path, drawn with `u`, and its probability: a geometric distribution.
@@ -235,17 +228,6 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         let i = i.clamp(0, count - 1);
         let probability = LENGTH_RATIO.powi(i) * (1.0 - LENGTH_RATIO) / all;
         (least + i as usize, probability)
-    }
-
-    /// Finds what chains do not carry.
-    fn ordinary(&self) -> OrdinaryLight<'a, A> {
-        OrdinaryLight {
-            world: self.world,
-            heuristic: self.heuristic,
-            max_depth: self.max_depth,
-            roulette: Roulette::default(),
-            light_samples: self.light_samples,
-        }
     }
 
     /// Joins subpaths of paths that scatter `max_depth` times at most. Their lengths are given: there is nothing for roulette to decide.
@@ -280,10 +262,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         let s = length - t;
 
         // A point of the film that any pixel sees, and a subpath of t vertices from there
-        let size = self.world.camera.resolution();
-        let margin = (self.world.filter.radius() - 0.5).max(0.0);
-        let extent = size.as_vec2() + 2.0 * margin;
-        let film = numbers.get_2d(Dimension::PIXEL) * extent - margin;
+        let area = FilmArea::of(&self.world);
+        let film = area.at(numbers.get_2d(Dimension::PIXEL));
         let mut paths = Subpaths {
             time: self.world.time(numbers),
             ..Subpaths::default()
@@ -312,12 +292,12 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
         // Both joined. Each strategy stands for all of the film, and for all strategies.
         let connector = self.connector(None);
-        let scale_of_camera = length as f32 * extent.x * extent.y;
+        let size = self.world.camera.resolution();
+        let scale_of_camera = length as f32 * area.size.x * area.size.y;
         let scale_of_lens = length as f32 * size.x as f32 * size.y as f32;
-        let is_seen = |film: Vec2| film.cmpge(Vec2::splat(-margin)).all() && film.cmplt(size.as_vec2() + margin).all();
         let mut keep = |c: Contribution| {
             let scale = match c.film {
-                Some(film) if !is_seen(film) => return,
+                Some(film) if !area.contains(film) => return,
                 Some(_) => scale_of_lens,
                 None => scale_of_camera,
             };

@@ -1,5 +1,4 @@
 use crate::accel::Accel;
-use crate::color::Spectrum;
 use crate::integrator::{Integrator, Sink, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
@@ -29,7 +28,7 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
             t_max: self.distance,
             ..vertex.ray_along(wi)
         };
-        let open = self.world.transmittance(&probe, out);
-        out.radiance(Spectrum::splat(open).into());
+        let open = self.world.transmittance(&probe, out).color();
+        out.radiance(open.into());
     }
 }

@@ -16,8 +16,10 @@ use crate::scene::{Incident, Scene};
 
 /// The random numbers of one estimate of direct light.
 pub(crate) struct LightNumbers<'a, S> {
-    choice: f32,
-    point: Vec2,
+    /// Chooses the light.
+    pub choice: f32,
+    /// Chooses the point on it.
+    pub point: Vec2,
     sampler: &'a S,
     depth: u32,
 }
@@ -40,7 +42,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
     }
 
     /// Draws the point on the light number `index`, where all lights are sampled.
-    fn point_of(&self, index: u32) -> Vec2 {
+    pub fn point_of(&self, index: u32) -> Vec2 {
         self.sampler
             .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
     }
@@ -79,7 +81,7 @@ impl Strategy {
 }
 
 /// Number of lights between two checks for cancellation, where all are sampled.
-const LIGHTS_A_LOOK: usize = 64;
+pub(crate) const LIGHTS_A_LOOK: u32 = 64;
 
 /// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
 ///
@@ -118,17 +120,11 @@ impl<R: Gathered> Direct<R> {
         let selection = world.scene.light_selection();
         if let Some(ids) = selection.all() {
             let mut sum = R::default();
-            for (index, &id) in ids.iter().enumerate() {
+            for (index, &id) in (0..).zip(ids) {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
                     break;
                 }
-                let light = Self::of_light(
-                    world.scene,
-                    vertex,
-                    strategy,
-                    (id, count as f32),
-                    u.point_of(index as u32),
-                );
+                let light = Self::of_light(world.scene, vertex, strategy, (id, count as f32), u.point_of(index));
                 sum += light.arrives(world, out);
             }
             return Self::Known(sum);
@@ -143,8 +139,11 @@ impl<R: Gathered> Direct<R> {
     #[inline(always)]
     fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
         // A direction towards the light
-        let light = &scene.lights()[id.0 as usize];
-        let Some(light) = light.sample(vertex.point.p, vertex.point.time, u, scene.textures()) else {
+        let to = (&vertex.light_context(), vertex.point.time);
+        let light = scene
+            .light_selection()
+            .sample_light(scene.lights(), id, to, u, scene.textures());
+        let Some(light) = light else {
             return Self::none();
         };
 
@@ -174,8 +173,8 @@ impl<R: Gathered> Direct<R> {
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
-            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out),
-            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out) - 1.0),
+            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out).color(),
+            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out).color() - Spectrum::ONE),
         }
     }
 }

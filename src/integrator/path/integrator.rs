@@ -56,12 +56,16 @@ pub(crate) struct PathStart<'s, S> {
     /// Started with `key`.
     pub sampler: &'s S,
     pub ray: Ray,
-    /// Closest hit of `ray`.
+    /// First hit of `ray`, behind glass that it passes.
     pub hit: Option<Hit>,
+    /// Tint of that glass.
+    pub tint: Spectrum,
     /// Scattering events before `ray`: 0 at the camera.
     pub depth: u32,
     /// Depth of the vertex from which on scattered light is summed apart, as [`PathRadiance::tail`].
     pub tail_depth: u32,
+    /// Throughput before `ray`, as far as Russian roulette takes it into account; the estimate does not contain it.
+    pub roulette_scale: Spectrum,
 }
 
 /// The state of a path between two vertices.
@@ -69,9 +73,9 @@ pub(crate) struct PathState {
     pub ray: Ray,
     /// Throughput.
     pub beta: Spectrum,
-    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and
-    /// what a path that serves several pixels counts in them.
-    pub roulette_scale: f32,
+    /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and the throughput before the
+    /// start of the path.
+    pub roulette_scale: Spectrum,
     /// The scattering that `ray` comes from; `None` at the camera.
     pub prev: Option<PrevVertex>,
 }
@@ -122,8 +126,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             let packet = CameraPacket::trace(&self.world, keys, sampler, false, out);
             for (i, out) in out.iter_mut().enumerate() {
-                let slot = BsdfSlot::new();
-                let radiance = self.li(&packet.start(i, keys), &slot, &mut NoReuse, out);
+                let radiance = self.radiance(&packet.start(i, keys), out);
                 out.radiance(radiance.clamped(self.clamp_indirect));
             }
         }
@@ -131,19 +134,33 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// The radiance that arrives along the ray of `start`, by following one path. `slot` is that of its first vertex; `reuse` is
-    /// told of the vertices that path reuse needs.
+    /// The radiance that arrives along the ray of `start`, by following one path that serves its own pixel alone.
+    #[inline(never)]
+    pub(crate) fn radiance<S: Sampler, R: Gathered>(
+        &self,
+        start: &PathStart<S>,
+        out: &mut impl Sink<Radiance = R>,
+    ) -> PathRadiance<R> {
+        self.li(start, &[], &mut NoReuse, out)
+    }
+
+    /// The radiance that arrives along the ray of `start`, by following one path. The first vertices are made in `slots`, as many as there are, and
+    /// `reuse` is told of them; it may end the path at one of them.
     #[inline(always)]
     pub(crate) fn li<'v, S: Sampler, R: Gathered>(
         &'v self,
         start: &PathStart<S>,
-        slot: &'v BsdfSlot<'v>,
+        slots: &'v [BsdfSlot<'v>],
         reuse: &mut impl Reuse<'v>,
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
         let (world, strategy) = (&self.world, &self.strategy);
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
-        let mut path = PathState::new(start.ray);
+        let mut path = PathState {
+            beta: start.tint,
+            roulette_scale: start.roulette_scale,
+            ..PathState::new(start.ray)
+        };
         // Whether the first vertex counts the light that is missing there, in place of that which arrives
         let mut is_missing = false;
         for depth in start.depth.. {
@@ -152,47 +169,47 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Intersect the ray with the scene
             let is_first = depth == start.depth;
+            let before = path.beta;
             let hit = match is_first {
                 true => start.hit,
-                false => world.intersect(&path.ray, RayKind::Bounce, out),
+                false => world.intersect(&path.ray, RayKind::Bounce, &mut path.beta, out),
             };
             let later = BsdfSlot::new();
-            let vertex = match (hit, is_first) {
+            let vertex = match (hit, slots.get((depth - start.depth) as usize)) {
                 (None, _) => None,
-                (Some(hit), true) => Some(reuse.first_vertex(world.vertex(&hit, &path.ray, slot))),
-                (Some(hit), false) => Some(world.vertex(&hit, &path.ray, &later)),
+                (Some(hit), Some(slot)) => Some(reuse.meet(depth, world.vertex(&hit, &path.ray, slot), &path)),
+                (Some(hit), None) => Some(world.vertex(&hit, &path.ray, &later)),
             };
 
             // A camera ray that leaves the scene sees the background
-            if depth == 0 && hit.is_none() && world.see_background(&path.ray, out) {
+            if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
                 break;
             }
 
             // Add emitted light, weighed against the light samples of the previous vertex
             let mut emitted = R::default();
             let met = hit.as_ref().zip(vertex.as_ref());
-            let found = if is_missing && depth == 1 { None } else { met };
-            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, found, |light| {
+            let (found, beta) = match is_missing && depth == 1 {
+                false => (met, path.beta),
+                true => (None, missing(before, path.beta, met.is_some())),
+            };
+            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), beta, found, |light| {
                 emitted += light
             });
-            radiance += match is_missing && depth == 1 {
-                false => emitted,
-                true => emitted * missing_share(met.is_some()),
-            };
+            radiance += emitted;
 
             // End the path where it leaves the scene, and at its maximum depth
             let (Some(hit), Some(vertex)) = (hit, vertex) else {
                 break;
             };
             if depth == 0 {
-                is_missing = world.see(&hit, &vertex, &path.ray, true, out);
+                is_missing = world.see((&hit, &vertex), (&path.ray, path.beta), true, out);
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
                 has_tail = true;
-                reuse.tail_vertex(&vertex, &mut path);
             }
-            if self.max_depth.is_some_and(|max| depth >= max) {
+            if self.max_depth.is_some_and(|max| depth >= max) || reuse.ends_path() {
                 break;
             }
 
@@ -208,8 +225,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 let Some(sample) = sample else { break 'scatter None };
                 let beta = path.beta * sample.weight;
                 // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-                let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
-                let factor = self.roulette.play(depth, beta * roulette_scale, u.roulette);
+                let roulette_scale = path.roulette_scale * (sample.eta * sample.eta);
+                let factor = match reuse.allows_roulette() {
+                    true => self.roulette.play(depth, beta * roulette_scale, u.roulette),
+                    false => Some(1.0),
+                };
                 factor.map(|factor| PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -270,9 +290,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Share of the light from a direction that is missing at the first vertex: all of it, as negative light, if a surface is met there.
-fn missing_share(is_met: bool) -> f32 {
-    if is_met { -1.0 } else { 0.0 }
+/// Throughput of the light from a direction that is missing at the first vertex, as negative light: all of `before` if a surface is met there, else
+/// what the glass took that leaves `passed`.
+fn missing(before: Spectrum, passed: Spectrum, is_met: bool) -> Spectrum {
+    if is_met { before * -1.0 } else { passed - before }
 }
 
 /// Camera rays of several samples, traced as one packet.
@@ -280,6 +301,8 @@ pub(crate) struct CameraPacket<S> {
     samplers: [S; SAMPLES_AT_ONCE],
     rays: [Ray; SAMPLES_AT_ONCE],
     hits: [Option<Hit>; SAMPLES_AT_ONCE],
+    /// Tint of the glass before each hit.
+    pub tints: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl<S: Sampler> CameraPacket<S> {
@@ -296,6 +319,7 @@ impl<S: Sampler> CameraPacket<S> {
             samplers: from_fn(|_| sampler.clone()),
             rays: [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE],
             hits: [None; SAMPLES_AT_ONCE],
+            tints: [Spectrum::ONE; SAMPLES_AT_ONCE],
         };
         let mut time = None;
         let samples = packet.rays.iter_mut().zip(&mut packet.samplers);
@@ -307,8 +331,10 @@ impl<S: Sampler> CameraPacket<S> {
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
         if world.lets_pass(RayKind::Camera) {
-            for ((hit, ray), out) in hits.iter_mut().zip(rays).zip(out) {
-                *hit = world.first_opaque(*ray, *hit, RayKind::Camera, out);
+            for (i, out) in out.iter_mut().enumerate().take(keys.len()) {
+                let u = (world.scene.has_sheets()).then(|| packet.samplers[i].get_1d(Dimension::SHEETS));
+                (packet.hits[i], packet.tints[i]) =
+                    world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out);
             }
         }
         packet
@@ -321,9 +347,34 @@ impl<S: Sampler> CameraPacket<S> {
             sampler: &self.samplers[i],
             ray: self.rays[i],
             hit: self.hits[i],
+            tint: self.tints[i],
             depth: 0,
             tail_depth: 1,
+            roulette_scale: Spectrum::ONE,
         }
+    }
+}
+
+impl<S> PathStart<'_, S> {
+    /// With the closest hit of its ray, which has left a surface.
+    #[inline(always)]
+    pub fn traced<A: Accel>(self, world: &World<A>, out: &mut impl Sink) -> Self {
+        let mut tint = Spectrum::ONE;
+        let hit = world.intersect(&self.ray, RayKind::Bounce, &mut tint, out);
+        Self { hit, tint, ..self }
+    }
+
+    /// Light that is emitted where the ray ends, weighed against the light samples of the vertex `prev`, which it has left.
+    #[inline(never)]
+    pub fn emitted<A: Accel, R: Gathered>(&self, world: &World<A>, strategy: &Strategy, prev: &PrevVertex) -> R {
+        let slot = BsdfSlot::new();
+        let vertex = self.hit.map(|hit| world.vertex(&hit, &self.ray, &slot));
+        let met = self.hit.as_ref().zip(vertex.as_ref());
+        let mut emitted = R::default();
+        strategy.emitted(world.scene, &self.ray, Some(prev), self.tint, met, |light| {
+            emitted += light
+        });
+        emitted
     }
 }
 
@@ -366,11 +417,12 @@ impl<'s, S: Sampler> VertexNumbers<'s, S> {
 
 impl PathState {
     /// Before the first vertex.
+    #[inline(always)]
     pub fn new(ray: Ray) -> Self {
         Self {
             ray,
             beta: Spectrum::ONE,
-            roulette_scale: 1.0,
+            roulette_scale: Spectrum::ONE,
             prev: None,
         }
     }

@@ -27,8 +27,8 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
         for depth in 0.. {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let Some(hit) = world.intersect(&ray, kind, out) else {
-                if depth == 0 && world.see_background(&ray, out) {
+            let Some(hit) = world.intersect(&ray, kind, &mut beta, out) else {
+                if depth == 0 && world.see_background(&ray, beta, out) {
                     return;
                 }
                 Strategy::default().emitted(world.scene, &ray, None, beta, None, |light| out.radiance(light));
@@ -37,7 +37,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let vertex = world.vertex(&hit, &ray, &slot);
             if depth == 0 {
-                world.see(&hit, &vertex, &ray, false, out);
+                world.see((&hit, &vertex), (&ray, beta), false, out);
             }
 
             // Emit or reflect: certain where one of them is nothing, else a coin decides.

@@ -1,7 +1,7 @@
 //! Density estimation: photon mapping, progressive photon mapping, and vertex connection and merging.
 //!
 //! `photons` sends paths from lights and keeps a photon at each vertex that can scatter light to a viewer. `density` turns the photons near a point
-//! into radiance. `grid` and `tree` find these photons. `sppm`, `photon_map` and `vcm` are the methods.
+//! into radiance. `grid` and `tree` find these photons, within the radii of `integrator/search_radius.rs`. `sppm`, `photon_map` and `vcm` are the methods.
 //!
 //! Light is counted once. Direct light is estimated as along any path, by light sampling and by one ray, weighted by MIS; `sppm` therefore keeps
 //! photons from their first scattering on. A camera path ends at the first surface that scatters widely (`Lobe::is_wide`). It goes on through delta

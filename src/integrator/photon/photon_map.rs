@@ -152,10 +152,12 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         out: &mut impl Sink<Radiance = R>,
     ) -> R {
         let (world, strategy) = (&self.world, &self.strategy);
-        let QueuedRay { ray, depth, beta, .. } = segment;
+        let QueuedRay {
+            ray, depth, mut beta, ..
+        } = segment;
         let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-        let hit = world.intersect(&ray, kind, out);
-        if depth == 0 && hit.is_none() && world.see_background(&ray, out) {
+        let hit = world.intersect(&ray, kind, &mut beta, out);
+        if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
             return R::default();
         }
         let slot = BsdfSlot::new();

@@ -17,7 +17,7 @@ use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
-use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
+use crate::integrator::search_radius::{ProgressiveRadius, Radii};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, IterationIntegrator, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
 use crate::material::BsdfSlot;
@@ -53,10 +53,8 @@ pub struct ProgressivePhotonIntegrator<'a, A> {
     pub roulette: Roulette,
     /// Light paths of an iteration; `None`: as many as the image has pixels.
     pub photons: Option<u32>,
-    /// Search radius of the first iteration.
-    pub radius: SearchRadius,
-    /// Radius reduction parameter α, between 0 (smallest bias) and 1 (radii stay).
-    pub alpha: f32,
+    /// Search radius.
+    pub radius: ProgressiveRadius,
 }
 
 /// Photons of one iteration.
@@ -115,7 +113,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |(time, _)| *time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrinkage(iteration, self.alpha), camera, &ball);
+        let radii = self.radius.of_iteration(iteration, camera, &ball);
         let photons: Vec<Photon> = parts.into_iter().flat_map(|(_, photons)| photons).collect();
         IterationPhotons {
             grid: PhotonGrid::new(photons, &radii, time),
@@ -159,8 +157,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         for depth in 0.. {
             // Intersect, and add emitted light
             let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, out);
-            if depth == 0 && hit.is_none() && world.see_background(&ray, out) {
+            let hit = world.intersect(&ray, kind, &mut beta, out);
+            if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
                 break;
             }
             let slot = BsdfSlot::new();
@@ -196,7 +194,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             if is_last && !sample.is_delta() {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
-                    let hit = world.intersect(&ray, RayKind::Bounce, out);
+                    let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
                     radiance += self.emitted::<R>(&ray, Some(&from), hit.as_ref().zip(vertex.as_ref())) * beta;

@@ -10,7 +10,7 @@ use super::photons::PhotonTracer;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
-use crate::integrator::search_radius::{Radii, SearchRadius, shrinkage};
+use crate::integrator::search_radius::{ProgressiveRadius, Radii};
 use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
 use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
@@ -38,10 +38,8 @@ pub struct VertexMergingIntegrator<'a, A> {
     pub roulette: Roulette,
     /// Paths from lights to merge with, in an iteration; `None`: as many as the image has pixels, 65536 at most.
     pub photons: Option<u32>,
-    /// Merging radius of the first iteration.
-    pub radius: SearchRadius,
-    /// Radius reduction parameter α; 1 keeps the radius.
-    pub alpha: f32,
+    /// Merging radius.
+    pub radius: ProgressiveRadius,
 }
 
 /// Default maximum number of light paths to merge with.
@@ -114,7 +112,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |part| part.time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = Radii::new(self.radius, shrinkage(iteration, self.alpha), camera, &ball);
+        let radii = self.radius.of_iteration(iteration, camera, &ball);
         let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
         let mut visits = Vec::new();
         for (path, vertices) in paths.iter().enumerate() {
@@ -152,19 +150,15 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         // Both subpaths
         let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
-        if let Some(surface) = paths.camera.get(1).and_then(|first| first.surface()) {
-            out.first_surface(surface.first_seen(&self.world));
+        if let Some(first) = paths.first_seen(&self.world) {
+            out.first_surface(first);
         }
 
         // All ways to join them
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {
-            let radiance = Gathered::of_light(c.radiance * c.weight, c.light, scene);
-            match c.film {
-                Some(film) => out.splat(film, radiance),
-                None => out.radiance(radiance),
-            }
+            c.add_to(scene, out);
         }
 
         // Paths from lights that come near to the one from the camera

@@ -6,7 +6,6 @@
 use super::Group;
 use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
 use super::polygon::triangulate;
-use super::smoothing::has_normal;
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -85,7 +84,7 @@ fn mesh(outline: &Outline, runs: &[Run]) -> Mesh {
     };
     let any_corner = |has: &dyn Fn(&Section, usize) -> bool| all().any(|(s, mut face)| face.any(|i| has(s, i)));
     let has_uvs = any_corner(&|section, i| section.corner(i)[1] != NONE);
-    let has_normals = any_corner(&|section, i| has_normal(vertices, section, i));
+    let has_normals = any_corner(&|section, i| vertices.has_normal(section, i));
     let triangles: usize = all().map(|(_, face)| face.len() - 2).sum();
     let mut builder = MeshBuilder {
         vertices,
@@ -123,7 +122,7 @@ impl MeshBuilder<'_> {
     fn add(&mut self, section: &Section, corners: [usize; 3]) {
         let flat = self.vertices.normals.len() + self.mesh.triangles.len();
         let keys = corners.map(|i| match section.corner(i) {
-            key if has_normal(self.vertices, section, i) => key,
+            key if self.vertices.has_normal(section, i) => key,
             // Each triangle has a flat normal of its own, counted on from those of the file.
             [v, vt, _] if self.has_normals => [v, vt, flat as u32],
             [v, vt, _] => [v, vt, NONE],

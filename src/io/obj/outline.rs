@@ -42,6 +42,12 @@ impl VertexData {
         self.positions[section.v[corner] as usize]
     }
 
+    /// Whether a corner of a section has a normal that is not zero.
+    pub fn has_normal(&self, section: &Section, corner: usize) -> bool {
+        let [_, _, vn] = section.corner(corner);
+        vn != NONE && self.normals[vn as usize] != Vec3::ZERO
+    }
+
     /// Moves the values of `more` behind these.
     pub fn append(&mut self, more: &mut Self) {
         self.positions.append(&mut more.positions);

@@ -1,5 +1,5 @@
 use super::groups::Run;
-use super::outline::{NONE, Outline, Section, VertexData};
+use super::outline::Outline;
 use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -16,7 +16,7 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         section
             .faces(&run.faces)
             .flatten()
-            .any(|i| !has_normal(vertices, section, i))
+            .any(|i| !vertices.has_normal(section, i))
     };
     if !smooth_runs.clone().any(lacks_normals) {
         return;
@@ -51,17 +51,11 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         let corners: Vec<usize> = section.faces(&run.faces).flatten().collect();
         for i in corners {
             let key = (points[section.corner(i)[0] as usize], run.smoothing);
-            if let (false, Some(&index)) = (has_normal(vertices, section, i), index_of.get(&key)) {
+            if let (false, Some(&index)) = (vertices.has_normal(section, i), index_of.get(&key)) {
                 section.set_normal(i, (first + index) as u32);
             }
         }
     }
     let means = sums.iter().map(|sum| sum.normalize_or_zero().as_vec3a());
     vertices.normals.extend(means);
-}
-
-/// Whether the corner has a normal that is one.
-pub(super) fn has_normal(vertices: &VertexData, section: &Section, corner: usize) -> bool {
-    let [_, _, vn] = section.corner(corner);
-    vn != NONE && vertices.normals[vn as usize] != Vec3::ZERO
 }

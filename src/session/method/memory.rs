@@ -1,7 +1,7 @@
 //! Estimates of the memory that methods take beside the film.
 
 use crate::film::Aov;
-use crate::integrator::MAX_MERGED_PATHS;
+use crate::integrator::{MAX_MERGED_PATHS, visibility_bytes};
 use crate::options::Method;
 use crate::render::{Irradiance, IterationLight, iteration_bytes};
 use crate::scene::Scene;
@@ -38,6 +38,14 @@ impl Method {
     /// About how many bytes it takes for a picture as `settings` have it.
     pub(in crate::session) fn memory(&self, settings: &Settings, scene: &Scene) -> MethodMemory {
         let pixels = settings.resolution.x as u64 * settings.resolution.y as u64;
+        let mut memory = self.own_memory(settings, scene, pixels);
+        if self.weighs_lights() {
+            memory.prepared = memory.prepared.saturating_add(visibility_bytes(scene, pixels));
+        }
+        memory
+    }
+
+    fn own_memory(&self, settings: &Settings, scene: &Scene, pixels: u64) -> MethodMemory {
         let vertices = VERTICES_OF_A_PATH.min(
             self.max_depth()
                 .and_then(|depth| depth.0)

@@ -37,6 +37,14 @@ impl Method {
         self.value("direct")
     }
 
+    /// Whether the method samples lights towards surfaces and weighs them by MIS against other ways to find them. By itself, the sampling of lights by a
+    /// learned visibility would seldom find light that no ray has seen, and find it bright.
+    fn weighs_lights(&self) -> bool {
+        let has_choice = self.value::<SelectionMode>("light_selection").is_some();
+        let samples_alone = matches!(self.kind(), IntegratorKind::Light | IntegratorKind::Whitted);
+        has_choice && !samples_alone && self.direct().is_none_or(|direct| direct == DirectLight::Mis)
+    }
+
     /// A builder for scenes whose lights are sampled as the method wants it.
     pub(crate) fn scene_builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();

@@ -7,8 +7,9 @@ use crate::integrator::{
     self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
     ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, IterationIntegrator, LightIntegrator,
     MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
-    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator, RecordMaker,
-    ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy, VertexMergingIntegrator, WhittedIntegrator, World,
+    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator,
+    ProgressiveRadius, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy,
+    VertexMergingIntegrator, VisibilityLearner, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
@@ -34,6 +35,18 @@ macro_rules! roulette {
     ($settings:expr) => {
         Roulette {
             depth: $settings.roulette_depth,
+        }
+    };
+}
+
+/// Search radius of progressive methods with these parameters: by default so many widths of a pixel at first.
+macro_rules! radius {
+    ($settings:expr, $pixels:expr) => {
+        ProgressiveRadius {
+            first: $settings
+                .photon_radius
+                .map_or(SearchRadius::Pixels($pixels), SearchRadius::Fixed),
+            alpha: $settings.photon_alpha,
         }
     };
 }
@@ -138,6 +151,26 @@ impl Method {
         // Compiled once, as below
         let accel: &dyn Accel = world.accel;
         let (world, observer) = (world.with_accel(&accel), &observer);
+        let mut statistics = Statistics::default();
+        let learner = VisibilityLearner { world };
+        if self.weighs_lights() && learner.is_wanted() {
+            let Some((visibility, rays)) = render::learn_visibility(&learner, sampler, observer) else {
+                return (Outcome::Stopped, statistics);
+            };
+            statistics.rays = rays;
+            world.scene.light_selection().learn(visibility);
+        }
+        let (outcome, others) = self.prepare_method((world, prepared), sampler, observer);
+        (outcome, statistics.merge(others))
+    }
+
+    /// What [`Method::prepare`] does for one method alone.
+    fn prepare_method(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        sampler: &impl Sampler,
+        observer: &&dyn Observer,
+    ) -> (Outcome, Statistics) {
         match self {
             Self::IrradianceCache(settings) => {
                 let maker = RecordMaker {
@@ -293,8 +326,7 @@ impl Method {
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
                 photons: s.photons,
-                radius: search_radius(s.photon_radius, PHOTON_PIXELS),
-                alpha: s.photon_alpha,
+                radius: radius!(s, PHOTON_PIXELS),
             }),
             Self::VertexMerging(s) => task.run_iterations(&VertexMergingIntegrator {
                 world: any,
@@ -302,8 +334,7 @@ impl Method {
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
                 photons: s.photons,
-                radius: search_radius(s.photon_radius, MERGING_PIXELS),
-                alpha: s.photon_alpha,
+                radius: radius!(s, MERGING_PIXELS),
             }),
             Self::PhotonMap(s) => task.run(&PhotonMapIntegrator {
                 world: any,
@@ -377,11 +408,6 @@ fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSetti
         light_samples: settings.light_samples,
         clamp_indirect: None,
     }
-}
-
-/// The radius within which photons count in the first iteration: `fixed`, or so many widths of a pixel.
-fn search_radius(fixed: Option<f32>, pixels: f32) -> SearchRadius {
-    fixed.map_or(SearchRadius::Pixels(pixels), SearchRadius::Fixed)
 }
 
 /// What is done with an integrator, whichever it is.

@@ -1,7 +1,7 @@
 //! Samples of lights that paths from the camera end at, for the strategies with s = 1.
 
 use crate::color::Spectrum;
-use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind};
+use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind, emission_pdfs};
 use crate::light::{LightId, LightSample, LightSampleContext};
 use crate::math::Vec3;
 use crate::sampler::{Dimension, Sampler};
@@ -36,7 +36,7 @@ impl<'a> Sampled<'a> {
             true => -sample.wi,
             false => light.normal(self.time).unwrap_or(Vec3::ZERO),
         };
-        let [position, direction] = light.emission_pdfs(ng, -sample.wi, self.time, &self.scene.ball());
+        let [start, _] = emission_pdfs(self.scene, (self.id, is_infinite), ng, -sample.wi, self.time);
         let end = LightEnd {
             id: self.id,
             is_infinite,
@@ -47,7 +47,7 @@ impl<'a> Sampled<'a> {
             p: sample.target.unwrap_or(Vec3::ZERO),
             ng,
             beta: Spectrum::ZERO,
-            forward: self.scene.emission_selection().pmf(self.id) * if is_infinite { direction } else { position },
+            forward: self.scene.emission_selection().pmf(self.id) * start,
             reverse: 0.0,
             is_delta: false,
         }
@@ -65,8 +65,8 @@ pub(super) fn sample_lights<'a>(
 ) {
     let selection = scene.light_selection();
     let mut of = |id: LightId, pmf: f32, point: Dimension| {
-        let light = &scene.lights()[id.0 as usize];
-        let sample = light.sample(context.p, time, sampler.get_2d(point), scene.textures());
+        let (lights, u) = (scene.lights(), sampler.get_2d(point));
+        let sample = selection.sample_light(lights, id, (context, time), u, scene.textures());
         if let Some(sample) = sample {
             found(Sampled {
                 scene,

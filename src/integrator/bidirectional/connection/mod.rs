@@ -6,16 +6,18 @@
 mod light_samples;
 mod weights;
 
-use super::subpath::{EMISSION_BLOCK, MAX_VERTICES, PathRay, PathVertex, Walk, block};
+use super::subpath::{self, EMISSION_BLOCK, PathRay, PathVertex, Walk, block};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
+use crate::film::FirstSurface;
 use crate::geometry::segment;
 use crate::integrator::search_radius::Radii;
-use crate::integrator::{Heuristic, RaySink, Roulette, World};
+use crate::integrator::{Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
 use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::Scene;
 use light_samples::{LightNumbers, sample_lights};
 use weights::Met;
 
@@ -63,6 +65,14 @@ pub(crate) struct Subpaths<'a> {
     pub time: f32,
 }
 
+impl Subpaths<'_> {
+    /// What the camera sees first, for the auxiliary channels; `None` where it meets nothing.
+    pub fn first_seen<A: Accel>(&self, world: &World<A>) -> Option<FirstSurface> {
+        let first = self.camera.get(1).and_then(PathVertex::surface)?;
+        Some(first.first_seen(world))
+    }
+}
+
 /// Contribution of one strategy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution {
@@ -76,6 +86,17 @@ pub(crate) struct Contribution {
     pub film: Option<Vec2>,
     /// The light that it comes from.
     pub light: LightId,
+}
+
+impl Contribution {
+    /// Adds the weighted light to the sample's own pixel, or where it falls on the film.
+    pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
+        let radiance = Gathered::of_light(self.radiance * self.weight, self.light, scene);
+        match self.film {
+            Some(film) => out.splat(film, radiance),
+            None => out.radiance(radiance),
+        }
+    }
 }
 
 impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
@@ -98,8 +119,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
 
     /// Maximum number of vertices of a path.
     pub fn max_vertices(&self) -> usize {
-        self.max_depth
-            .map_or(MAX_VERTICES, |depth| MAX_VERTICES.min(depth as usize + 2))
+        subpath::max_vertices(self.max_depth)
     }
 
     /// Follows both subpaths, the camera's along `ray`.
@@ -283,8 +303,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                     .sample
                     .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
                     .when(time);
-                let transmittance = self.world.transmittance(&ray, out);
-                if transmittance > 0.0 {
+                let transmittance = self.world.transmittance(&ray, out).color();
+                if !transmittance.is_black() {
                     found(Contribution {
                         strategy: (1, camera.len()),
                         radiance: last.beta * f * sampled.radiance() * transmittance,
@@ -323,12 +343,12 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
                 let Some((film, importance)) = seen else { return };
                 let ray = sampled.sample.shadow_ray(lens.p).when(time);
-                let transmittance = self.world.transmittance(&ray, out);
-                if transmittance > 0.0 {
+                let transmittance = self.world.transmittance(&ray, out).color();
+                if !transmittance.is_black() {
                     let camera = std::slice::from_ref(&lens);
                     found(Contribution {
                         strategy: (1, 1),
-                        radiance: sampled.radiance() * (importance * transmittance),
+                        radiance: sampled.radiance() * (transmittance * importance),
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: Some(film),
                         light: sampled.id,
@@ -361,8 +381,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         }
         let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
-        let transmittance = self.world.transmittance(&ray, out);
-        if transmittance > 0.0 {
+        let transmittance = self.world.transmittance(&ray, out).color();
+        if !transmittance.is_black() {
             found(Contribution {
                 strategy: (light.len(), 1),
                 radiance: radiance * transmittance,
@@ -399,8 +419,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             at_b.origin_towards_camera(-w),
         );
         let ray = segment(ends.0, ends.1).when(time);
-        let transmittance = self.world.transmittance(&ray, out);
-        if transmittance > 0.0 {
+        let transmittance = self.world.transmittance(&ray, out).color();
+        if !transmittance.is_black() {
             found(Contribution {
                 strategy: (light.len(), camera.len()),
                 radiance: radiance * transmittance,

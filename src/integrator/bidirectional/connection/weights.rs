@@ -11,7 +11,7 @@
 use super::Connector;
 use crate::accel::Accel;
 use crate::integrator::Heuristic;
-use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, VertexKind};
+use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, VertexKind, emission_pdfs};
 use crate::light::{LightId, LightSampleContext};
 use crate::math::Vec3;
 
@@ -39,17 +39,12 @@ impl<A: Accel> Connector<'_, '_, A> {
         let pdf = match (&at.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => surface.pdf_from_light(at.direction_to(before), w),
             (VertexKind::Light(end), _) => {
-                let [position, direction] = self.emission_pdfs(end.id, at.ng, w, time);
-                if end.is_infinite { position } else { direction }
+                let [_, onwards] = emission_pdfs(self.world.scene, (end.id, end.is_infinite), at.ng, w, time);
+                onwards
             }
             _ => 0.0,
         };
         at.density_at(pdf, to)
-    }
-
-    fn emission_pdfs(&self, id: LightId, ng: Vec3, w: Vec3, time: f32) -> [f32; 2] {
-        let scene = self.world.scene;
-        scene.lights()[id.0 as usize].emission_pdfs(ng, w, time, &scene.ball())
     }
 
     /// Share of the strategy that joins these subpaths among all that could have made their path (Veach 1997, §10.2.1).
@@ -102,13 +97,10 @@ impl<A: Accel> Connector<'_, '_, A> {
             Some(Met { light, .. }) => {
                 let (end, next) = (at(n - 1), at(n - 2));
                 let w = end.direction_to(next);
-                let [position, direction] = self.emission_pdfs(light, end.ng, w, time);
-                let [own, onwards] = match end.is_infinite() {
-                    true => [direction, position],
-                    false => [position, direction],
-                };
+                let scene = self.world.scene;
+                let [own, onwards] = emission_pdfs(scene, (light, end.is_infinite()), end.ng, w, time);
                 path.is_delta[n - 1] = false;
-                path.from_light[n - 1] = self.world.scene.emission_selection().pmf(light) * own;
+                path.from_light[n - 1] = scene.emission_selection().pmf(light) * own;
                 path.from_light[n - 2] = end.density_at(onwards, next);
             }
         }
@@ -155,7 +147,9 @@ impl<A: Accel> Connector<'_, '_, A> {
         if end.is_delta {
             return (pmf, true);
         }
-        let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, at.direction_to(light), time);
+        let wi = at.direction_to(light);
+        let factor = scene.light_selection().pdf_factor(scene.lights(), end.id, &context, wi);
+        let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, wi, time) * factor;
         (pmf * at.density_at(pdf, light), false)
     }
 }

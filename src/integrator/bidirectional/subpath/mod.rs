@@ -26,11 +26,36 @@ use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::integrator::{RayKind, RaySink, Roulette, World};
-use crate::math::{Ray, Vec2};
+use crate::light::LightId;
+use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
+use crate::scene::Scene;
 
 /// Maximum number of vertices of a path, both ends counted: light that is scattered more often cannot be seen.
 pub(crate) const MAX_VERTICES: usize = 66;
+
+/// Maximum number of vertices of a path that scatters `max_depth` times at most.
+pub(crate) fn max_vertices(max_depth: Option<u32>) -> usize {
+    max_depth.map_or(MAX_VERTICES, |depth| {
+        MAX_VERTICES.min((depth as usize).saturating_add(2))
+    })
+}
+
+/// Densities of a path that starts at the light `id`, where its normal is `ng`, and leaves it in direction `w`: of the start, and of how it goes on to the
+/// next vertex. The first is per area and the second per solid angle; of infinitely distant lights it is the other way round.
+pub(crate) fn emission_pdfs(
+    scene: &Scene,
+    (id, is_infinite): (LightId, bool),
+    ng: Vec3,
+    w: Vec3,
+    time: f32,
+) -> [f32; 2] {
+    let [position, direction] = scene.lights()[id.0 as usize].emission_pdfs(ng, w, time, &scene.ball());
+    match is_infinite {
+        true => [direction, position],
+        false => [position, direction],
+    }
+}
 
 /// A ray that leaves a vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +98,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         // How much larger radiance is for having been refracted
         let mut roulette_scale = 1.0;
         while path.len() < self.most {
-            let Some(hit) = self.world.intersect(&ray, kind, out) else {
+            let Some(hit) = self.world.intersect(&ray, kind, &mut beta, out) else {
                 return Some(PathRay { ray, beta, pdf });
             };
             kind = RayKind::Bounce;
@@ -138,10 +163,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
         let frame = surface.frame_for(scene, back, self.mode);
-        let sample = match is_from_camera {
-            true => surface.bsdf.sample(frame.to_local(back), u_lobe, u, self.mode)?,
-            false => surface.sample_from_light(back, u_lobe, u)?,
-        };
+        let sample = surface.sample((back, frame.to_local(back)), u_lobe, u, self.mode)?;
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
@@ -157,12 +179,8 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
             (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
         };
-        let origin = match is_from_camera {
-            true => surface.origin_towards_light(scene, back, w),
-            false => surface.origin_towards_camera(w),
-        };
         Some(Onwards {
-            ray: Ray::new(origin, w).when(surface.point.time),
+            ray: surface.ray_onwards(scene, back, w, self.mode),
             weight,
             is_delta: sample.is_delta(),
             pdf,

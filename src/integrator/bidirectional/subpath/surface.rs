@@ -131,9 +131,27 @@ impl<'a> Surface<'a> {
         }
     }
 
+    /// Draws a direction in which a path that comes from the direction `back` goes on, from either end: in the local frame of [`Surface::frame_for`], in
+    /// which `back` is `local`. The weight is that of radiance.
+    pub fn sample(&self, (back, local): (Vec3, Vec3), u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+        match mode {
+            TransportMode::Radiance => self.bsdf.sample(local, u_lobe, u, mode),
+            TransportMode::Importance => self.sample_from_light(back, u_lobe, u),
+        }
+    }
+
+    /// The ray on which a path that comes from the direction `back` goes on in direction `w`.
+    pub fn ray_onwards(&self, scene: &Scene, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
+        let origin = match mode {
+            TransportMode::Radiance => self.origin_towards_light(scene, back, w),
+            TransportMode::Importance => self.origin_towards_camera(w),
+        };
+        Ray::new(origin, w).when(self.point.time)
+    }
+
     /// Draws a direction in which a path from a light that comes from the direction `wi` goes on: in the local frame of [`Surface::frame_for`], its weight
     /// that of radiance.
-    pub fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (local, share) = (self.frame.to_local(wi), self.facet_share());
         let smooth = if share > 0.0 {
             self.bsdf.smooth_probability(local)
@@ -199,11 +217,11 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// 1 over the share of the surface that is there: what light that has met it by that chance counts to others who have met it by the same chance. Both
+    /// 1 over the probability with which the surface stops rays: what light that has met it by that chance counts to others who have met it by the same chance. Both
     /// ends of a merged path are one vertex of it.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
-        match scene.has_alpha() {
-            true => 1.0 / scene.opacity(&self.hit),
+        match scene.lets_light_pass() {
+            true => 1.0 / scene.stopping_share(&self.hit),
             false => 1.0,
         }
     }

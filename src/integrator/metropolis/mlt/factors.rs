@@ -4,7 +4,7 @@ use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
 use super::space::PathSpace;
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
-use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
+use crate::integrator::bidirectional::subpath::{Surface, VertexKind, emission_pdfs};
 use crate::math::{Vec2, Vec3};
 
 impl<'a, A: Accel> PathSpace<'_, 'a, A> {
@@ -23,7 +23,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let importance = camera.importance(at.p, at.direction_to(after[0]?), time)?;
                 // Per area of the lens and solid angle, over the density of film and lens
                 let seen = importance.we * at.direction_to(after[0]?).dot(at.ng);
-                let seen = seen * camera.lens_area() / self.film_area();
+                let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
                     joint: seen as f64 * joint,
                     ..Factors::default()
@@ -75,19 +75,16 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 
     fn factors_of_light(&self, at: &Vertex, source: &LightSource, before: &Vertex, time: f32) -> Option<Factors> {
         let scene = self.world.scene;
-        let light = &scene.lights()[source.id.0 as usize];
         let w = at.direction_to(before);
-        let [position, direction] = light.emission_pdfs(at.ng, w, time, &scene.ball()).map(f64::from);
-        let (start, onwards) = match source.kind.is_infinite() {
-            true => (direction, position),
-            false => (position, direction),
-        };
+        let light = (source.id, source.kind.is_infinite());
+        let [start, onwards] = emission_pdfs(scene, light, at.ng, w, time).map(f64::from);
         let (value, towards_camera) = match source.kind {
             LightSourceKind::Area => {
                 let cos = w.dot(at.ng);
                 (cos > 0.0).then_some((source.radiance, cos as f64))?
             }
             LightSourceKind::Point => {
+                let light = &scene.lights()[source.id.0 as usize];
                 let sample = light.sample(before.p, time, Vec2::ZERO, scene.textures())?;
                 (sample.radiance * before.p.distance_squared(at.p), 1.0)
             }
@@ -149,7 +146,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 /// cosine of the light that comes from `after` (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
-        return at.through as f64;
+        return at.through.pass as f64;
     }
     let w = next.direction_to(at);
     let cos = |w: Vec3| match next.ng == Vec3::ZERO {
@@ -157,5 +154,5 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
         false => w.dot(next.ng).abs() as f64,
     };
     let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
-    at.through as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+    at.through.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
 }

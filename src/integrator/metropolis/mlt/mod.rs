@@ -1,5 +1,10 @@
 //! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
 //!
+//! What is at a point of a surface or a light, and how a path goes on from there, is that of `bidirectional/subpath`: points, sampling, ray origins and
+//! densities. Vertices, subpaths and weights are others, because a chain changes single vertices of a path and asks for all densities of the result. A
+//! vertex of `bidirectional` knows the throughput and the density of the way on which its subpath came. A vertex here knows what it contributes between
+//! its neighbours, so that a new neighbour changes few factors of a path, and all delta lobes of a side are one.
+//!
 //! `path` is a path of path space, whose vertices do not know how they were made. `space` makes subpaths and joins them. `factors` computes from the
 //! vertices alone what a path contributes and with which density each bidirectional strategy makes it. `bidirectional` and `perturbation` are the
 //! mutations. `seed` finds the paths that chains start from.
@@ -22,7 +27,7 @@
 //! - A vertex knows its factors. Only those next to new vertices are computed (`PathSpace::path`), and a sum over all strategies is one pass over the
 //!   path.
 //! - A perturbation of light from infinity moves the ray across its direction, which stays. Time and lens point stay until the lens end is made anew.
-//! - Where surfaces have alpha, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
+//! - Where surfaces have alpha or are thin glass, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
 //!
 //! `tests` checks each mutation alone, without waiting for chains to mix: one step is taken from paths that are as frequent as they are bright, and
 //! statistics of the paths must have the same mean before and after.
@@ -37,13 +42,12 @@ mod space;
 #[cfg(test)]
 mod tests;
 
-use super::options::OrdinaryLight;
+use super::options::{OrdinaryLight, mutations, mutations_of_chain};
 use crate::accel::Accel;
-use crate::integrator::bidirectional::subpath::MAX_VERTICES;
+use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
     Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
 };
-use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler, Stream};
 use bidirectional::{Bidirectional, Lengths};
 use numbers::Numbers;
@@ -150,26 +154,16 @@ impl<'a> Proposal<'a> {
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     /// The paths that chains go along.
     fn space(&self) -> PathSpace<'_, 'a, A> {
-        let least = self.metropolis.min_vertices();
-        let most = self.max_depth.map_or(MAX_VERTICES, |depth| {
-            MAX_VERTICES.min((depth as usize).saturating_add(2))
-        });
         PathSpace::new(
             &self.world,
             self.importance,
-            (least, most),
+            (self.metropolis.min_vertices(), max_vertices(self.max_depth)),
             self.metropolis.carries_all(),
         )
     }
 
-    /// Mutations of an iteration: one for each pixel.
-    fn mutations(&self) -> u64 {
-        let size = self.world.camera.resolution();
-        size.x as u64 * size.y as u64
-    }
-
     fn seeds(&self) -> u32 {
-        let usual = (self.mutations() / MUTATIONS_PER_SEED).max(MIN_SEEDS) as u32;
+        let usual = (mutations(&self.world) / MUTATIONS_PER_SEED).max(MIN_SEEDS) as u32;
         self.metropolis.bootstrap.unwrap_or(usual)
     }
 
@@ -226,23 +220,18 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn sample<S: Sampler>(&self, _: &Seeds, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
-        if !self.metropolis.carries_all() {
-            let ordinary = OrdinaryLight {
-                world: self.world,
-                heuristic: Heuristic::default(),
-                max_depth: self.max_depth,
-                roulette: self.roulette,
-                light_samples: self.light_samples,
-            };
-            ordinary.sample(key, sampler, out);
-            return;
-        }
-        // What the camera sees first, for the auxiliary channels alone
-        self.world.look(key, sampler, &BsdfSlot::new(), out);
+        let ordinary = OrdinaryLight {
+            world: self.world,
+            heuristic: Heuristic::default(),
+            max_depth: self.max_depth,
+            roulette: self.roulette,
+            light_samples: self.light_samples,
+        };
+        self.metropolis.sample_pixel(&ordinary, key, sampler, out);
     }
 
     fn chains(&self) -> u32 {
-        self.metropolis.chains(self.mutations())
+        self.metropolis.chains(mutations(&self.world))
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
@@ -260,9 +249,8 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
         let lengths = seeds.lengths(seed);
 
         // What a visit brings
-        let share = |i: u64| self.mutations() * i / chains;
-        let mutations = share(index as u64 + 1) - share(index as u64);
-        let light = seeds.mean * space.film_area() as f64 / (chains * mutations) as f64;
+        let mutations = mutations_of_chain(mutations(&self.world), index, self.chains());
+        let light = seeds.mean * space.film.area() as f64 / (chains * mutations) as f64;
         let mut counts = [[0u64; 2]; NAMES.len()];
         let mut stay = 0.0;
         for _ in 0..mutations {

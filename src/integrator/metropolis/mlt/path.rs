@@ -1,6 +1,7 @@
 use crate::bsdf::{Bsdf, TransportMode};
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
+use crate::integrator::opacity::Transmittance;
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::scene::Scene;
@@ -58,8 +59,9 @@ pub(super) struct Vertex<'a> {
     pub ng: Vec3,
     /// Whether the vertex scatters by a delta lobe.
     pub is_delta: bool,
-    /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha.
-    pub through: f32,
+    /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha
+    /// and thin glass.
+    pub through: Transmittance,
     pub factors: Factors,
 }
 
@@ -147,7 +149,7 @@ impl<'a> Vertex<'a> {
             p,
             ng,
             is_delta: false,
-            through: 1.0,
+            through: Transmittance::CLEAR,
             factors: Factors::default(),
         }
     }

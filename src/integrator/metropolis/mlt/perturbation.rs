@@ -63,7 +63,7 @@ pub(super) fn caustic_start(x: &Path) -> Option<usize> {
 impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     /// Greatest distance on the film, pixels.
     fn max_step(&self) -> f32 {
-        (MAX_STEP_SHARE * self.space.film_area() / PI)
+        (MAX_STEP_SHARE * self.space.film.area() / PI)
             .sqrt()
             .max(2.0 * MIN_STEP)
     }
@@ -79,7 +79,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     ) -> Option<Proposal<'a>> {
         // A film point near by
         let film = x.film + on_ring(numbers, [MIN_STEP, self.max_step()]);
-        if !self.space.is_on_film(film) {
+        if !self.space.film.contains(film) {
             return None;
         }
         let mut ray = self.space.world.camera.ray(film, x.camera.lens, x.camera.time);

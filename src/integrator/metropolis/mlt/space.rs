@@ -5,6 +5,8 @@ use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
+use crate::integrator::metropolis::options::FilmArea;
+use crate::integrator::opacity::Transmittance;
 use crate::integrator::{ImportanceImage, RayKind, RaySink, World};
 use crate::light::{Light, LightId, LightSampleContext};
 use crate::math::{Frame, Ray, Vec2, Vec3};
@@ -24,10 +26,7 @@ pub(super) struct PathSpace<'w, 'a, A> {
     pub min_vertices: usize,
     /// Maximum number of vertices of a path.
     pub max_vertices: usize,
-    /// The upper left corner of the film: all that pixels see, by filters as wide as they are.
-    film_min: Vec2,
-    /// Width and height of the film, pixels.
-    film_size: Vec2,
+    pub film: FilmArea,
     /// Infinitely distant lights that rays can meet.
     pub far_lights: usize,
 }
@@ -40,31 +39,18 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         (min_vertices, max_vertices): (usize, usize),
         has_lamps: bool,
     ) -> Self {
-        let beyond = Vec2::splat((world.filter.radius() - 0.5).max(0.0));
         Self {
             world,
             importance,
             has_lamps,
             min_vertices,
             max_vertices,
-            film_min: -beyond,
-            film_size: world.camera.resolution().as_vec2() + 2.0 * beyond,
+            film: FilmArea::of(world),
             far_lights: world
                 .scene
                 .escaped(LightSampleContext::any_side(Vec3::ZERO), Vec3::Z)
                 .count(),
         }
-    }
-
-    /// Area of the film, pixels.
-    pub fn film_area(&self) -> f32 {
-        self.film_size.x * self.film_size.y
-    }
-
-    /// Whether `place` is on the film.
-    pub fn is_on_film(&self, place: Vec2) -> bool {
-        let at = place - self.film_min;
-        at.cmpge(Vec2::ZERO).all() && at.cmplt(self.film_size).all()
     }
 
     /// The vertex on the lens of a sample.
@@ -75,7 +61,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The surface that `ray` meets.
     pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        let hit = self.world.intersect(ray, kind, out)?;
+        // The tint of glass belongs to the edge (`PathSpace::through`).
+        let mut tint = Spectrum::ONE;
+        let hit = self.world.intersect(ray, kind, &mut tint, out)?;
         let surface = Surface::new(self.world, hit, ray);
         let (p, ng) = (surface.point.p, surface.point.ng);
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
@@ -172,10 +160,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         numbers: &mut Numbers,
     ) -> Option<(Ray, RayKind)> {
         if path.len() > 1 {
-            let ray = self.scatter(path, TransportMode::Radiance, sample.time, numbers)?;
+            let ray = self.scatter(path, TransportMode::Radiance, numbers)?;
             return Some((ray, RayKind::Bounce));
         }
-        let film = self.film_min + numbers.next_2d() * self.film_size;
+        let film = self.film.at(numbers.next_2d());
         Some((self.world.camera.ray(film, sample.lens, sample.time), RayKind::Camera))
     }
 
@@ -194,7 +182,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 Some((last, source)) => {
                     let ray = match source {
                         Some(source) => self.set_out(last, source, time, numbers)?,
-                        None => self.scatter(path, TransportMode::Importance, time, numbers)?,
+                        None => self.scatter(path, TransportMode::Importance, numbers)?,
                     };
                     let mut next = self.meet(&ray, RayKind::Bounce, out)?;
                     let last = path.last()?;
@@ -224,7 +212,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on; notes by what kind of lobe.
-    fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, time: f32, numbers: &mut Numbers) -> Option<Ray> {
+    fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
         let surface = last.surface()?;
@@ -235,10 +223,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let is_delta = u_lobe >= surface.bsdf.smooth_probability(local);
         let direction = match is_delta {
             false => {
-                let sample = match mode {
-                    TransportMode::Radiance => surface.bsdf.sample(local, u_lobe, u, mode)?,
-                    TransportMode::Importance => surface.sample_from_light(back, u_lobe, u)?,
-                };
+                let sample = surface.sample((back, local), u_lobe, u, mode)?;
                 (!sample.is_delta()).then_some(sample.wi)?
             }
             // To one side or to the other, by their shares
@@ -248,13 +233,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 sides[numbers.choose(weights.into_iter())?]?.direction
             }
         };
-        let w = frame.to_world(direction);
-        let origin = match mode {
-            TransportMode::Radiance => surface.origin_towards_light(scene, back, w),
-            TransportMode::Importance => surface.origin_towards_camera(w),
-        };
+        let ray = surface.ray_onwards(scene, back, frame.to_world(direction), mode);
         last.is_delta = is_delta;
-        Some(Ray::new(origin, w).when(time))
+        Some(ray)
     }
 
     /// Share of light that passes between `a`, to which the path from the camera comes by `before` if that is known, and the next vertex `b`, where a ray
@@ -265,10 +246,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
-    ) -> f32 {
-        match self.world.scene.has_alpha() {
+    ) -> Transmittance {
+        match self.world.scene.lets_light_pass() {
             true => self.visibility((before, a), b, time, out),
-            false => 1.0,
+            false => Transmittance::CLEAR,
         }
     }
 
@@ -279,7 +260,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
-    ) -> f32 {
+    ) -> Transmittance {
         let w = a.direction_to(b);
         let origin = a.origin_towards_light(self.world.scene, before, w);
         let ray = match b.is_infinite() {
@@ -311,7 +292,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let joint = camera.len();
         camera.extend(light.rev());
         if joint < camera.len() {
-            camera[joint - 1].through = 1.0;
+            camera[joint - 1].through = Transmittance::CLEAR;
             for end in [joint - 1, joint] {
                 camera[end].is_delta = false;
                 if !camera[end].is_smooth_somewhere() {
@@ -329,13 +310,20 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
             let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
             let through = self.visibility((before, a), b, sample.time, out);
-            if through <= 0.0 {
+            path.color *= through.tint;
+            path.target = self.target(path.color, path.film);
+            if through.is_blocked() || path.target <= 0.0 {
                 return None;
             }
             path.vertices[joint - 1].through = through;
-            path.vertices[joint - 1].factors.joint *= through as f64;
+            path.vertices[joint - 1].factors.joint *= through.pass as f64;
         }
         Some(path)
+    }
+
+    /// What chains follow of paths that contribute `color` at the place `film`.
+    fn target(&self, color: Spectrum, film: Vec2) -> f64 {
+        (color.luminance() / self.importance.at(film)) as f64
     }
 
     /// The path of these vertices, with what it contributes; `None` where that is nothing. An edge that is not known to be free counts as if it were
@@ -353,7 +341,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
         let w = vertices[0].direction_to(&vertices[1]);
         let film = self.world.camera.importance(vertices[0].p, w, time)?.film;
-        if !self.is_on_film(film) {
+        if !self.film.contains(film) {
             return None;
         }
         // A vertex knows its neighbours, and the one beyond that its edge is joined to.
@@ -362,9 +350,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             let after = [1, 2].map(|steps| vertices.get(i + steps));
             vertices[i].factors = self.factors(&vertices[i], before, after, time)?;
         }
-        let values = vertices.iter().map(|vertex| vertex.factors.value);
+        let values = vertices.iter().map(|vertex| vertex.factors.value * vertex.through.tint);
         let color = values.fold(Spectrum::ONE, |color, value| color * value);
-        let target = (color.luminance() / self.importance.at(film)) as f64;
+        let target = self.target(color, film);
         (target > 0.0 && target.is_finite()).then_some(Path {
             vertices,
             film,

@@ -1,0 +1,475 @@
+//! BSDFs of sixteen vertices at once: arrays over which the compiler makes loops of vector instructions.
+//!
+//! Path reuse evaluates a BSDF for each pair of a first vertex and an end, twice. What exporters write, a diffuse base under a coat of GGX facets, or a
+//! metal, is evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
+//! lane by lane. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
+
+use super::energy::{ConductorTables, MirrorRows, NODES};
+use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughMirror};
+use crate::color::Spectrum;
+use crate::math::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// Number of vertices that are evaluated at once.
+pub const LANES: usize = 16;
+
+/// A number for each lane.
+type Lane = [f32; LANES];
+
+/// Unit directions, one for each lane, local frames.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionLanes {
+    x: Lane,
+    y: Lane,
+    z: Lane,
+}
+
+/// Values of BSDFs, cosine excluded, and densities per solid angle, one for each lane.
+#[derive(Clone, Copy, Debug)]
+pub struct ValueLanes {
+    /// Value of the BSDF, by channel.
+    f: [Lane; 3],
+    /// Density of `wi`.
+    pdf: Lane,
+}
+
+/// BSDFs as the directions `wo` see them, one for each lane: a diffuse base, rough facets, or both.
+#[derive(Clone, Debug)]
+pub struct BsdfLanes {
+    wo: DirectionLanes,
+    base: BaseLanes,
+    facets: FacetLanes,
+    /// Probability of the base, and of the facets.
+    p: [Lane; 2],
+    /// Share of the light towards `wo` that passes the coat, and share that single reflections lose.
+    passed: Lane,
+    loss: Lane,
+    /// [`super::ggx::Ggx::stretched`] of `wo`.
+    stretched: Lane,
+}
+
+/// Diffuse bases.
+#[derive(Clone, Debug)]
+struct BaseLanes {
+    /// Albedo over π, and over what passes the coat on average.
+    f: [Lane; 3],
+    /// Mean of the channels of the albedo.
+    albedo: Lane,
+    /// 1 below a coat, else 0.
+    is_coated: Lane,
+    /// What the coat reflects along the normal, and what several reflections give of what a single one leaves behind.
+    coat: [Lane; 2],
+}
+
+/// GGX facets that reflect by Schlick's formula.
+#[derive(Clone, Debug)]
+struct FacetLanes {
+    alpha: [Lane; 2],
+    /// Factor of single reflections, reflectance along the normal, and what several reflections give.
+    reflectance: [Lane; 3],
+    f0: [Lane; 3],
+    several: [Lane; 3],
+    rows: [MirrorRows; LANES],
+}
+
+/// Energy towards directions.
+struct EnergyLanes {
+    loss: Lane,
+    grazing: Lane,
+    loss_pdf: Lane,
+}
+
+/// The parts of a BSDF that lanes can hold.
+struct Parts<'a> {
+    base: Option<Base<'a>>,
+    /// Facets, and rows of the energy tables for their roughness.
+    facets: Option<(&'a RoughMirror, MirrorRows)>,
+}
+
+enum Base<'a> {
+    Bare(&'a Lambert),
+    Coated(&'a CoatedLambert),
+}
+
+impl<'a> Parts<'a> {
+    /// The parts of `bsdf`; `None` where it has others, or two of a kind, or a coat that is not the one over the base.
+    fn of(bsdf: &'a Bsdf) -> Option<Self> {
+        if matches!(bsdf, Bsdf::Layered(_)) {
+            return None;
+        }
+        let mut parts = Self {
+            base: None,
+            facets: None,
+        };
+        for lobe in bsdf.lobes() {
+            match lobe {
+                Lobe::Lambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Bare(lobe)),
+                Lobe::CoatedLambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Coated(lobe)),
+                Lobe::RoughMirror(lobe) if parts.facets.is_none() && lobe.is_schlick() => {
+                    let rows = MirrorRows::of(ConductorTables::new(lobe.roughness()));
+                    parts.facets = Some((lobe, rows));
+                }
+                _ => return None,
+            }
+        }
+        match (&parts.base, parts.facets) {
+            (Some(Base::Coated(base)), Some((facets, _))) => (base.roughness() == facets.roughness()).then_some(parts),
+            (Some(Base::Coated(_)), None) => None,
+            _ => Some(parts),
+        }
+    }
+}
+
+impl DirectionLanes {
+    /// The same direction in all lanes.
+    pub fn splat(w: Vec3) -> Self {
+        Self {
+            x: [w.x; LANES],
+            y: [w.y; LANES],
+            z: [w.z; LANES],
+        }
+    }
+
+    /// Sets the direction of a lane below [`LANES`].
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, w: Vec3) {
+        self.x[lane] = w.x;
+        self.y[lane] = w.y;
+        self.z[lane] = w.z;
+    }
+}
+
+impl ValueLanes {
+    /// Value and density in a lane below [`LANES`].
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> (Spectrum, f32) {
+        let [r, g, b] = &self.f;
+        (Spectrum::rgb(r[lane], g[lane], b[lane]), self.pdf[lane])
+    }
+}
+
+impl BsdfLanes {
+    /// Lanes of BSDFs that scatter nothing.
+    pub fn empty() -> Self {
+        let facets = FacetLanes {
+            alpha: [[1.0; LANES]; 2],
+            reflectance: [[0.0; LANES]; 3],
+            f0: [[0.0; LANES]; 3],
+            several: [[0.0; LANES]; 3],
+            rows: [MirrorRows::of(ConductorTables::new(1.0)); LANES],
+        };
+        Self {
+            wo: DirectionLanes::splat(Vec3::Z),
+            base: BaseLanes {
+                f: [[0.0; LANES]; 3],
+                albedo: [0.0; LANES],
+                is_coated: [0.0; LANES],
+                coat: [[0.0; LANES]; 2],
+            },
+            facets,
+            p: [[0.0; LANES]; 2],
+            passed: [0.0; LANES],
+            loss: [0.0; LANES],
+            stretched: [1.0; LANES],
+        }
+    }
+
+    /// Puts `bsdf` into all lanes, as the directions `wo` see it; false where lanes cannot hold it.
+    #[inline(never)]
+    pub fn hold(&mut self, bsdf: &Bsdf, wo: &DirectionLanes) -> bool {
+        let Some(parts) = Parts::of(bsdf) else { return false };
+        for lane in 0..LANES {
+            self.set_parameters(lane, &parts);
+        }
+        self.wo = *wo;
+        self.see();
+        true
+    }
+
+    /// Puts BSDFs into lanes, each with the direction `wo` that sees it, and tells which lanes hold one: not all BSDFs can be held.
+    pub fn hold_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
+        let mut is_held = [false; LANES];
+        for (lane, bsdf, wo) in bsdfs {
+            if let Some(parts) = Parts::of(bsdf) {
+                self.set_parameters(lane, &parts);
+                self.wo.set(lane, wo);
+                is_held[lane] = true;
+            }
+        }
+        self.see();
+        is_held
+    }
+
+    #[inline(always)]
+    fn set_parameters(&mut self, lane: usize, parts: &Parts) {
+        let (albedo, passed, is_coated, coat) = match &parts.base {
+            None => (Spectrum::ZERO, 1.0, 0.0, [0.0; 2]),
+            Some(Base::Bare(lobe)) => (lobe.albedo, 1.0, 0.0, [0.0; 2]),
+            Some(Base::Coated(lobe)) => lobe.lane_parameters(),
+        };
+        let f = (albedo * (FRAC_1_PI / passed)).to_array();
+        for (lanes, f) in self.base.f.iter_mut().zip(f) {
+            lanes[lane] = f;
+        }
+        self.base.albedo[lane] = albedo.mean();
+        self.base.is_coated[lane] = is_coated;
+        for (lanes, coat) in self.base.coat.iter_mut().zip(coat) {
+            lanes[lane] = coat;
+        }
+        let (alpha, [reflectance, f0, several]) = match parts.facets {
+            None => (Vec2::ONE, [[0.0; 3]; 3]),
+            Some((facets, rows)) => {
+                self.facets.rows[lane] = rows;
+                facets.lane_parameters()
+            }
+        };
+        for (lanes, alpha) in self.facets.alpha.iter_mut().zip(alpha.to_array()) {
+            lanes[lane] = alpha;
+        }
+        for c in 0..3 {
+            self.facets.reflectance[c][lane] = reflectance[c];
+            self.facets.f0[c][lane] = f0[c];
+            self.facets.several[c][lane] = several[c];
+        }
+    }
+
+    /// Computes what depends on `wo` alone.
+    #[inline(always)]
+    fn see(&mut self) {
+        let energy = self.facets.energy(&self.wo.z);
+        self.passed = self.base.passed(&energy);
+        self.stretched = self.facets.stretched(&self.wo);
+        let FacetLanes {
+            reflectance,
+            f0,
+            several,
+            ..
+        } = &self.facets;
+        let mut mean_loss = [0.0; LANES];
+        for (mean, rows) in mean_loss.iter_mut().zip(&self.facets.rows) {
+            *mean = rows.mean_loss;
+        }
+        for i in 0..LANES {
+            let (loss, grazing) = (energy.loss[i], energy.grazing[i]);
+            let of = |c: usize| {
+                reflectance[c][i] * (f0[c][i] * (1.0 - loss - grazing) + grazing)
+                    + several[c][i] * (PI * mean_loss[i] * loss)
+            };
+            let base = self.base.albedo[i] * self.passed[i];
+            let facets = (of(0) + of(1) + of(2)) * (1.0 / 3.0);
+            let total = base + facets;
+            let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
+            self.p[0][i] = base * scale;
+            self.p[1][i] = facets * scale;
+        }
+        self.loss = energy.loss;
+    }
+
+    /// Values and densities for light from `wi`, as [`super::BsdfView::eval_pdf`].
+    #[inline(never)]
+    pub fn eval_pdf(&self, wi: &DirectionLanes) -> ValueLanes {
+        let energy = self.facets.energy(&wi.z);
+        let passed = self.base.passed(&energy);
+        let stretched = self.facets.stretched(wi);
+        let (wo, base, facets) = (&self.wo, &self.base, &self.facets);
+        let mut values = ValueLanes {
+            f: [[0.0; LANES]; 3],
+            pdf: [0.0; LANES],
+        };
+        for i in 0..LANES {
+            let (zo, zi) = (wo.z[i].abs(), wi.z[i].abs());
+            // Half vector, and its cosine with both directions
+            let (x, y, z) = (wo.x[i] + wi.x[i], wo.y[i] + wi.y[i], wo.z[i] + wi.z[i]);
+            let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
+            let (x, y, z) = (x * inverse, y * inverse, z * inverse);
+            let cos = wo.x[i] * x + wo.y[i] * y + wo.z[i] * z;
+            // Facets: D, and what single reflections make of it
+            let (ax, ay) = (facets.alpha[0][i], facets.alpha[1][i]);
+            let area = ax * ay;
+            let (hx, hy, hz) = (x * ay, y * ax, z * area);
+            let t = hx * hx + hy * hy + hz * hz;
+            let d = area * area * area / (PI * t * t);
+            let reflection = 0.5 * d / (zi * self.stretched[i] + zo * stretched[i]);
+            let single_pdf = 0.5 * d / (zo + self.stretched[i]);
+            let away = 1.0 - cos;
+            let away = if away > 0.0 { away } else { 0.0 };
+            let grazing = away * away * (away * away) * away;
+            // All lobes
+            let is_reflected = wo.z[i] * wi.z[i] > 0.0;
+            let several = self.loss[i] * energy.loss[i];
+            let below = self.passed[i] * passed[i];
+            for c in 0..3 {
+                let f0 = facets.f0[c][i];
+                let single = facets.reflectance[c][i] * (f0 + (1.0 - f0) * grazing) * reflection;
+                let f = base.f[c][i] * below + single + facets.several[c][i] * several;
+                values.f[c][i] = if is_reflected { f } else { 0.0 };
+            }
+            let facets_pdf = (1.0 - self.loss[i]) * single_pdf + self.loss[i] * energy.loss_pdf[i];
+            let pdf = self.p[0][i] * zi * FRAC_1_PI + self.p[1][i] * facets_pdf;
+            values.pdf[i] = if is_reflected { pdf } else { 0.0 };
+        }
+        values
+    }
+}
+
+impl BaseLanes {
+    /// Share of the light that passes the coat.
+    #[inline(always)]
+    fn passed(&self, energy: &EnergyLanes) -> Lane {
+        let mut passed = [0.0; LANES];
+        for i in 0..LANES {
+            let (f0, several) = (self.coat[0][i], self.coat[1][i]);
+            let (loss, grazing) = (energy.loss[i], energy.grazing[i]);
+            passed[i] = 1.0 - self.is_coated[i] * (f0 * (1.0 - loss - grazing) + grazing + several * loss);
+        }
+        passed
+    }
+}
+
+impl FacetLanes {
+    /// [`super::ggx::Ggx::stretched`] of the directions.
+    #[inline(always)]
+    fn stretched(&self, w: &DirectionLanes) -> Lane {
+        let mut stretched = [0.0; LANES];
+        for i in 0..LANES {
+            let (x, y, z) = (self.alpha[0][i] * w.x[i], self.alpha[1][i] * w.y[i], w.z[i]);
+            stretched[i] = (x * x + y * y + z * z).sqrt();
+        }
+        stretched
+    }
+
+    /// Energy towards directions of these cosines.
+    #[inline(always)]
+    fn energy(&self, z: &Lane) -> EnergyLanes {
+        // Place among the nodes
+        let mut place = [0.0; LANES];
+        for i in 0..LANES {
+            let root = z[i].abs().sqrt();
+            place[i] = if root < 1.0 { root } else { 1.0 } * (NODES - 1) as f32;
+        }
+        // Values at the nodes before and behind, of the rows for smaller and greater roughness
+        let mut loss = [[0.0; LANES]; 2];
+        let mut grazing = [[0.0; LANES]; 2];
+        let mut cells = [0.0; LANES];
+        let mut step = [0.0; LANES];
+        for i in 0..LANES {
+            let node = (place[i] as usize).min(NODES - 2);
+            step[i] = place[i] - node as f32;
+            let rows = &self.rows[i];
+            [loss[0][i], loss[1][i]] = rows.loss(node);
+            [grazing[0][i], grazing[1][i]] = rows.grazing(node);
+            cells[i] = rows.loss_cell(node);
+        }
+        let mut energy = EnergyLanes {
+            loss: [0.0; LANES],
+            grazing: [0.0; LANES],
+            loss_pdf: [0.0; LANES],
+        };
+        for i in 0..LANES {
+            energy.loss[i] = loss[0][i] + step[i] * (loss[1][i] - loss[0][i]);
+            energy.grazing[i] = grazing[0][i] + step[i] * (grazing[1][i] - grazing[0][i]);
+            energy.loss_pdf[i] = z[i].abs() * FRAC_1_PI * cells[i];
+        }
+        energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::BsdfView;
+    use crate::material::{Gloss, Material};
+
+    fn direction(i: usize) -> Vec3 {
+        let (phi, z) = (2.4 * i as f32, 0.02 + 0.97 * ((0.618 * i as f32) % 1.0));
+        let r = (1.0 - z * z).sqrt();
+        Vec3::new(r * phi.cos(), r * phi.sin(), z)
+    }
+
+    fn materials() -> [Material; 5] {
+        let of = |metallic, roughness, anisotropy| Material {
+            diffuse: Spectrum::rgb(0.7, 0.5, 0.2),
+            specular: Spectrum::ONE,
+            gloss: Gloss::Metallic(metallic),
+            roughness,
+            anisotropy,
+            ..Material::default()
+        };
+        let matte = Material {
+            diffuse: Spectrum::rgb(0.1, 0.5, 0.9),
+            ..Material::default()
+        };
+        [
+            of(0.0, 0.5, 0.0),
+            of(1.0, 0.35, 0.0),
+            of(0.4, 0.8, 0.0),
+            of(1.0, 0.6, 0.7),
+            matte,
+        ]
+    }
+
+    fn assert_same(found: (Spectrum, f32), expected: (Spectrum, f32), what: &str) {
+        let (f, pdf) = found;
+        let near = |a: f32, b: f32| (a - b).abs() <= 2e-4 * b.abs() + 1e-6;
+        let is_near = f.to_array().iter().zip(expected.0.to_array()).all(|(&a, b)| near(a, b)) && near(pdf, expected.1);
+        assert!(
+            is_near,
+            "{what}: {} {pdf}, expected {} {}",
+            f.mean(),
+            expected.0.mean(),
+            expected.1
+        );
+    }
+
+    /// Lanes and views give the same values, for directions on either side of the surface.
+    #[test]
+    fn lanes_are_views() {
+        let bsdfs = materials().map(|material| material.bsdf());
+        let mut lanes = BsdfLanes::empty();
+        for round in 0..40 {
+            let side = |i: usize| if (i + round) % 5 == 0 { -1.0 } else { 1.0 };
+            let wo: Vec<Vec3> = (0..LANES).map(|i| direction(i + 16 * round)).collect();
+            let mut wi = DirectionLanes::splat(Vec3::Z);
+            let towards = |i: usize| direction(7 * i + round) * Vec3::new(1.0, 1.0, side(i));
+            (0..LANES).for_each(|i| wi.set(i, towards(i)));
+            // A BSDF for each lane
+            let each = |i: usize| &bsdfs[(i + round) % bsdfs.len()];
+            let is_held = lanes.hold_each((0..LANES).map(|i| (i, each(i), wo[i])));
+            assert_eq!(is_held, [true; LANES]);
+            let values = lanes.eval_pdf(&wi);
+            for (i, &wo) in wo.iter().enumerate() {
+                let expected = BsdfView::new(each(i), wo).eval_pdf(towards(i));
+                assert_same(values.get(i), expected, &format!("lane {i}, round {round}"));
+            }
+            // One for all, in lanes that held others
+            let one = &bsdfs[round % bsdfs.len()];
+            let mut views = DirectionLanes::splat(Vec3::Z);
+            (0..LANES).for_each(|i| views.set(i, wo[i]));
+            assert!(lanes.hold(one, &views));
+            let values = lanes.eval_pdf(&wi);
+            for (i, &wo) in wo.iter().enumerate() {
+                let expected = BsdfView::new(one, wo).eval_pdf(towards(i));
+                assert_same(values.get(i), expected, &format!("one BSDF, lane {i}, round {round}"));
+            }
+        }
+    }
+
+    /// What lanes cannot hold is refused.
+    #[test]
+    fn other_lobes_are_refused() {
+        let glass = Material {
+            transmission: Spectrum::ONE,
+            roughness: 0.5,
+            ..Material::default()
+        };
+        let coated = Material {
+            clearcoat: 1.0,
+            ..materials()[0].clone()
+        };
+        let wo = DirectionLanes::splat(Vec3::Z);
+        for material in [glass, coated] {
+            let bsdf = material.bsdf();
+            assert!(!BsdfLanes::empty().hold(&bsdf, &wo));
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Path reuse between pixels: up to sixteen pixels of a tile share their second vertices (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing
+//! by Re-Using Paths"; Bauszat, Petitjean and Eisemann 2017, "Gradient-Domain Path Reusing").
+//!
+//! Nearly all error of a path tracer in a room comes from indirect light (docs/benchmarks.md, "Shared paths"). The paths of a group of pixels end
+//! their first scattering at as many points. Each pixel of the group connects its own first vertex to each of these ends, and evaluates the BSDF there
+//! for its own direction. A connection costs one shadow ray and saves the rest of a path. The shadow rays towards one end run nearly alike and are
+//! traced as one packet.
+//!
+//! The balance heuristic over all paths that could have found the end makes the estimate unbiased. It also bounds the estimate by what the pixel's
+//! own path would give; the type `End` has the formulas. Two kinds of light stay with the path that found them: light that is emitted at the second
+//! vertex, and light that arrives there by a delta lobe.
+//!
+//! - The first vertex is the first surface that is no mirror or smooth glass: the chain of those before it counts as part of the camera.
+//! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in common.
+//! - The first vertex takes two light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
+//!   samples are number 2s and 2s + 1 of a stratified sequence of their own, and the power heuristic counts both.
+//! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
+//! - Visibility is transmittance where surfaces have alpha, also for the path's owner.
+//! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
+//!   which the normal would be bent does not connect (`geometry/mesh.rs`).
+//! - Roulette ends no path between first and second vertex. From there on it assumes a minimum throughput: that the surface of one pixel is dark says
+//!   nothing of the other pixels, and the paths that survive would reach these as fireflies.
+//!
+//! Pixels of a group have errors in common; `render/groups.rs` chooses groups so that no pattern shows. The samples of one pixel stay independent, so
+//! its variance is right. The mean over a tile has the error that it has without reuse.
+
+mod end;
+
+use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::integrator::vertex::Vertex;
+use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
+use crate::material::BsdfSlot;
+use crate::sampler::{SampleKey, Sampler};
+use end::{End, Workspace};
+use std::array::from_fn;
+
+/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices (Bekaert, Sbert and Halton 2002,
+/// "Accelerating Path Tracing by Re-Using Paths").
+#[derive(Debug)]
+pub struct ReusingPathIntegrator<'a, A> {
+    /// Follows each path.
+    pub path: PathIntegrator<'a, A>,
+}
+
+/// Vertices of a path that are looked at: up to two mirrors or faces of glass, the first vertex, and the end.
+const LOOKED_AT: usize = 4;
+
+impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.samples(&[key], sampler, std::slice::from_mut(out));
+    }
+
+    fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
+        // Roulette that begins at once spares the first vertex: the end counts for other pixels too.
+        let path = PathIntegrator {
+            roulette: Roulette {
+                depth: self.path.roulette.depth.max(1),
+            },
+            ..self.path
+        };
+        for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
+            // Paths that are shared must be of one time.
+            let packet = CameraPacket::trace(&path.world, keys, sampler, true, out);
+
+            // Follow each path to its end, or as far as it goes if it has none
+            let slots: [[BsdfSlot; LOOKED_AT]; SAMPLES_AT_ONCE] = from_fn(|_| from_fn(|_| BsdfSlot::new()));
+            let mut firsts = [const { None }; SAMPLES_AT_ONCE];
+            let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            // Light after the first bounce, where it is limited
+            let limit = path.clamp_indirect;
+            let mut indirect = limit.map(|_| [Default::default(); SAMPLES_AT_ONCE]);
+            for (i, out) in out.iter_mut().enumerate() {
+                let mut shared = Shared {
+                    first: &mut firsts[i],
+                    end: &mut ends[i],
+                    keeps_depth: path.max_depth.is_some(),
+                };
+                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut shared, out);
+                match &mut indirect {
+                    Some(indirect) if radiance.has_tail => {
+                        out.radiance(radiance.head);
+                        indirect[i] += radiance.tail;
+                    }
+                    _ => out.radiance(radiance.sum()),
+                }
+            }
+
+            // All first vertices look at all ends.
+            let mut work = Workspace::new();
+            work.begin(&firsts, path.strategy.directions);
+            for (owner, end) in ends.iter().enumerate() {
+                if let Some(end) = end {
+                    let to = (&mut *out, indirect.as_mut());
+                    end.light_all(&path, &packet.start(owner, keys), (&firsts, &mut work), owner, to);
+                }
+            }
+
+            // Limit what each sample has got of all ends
+            for (out, light) in out.iter_mut().zip(indirect.into_iter().flatten()) {
+                out.radiance(clamped(light, limit));
+            }
+        }
+    }
+
+    fn pixels_at_once(&self) -> usize {
+        SAMPLES_AT_ONCE
+    }
+}
+
+/// Hooks of path reuse into [`PathIntegrator::li`].
+pub(crate) trait Reuse<'v> {
+    /// Takes note of a vertex that `path` meets after `depth` scatterings, and gives it back.
+    #[inline(always)]
+    fn meet(&mut self, _depth: u32, vertex: Vertex<'v>, _path: &PathState) -> Vertex<'v> {
+        vertex
+    }
+
+    /// Whether the path ends at the vertex that was met last, because others share what is scattered there.
+    #[inline(always)]
+    fn ends_path(&self) -> bool {
+        false
+    }
+
+    /// Whether roulette may end the path at the vertex that was met last.
+    #[inline(always)]
+    fn allows_roulette(&self) -> bool {
+        true
+    }
+}
+
+/// No path reuse: each path serves its own pixel.
+pub(crate) struct NoReuse;
+
+impl Reuse<'_> for NoReuse {}
+
+/// The vertex from which a pixel looks at the ends of all paths of its group.
+struct First<'v> {
+    vertex: Vertex<'v>,
+    /// Throughput of the mirrors and smooth glass between the camera and the vertex.
+    beta: Spectrum,
+    /// Scattering events before the vertex.
+    depth: u32,
+}
+
+/// Records what a path shares with others.
+struct Shared<'s, 'v> {
+    first: &'s mut Option<First<'v>>,
+    end: &'s mut Option<End<'v>>,
+    /// Whether first vertices must lie at depth 0, so that paths through an end have the same number of scatterings for all pixels.
+    keeps_depth: bool,
+}
+
+impl<'v> Reuse<'v> for Shared<'_, 'v> {
+    #[inline(always)]
+    fn meet(&mut self, depth: u32, vertex: Vertex<'v>, path: &PathState) -> Vertex<'v> {
+        match self.first {
+            None => {
+                let is_late = depth > 0 && (self.keeps_depth || depth as usize + 1 >= LOOKED_AT);
+                // All surfaces before it are mirrors or smooth glass.
+                if !vertex.bsdf.is_delta() && !is_late {
+                    *self.first = Some(First {
+                        vertex,
+                        beta: path.beta,
+                        depth,
+                    });
+                }
+            }
+            Some(first) => {
+                if depth == first.depth + 1 && !path.is_delta() && End::can_be(&vertex) {
+                    *self.end = Some(End::new(vertex, depth, path));
+                }
+            }
+        }
+        vertex
+    }
+
+    #[inline(always)]
+    fn ends_path(&self) -> bool {
+        self.end.is_some()
+    }
+
+    /// A path that ends between first and second vertex would end for all pixels that could have found its end.
+    #[inline(always)]
+    fn allows_roulette(&self) -> bool {
+        self.end.is_some() || self.first.is_none()
+    }
+}

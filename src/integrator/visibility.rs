@@ -1,0 +1,347 @@
+//! Learns what of the sky is seen from surfaces, before the first sample: `light/visibility_grid.rs` draws directions of the sky by it.
+//!
+//! Some paths from the camera find surfaces as the picture's own paths do. Where enough of their rays leave the scene, the sky is drawn well enough by
+//! radiance, and nothing is learned. Else each cell of a grid that holds surfaces sends one ray through each bin of directions, from points that
+//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples a pixel.
+//!
+//! Random numbers are those of no sample and of no seed: all parts of a render, whatever they are told, learn the same. Which pixels a
+//! render is to show does not matter either.
+
+use super::vertex::Vertex;
+use super::{RayKind, RaySink, World};
+use crate::accel::Accel;
+use crate::color::Spectrum;
+use crate::geometry::{Side, SurfacePoint, offset_to};
+use crate::light::{Light, Look, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid};
+use crate::material::BsdfSlot;
+use crate::math::{Vec2, Vec3};
+use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};
+use crate::scene::Scene;
+
+/// Pixels of which one gets a path that finds surfaces.
+const PIXELS_A_PATH: u64 = 8;
+/// Number of such paths, at least and at most.
+const PATHS: [u64; 2] = [128, 32_768];
+/// Paths in a piece of work.
+const PATHS_A_PIECE: u32 = 256;
+/// Maximum number of scattering events of such a path.
+const MAX_DEPTH: u32 = 8;
+/// Maximum probability that it goes on.
+const MAX_SURVIVAL: f32 = 0.9;
+/// Rays that learn what is seen, for each pixel of the picture: about 3 % of those of 16 samples.
+const RAYS_A_PIXEL: u64 = 1;
+/// Such rays at least and at most.
+const RAYS: [u64; 2] = [1 << 11, 1 << 20];
+/// Share of the rays from surfaces that leave the scene from which on nothing is to be gained.
+const OPEN: f64 = 0.4;
+/// Points on surfaces at most that a cell looks from.
+const SITES_A_CELL: usize = 64;
+/// Points of them at most of which one is looked for that faces a light.
+const TRIES: usize = 16;
+/// Cells in a piece of work.
+const CELLS_A_PIECE: usize = 16;
+
+/// Learns what of the sky is seen from the surfaces that the camera sees, directly or not.
+#[derive(Debug)]
+pub struct VisibilityLearner<'a, A> {
+    /// The scene and the camera.
+    pub world: World<'a, A>,
+}
+
+/// A point on a surface that light falls on.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    point: SurfacePoint,
+    /// Normal on the side from which light counts; zero where it counts from either side.
+    n: Vec3,
+}
+
+/// What paths have found.
+#[derive(Clone, Debug, Default)]
+pub struct Sites {
+    /// Points on surfaces, path by path.
+    pub sites: Vec<Site>,
+    /// Rays that went on from surfaces, by other than delta lobes.
+    rays: u64,
+    /// Those among them that left the scene.
+    escaped: u64,
+}
+
+/// From where cells look.
+#[derive(Clone, Debug)]
+pub struct Places {
+    cells: Vec<Vec<Site>>,
+    groups: Vec<Vec<Site>>,
+    /// The group of each cell.
+    group_of: Vec<usize>,
+    /// Points that paths have found in each cell.
+    counts: Vec<usize>,
+}
+
+impl Places {
+    /// Number of groups of cells.
+    pub fn groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Number of points that paths have found in each cell.
+    pub fn counts(&self) -> &[usize] {
+        &self.counts
+    }
+}
+
+/// Whether the visibility of the lights of `scene` is learned, where an integrator samples lights.
+fn learns_visibility(scene: &Scene) -> bool {
+    let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
+    let can_learn = scene.lights().iter().any(is_sky) || scene.lights().len() > 2;
+    // Of a ground that catches shadows, the light that is missing counts: it comes from where nothing is seen.
+    scene.light_selection().mode().learns() && can_learn && scene.ground().is_none()
+}
+
+/// Bytes that learning the visibility of the lights of `scene` takes at most, about, for a picture of so many pixels.
+pub fn visibility_bytes(scene: &Scene, pixels: u64) -> u64 {
+    /// Visible shares, and tables for the normals of a room.
+    const BYTES_OF_A_CELL: u64 = 6000;
+    /// Points that a path finds, each of which is kept up to three times.
+    const POINTS_OF_A_PATH: u64 = 3 * 3;
+    if !learns_visibility(scene) {
+        return 0;
+    }
+    let points = POINTS_OF_A_PATH * (pixels / PIXELS_A_PATH).min(PATHS[1]);
+    points * size_of::<Site>() as u64 + BYTES_OF_A_CELL * (pixels / 128).min(4096)
+}
+
+impl<A: Accel> VisibilityLearner<'_, A> {
+    /// Whether visibility is to be learned, and has not been yet.
+    pub fn is_wanted(&self) -> bool {
+        learns_visibility(self.world.scene) && !self.world.scene.light_selection().is_learned()
+    }
+
+    fn pixels(&self) -> u64 {
+        let resolution = self.world.camera.resolution();
+        u64::from(resolution.x) * u64::from(resolution.y)
+    }
+
+    fn paths(&self) -> u32 {
+        (self.pixels() / PIXELS_A_PATH).clamp(PATHS[0], PATHS[1]) as u32
+    }
+
+    /// Number of pieces of work in which surfaces are found.
+    pub fn site_pieces(&self) -> u32 {
+        self.paths().div_ceil(PATHS_A_PIECE)
+    }
+
+    /// The piece `index` of them.
+    pub fn find_sites(&self, index: u32, out: &mut impl RaySink) -> Sites {
+        let mut found = Sites::default();
+        let first = index * PATHS_A_PIECE;
+        for path in first..(first + PATHS_A_PIECE).min(self.paths()) {
+            if out.is_cancelled() {
+                break;
+            }
+            self.follow(path, &mut found, out);
+        }
+        found
+    }
+
+    fn follow(&self, path: u32, found: &mut Sites, out: &mut impl RaySink) {
+        let world = &self.world;
+        let mut sampler = Independent::new(0);
+        sampler.start(SampleKey::of_stream(Stream::Visibility, path, 0));
+        let film = evenly(path) * world.camera.resolution().as_vec2();
+        let mut ray = world.ray_through(film, world.time(&sampler), &sampler);
+        let mut kind = RayKind::Camera;
+        let mut is_delta = true;
+        let mut tint = Spectrum::ONE;
+        for depth in 0..=MAX_DEPTH {
+            let hit = world.intersect(&ray, kind, &mut tint, out);
+            found.rays += u64::from(!is_delta);
+            let Some(hit) = hit else {
+                found.escaped += u64::from(!is_delta);
+                return;
+            };
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
+            if !vertex.bsdf.is_delta() {
+                found.sites.push(Site::new(&vertex));
+            }
+            let number = |what| Dimension::bounce(depth, what);
+            let (u_lobe, u) = (
+                sampler.get_1d(number(Bounce::Lobe)),
+                sampler.get_2d(number(Bounce::Direction)),
+            );
+            let Some(sample) = vertex.sample(u_lobe, u) else { return };
+            let survival = sample.weight.max_component().min(MAX_SURVIVAL);
+            // Also ends where that is not a number
+            if !(sampler.get_2d(number(Bounce::Decisions)).y < survival) {
+                return;
+            }
+            is_delta = sample.is_delta();
+            ray = vertex.ray_along(sample.wi);
+            kind = RayKind::Bounce;
+        }
+    }
+
+    /// Joins all pieces, in their order.
+    pub fn join(&self, pieces: Vec<Sites>) -> Sites {
+        let mut all = Sites::default();
+        for piece in pieces {
+            all.sites.extend(piece.sites);
+            all.rays += piece.rays;
+            all.escaped += piece.escaped;
+        }
+        all
+    }
+
+    /// A grid of cells for these sites; `None` where nothing is to be gained by it.
+    pub fn grid(&self, found: &Sites) -> Option<VisibilityGrid> {
+        let scene = self.world.scene;
+        let is_open = found.escaped as f64 >= OPEN * found.rays as f64;
+        if is_open && scene.light_selection().mode() != SelectionMode::Visibility {
+            return None;
+        }
+        let rays = (self.pixels() * RAYS_A_PIXEL).clamp(RAYS[0], RAYS[1]) as usize;
+        let points: Vec<Vec3> = found.sites.iter().map(|site| site.point.p).collect();
+        scene.light_selection().visibility_grid(scene.lights(), &points, rays)
+    }
+
+    /// The sites of each cell of `grid`, and those of each group of cells, in their order: evenly some of all where there are many. Then the number of sites
+    /// of each cell.
+    pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> Places {
+        let group_of = grid.groups();
+        let mut places = Places {
+            cells: vec![Vec::new(); grid.cells()],
+            groups: vec![Vec::new(); group_of.iter().max().map_or(0, |last| last + 1)],
+            counts: Vec::new(),
+            group_of,
+        };
+        for site in sites {
+            if let Some(cell) = grid.cell(site.point.p) {
+                places.cells[cell].push(*site);
+                places.groups[places.group_of[cell]].push(*site);
+            }
+        }
+        places.counts = places.cells.iter().map(Vec::len).collect();
+        for sites in places.cells.iter_mut().chain(&mut places.groups) {
+            let step = sites.len().div_ceil(SITES_A_CELL).max(1);
+            *sites = sites.iter().step_by(step).copied().collect();
+        }
+        places
+    }
+
+    /// Number of pieces of work in which `count` cells, or groups of cells, look at the sky.
+    pub fn look_pieces(&self, count: usize) -> u32 {
+        count.div_ceil(CELLS_A_PIECE) as u32
+    }
+
+    /// The piece `index` of the groups' work: the share of light that passes by one ray through each bin of the sky.
+    pub fn look_from_groups(
+        &self,
+        grid: &VisibilityGrid,
+        places: &Places,
+        index: u32,
+        out: &mut impl RaySink,
+    ) -> Vec<f32> {
+        let first = index as usize * CELLS_A_PIECE;
+        let mut shares = Vec::new();
+        for group in first..(first + CELLS_A_PIECE).min(places.groups.len()) {
+            for bin in 0..grid.bins() {
+                let share = self.look_at(
+                    grid,
+                    &places.groups[group],
+                    Look::Bin(bin),
+                    (group as u32, 2 * bin as u32 + 1),
+                    out,
+                );
+                shares.push(share.unwrap_or(0.0));
+            }
+        }
+        shares
+    }
+
+    /// The piece `index` of the cells' work, where `groups` have seen these shares: the share of light that passes from all that the grid looks at.
+    pub fn look_from_cells(
+        &self,
+        grid: &VisibilityGrid,
+        (places, groups): (&Places, &[f32]),
+        index: u32,
+        out: &mut impl RaySink,
+    ) -> Vec<f32> {
+        let first = index as usize * CELLS_A_PIECE;
+        let mut shares = Vec::new();
+        for cell in first..(first + CELLS_A_PIECE).min(grid.cells()) {
+            let group = &groups[places.group_of[cell] * grid.bins()..][..grid.bins()];
+            for (number, look) in (0..).zip(grid.looks()) {
+                let mut mean = |count: u32| {
+                    let rays = (0..count).map(|i| 2 * (number * RAYS_A_CLUSTER + i) + 2);
+                    let shares =
+                        rays.filter_map(|ray| self.look_at(grid, &places.cells[cell], look, (cell as u32, ray), out));
+                    shares.sum::<f32>() / count as f32
+                };
+                shares.push(match look {
+                    Look::Bin(bin) if grid.bins_around(bin).all(|near| group[near] == 0.0) => 0.0,
+                    Look::Bin(bin) => 0.5 * (mean(1) + group[bin]),
+                    Look::Cluster(_) => mean(RAYS_A_CLUSTER),
+                });
+            }
+        }
+        shares
+    }
+
+    /// The share of light that passes by one ray from one of the `sites` to what is looked at; `None` where no light counts. `column` and `index` name its
+    /// random numbers.
+    fn look_at(
+        &self,
+        grid: &VisibilityGrid,
+        sites: &[Site],
+        look: Look,
+        (column, index): (u32, u32),
+        out: &mut impl RaySink,
+    ) -> Option<f32> {
+        if out.is_cancelled() {
+            return None;
+        }
+        let mut sampler = Independent::new(0);
+        sampler.start(SampleKey::of_stream(Stream::Visibility, column, index));
+        let scene = self.world.scene;
+        let u = sampler.get_2d(Dimension::PIXEL);
+        let start = (sampler.get_1d(Dimension::TECHNIQUE) * sites.len() as f32) as usize;
+        let (before, after) = sites.split_at(start.min(sites.len()));
+        // Directions of the sky are the same from everywhere.
+        let mut tries = after.iter().chain(before).take(TRIES);
+        let (site, sample) = tries.find_map(|site| {
+            let sample = grid.sample_look(
+                scene.lights(),
+                look,
+                (site.point.p, site.point.time),
+                u,
+                scene.textures(),
+            )?;
+            site.faces(sample.wi).then_some((site, sample))
+        })?;
+        let side = Side::of(sample.wi.dot(site.point.ns));
+        let ray = sample.shadow_ray(offset_to(&site.point, side)).when(site.point.time);
+        Some(self.world.transmittance(&ray, out).color().mean())
+    }
+}
+
+impl Site {
+    fn new(vertex: &Vertex) -> Self {
+        Self {
+            point: vertex.point,
+            n: vertex.light_context().n,
+        }
+    }
+
+    /// Whether light from `wi` counts.
+    fn faces(&self, wi: Vec3) -> bool {
+        self.n == Vec3::ZERO || self.n.dot(wi) > 0.0
+    }
+}
+
+/// Points of the unit square that are evenly distributed, the first ones of them too: the additive recurrence of the plastic number (Roberts 2018, "The
+/// Unreasonable Effectiveness of Quasirandom Sequences").
+fn evenly(index: u32) -> Vec2 {
+    let at = |step: f64| (0.5 + step * f64::from(index)).fract() as f32;
+    Vec2::new(at(0.754_877_666_246_692_7), at(0.569_840_290_998_053_2)).min(Vec2::splat(crate::math::float::ALMOST_ONE))
+}

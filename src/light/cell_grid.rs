@@ -1,0 +1,145 @@
+use crate::math::{Bounds3, Vec3};
+
+/// Cells along the longest side at most, and fewer where that would be too many cells.
+const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
+/// Share of points, at each end of each axis, that may lie outside of the grid: few paths come to them, and they may be far away.
+const OUTSIDE: f64 = 0.005;
+/// Number of a cell without surfaces.
+const EMPTY: u32 = u32::MAX;
+
+/// Cells of a box, of which those with surfaces are numbered.
+#[derive(Clone, Debug)]
+pub(super) struct CellGrid {
+    min: Vec3,
+    /// Cells for a unit of length.
+    scale: f32,
+    counts: [u32; 3],
+    /// Number of each cell; [`EMPTY`] where no surface is known.
+    numbers: Vec<u32>,
+    /// Place of each numbered cell.
+    places: Vec<[u32; 3]>,
+}
+
+impl CellGrid {
+    /// The finest grid around nearly all of `points` of which no more than `max_cells` cells hold any of them.
+    pub fn new(points: &[Vec3], max_cells: usize) -> Option<Self> {
+        let bounds = bounds_of_most(points)?;
+        RESOLUTIONS.into_iter().find_map(|resolution| {
+            let mut grid = Self::empty(bounds, resolution);
+            let mut is_known = vec![false; grid.numbers.len()];
+            points
+                .iter()
+                .filter_map(|&p| grid.index(p))
+                .for_each(|i| is_known[i] = true);
+            let count = is_known.iter().filter(|known| **known).count();
+            if count > max_cells || count == 0 {
+                return None;
+            }
+            for (i, _) in is_known.iter().enumerate().filter(|(_, known)| **known) {
+                grid.numbers[i] = grid.places.len() as u32;
+                let [nx, ny, _] = grid.counts.map(|n| n as usize);
+                grid.places.push([i % nx, i / nx % ny, i / (nx * ny)].map(|i| i as u32));
+            }
+            Some(grid)
+        })
+    }
+
+    fn empty(bounds: Bounds3, resolution: u32) -> Self {
+        let extent = bounds.max - bounds.min;
+        let size = extent.max_element() / resolution as f32;
+        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        let counts = extent
+            .to_array()
+            .map(|e| ((e / size).ceil() as u32).clamp(1, resolution));
+        Self {
+            min: bounds.min,
+            scale: 1.0 / size,
+            counts,
+            numbers: vec![EMPTY; counts.iter().map(|&n| n as usize).product()],
+            places: Vec::new(),
+        }
+    }
+
+    /// Index of the cell of `p`, if that is within the box.
+    #[inline(always)]
+    fn index(&self, p: Vec3) -> Option<usize> {
+        let x = (p - self.min) * self.scale;
+        let end = Vec3::from_array(self.counts.map(|n| n as f32));
+        // Also false for what is not a number
+        if !(x.cmpge(Vec3::ZERO).all() && x.cmplt(end).all()) {
+            return None;
+        }
+        let [nx, ny, _] = self.counts.map(|n| n as usize);
+        Some((x.z as usize * ny + x.y as usize) * nx + x.x as usize)
+    }
+
+    #[inline(always)]
+    pub fn number(&self, p: Vec3) -> Option<usize> {
+        let number = *self.numbers.get(self.index(p)?)?;
+        (number != EMPTY).then_some(number as usize)
+    }
+
+    /// Number of cells with surfaces.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Numbers of the six cells beside the one of number `cell`.
+    pub fn neighbours(&self, cell: usize) -> [Option<u32>; 6] {
+        std::array::from_fn(|i| {
+            let mut at = self.places[cell];
+            let (axis, is_up) = (i / 2, i % 2 == 1);
+            at[axis] = if is_up { at[axis] + 1 } else { at[axis].wrapping_sub(1) };
+            if at[axis] >= self.counts[axis] {
+                return None;
+            }
+            let [nx, ny, _] = self.counts;
+            let number = self.numbers[((at[2] * ny + at[1]) * nx + at[0]) as usize];
+            (number != EMPTY).then_some(number)
+        })
+    }
+
+    /// Number of the group of up to eight neighbouring cells to which each cell belongs, in the order in which groups are met.
+    pub fn groups(&self) -> Vec<usize> {
+        let size = self.counts.map(|n| n.div_ceil(2) as usize);
+        let mut numbers = vec![None; size.iter().product()];
+        let mut count = 0;
+        let group = |place: &[u32; 3]| {
+            let [x, y, z] = place.map(|i| i as usize / 2);
+            *numbers[(z * size[1] + y) * size[0] + x].get_or_insert_with(|| {
+                count += 1;
+                count - 1
+            })
+        };
+        self.places.iter().map(group).collect()
+    }
+
+    /// Middle of the cell of number `cell`, and the radius of a ball of its extent.
+    pub fn ball(&self, cell: usize) -> (Vec3, f32) {
+        let size = 1.0 / self.scale;
+        let place = Vec3::from_array(self.places[cell].map(|i| i as f32));
+        (self.min + (place + 0.5) * size, 0.5 * 3f32.sqrt() * size)
+    }
+
+    /// Bytes of its arrays.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.numbers.as_slice()) + size_of_val(self.places.as_slice())
+    }
+}
+
+/// A box around all of `points` but the outermost. Its borders are apart from round coordinates, where walls may be: there the last bits of a point
+/// would choose its cell.
+fn bounds_of_most(points: &[Vec3]) -> Option<Bounds3> {
+    let outside = (points.len() as f64 * OUTSIDE) as usize;
+    let mut bounds = Bounds3::EMPTY;
+    for axis in 0..3 {
+        let mut values: Vec<f32> = points.iter().map(|p| p[axis]).filter(|x| x.is_finite()).collect();
+        values.sort_by(f32::total_cmp);
+        bounds.min[axis] = *values.get(outside)?;
+        bounds.max[axis] = *values.get(values.len().checked_sub(1 + outside)?)?;
+    }
+    let extent = (bounds.max - bounds.min).max_element();
+    bounds.min -= 0.013 * extent;
+    bounds.max += 0.029 * extent;
+    (bounds.max - bounds.min).is_finite().then_some(bounds)
+}

@@ -1,0 +1,464 @@
+//! Lights by place: what of the sky, and of lamps, is seen from each cell of a grid.
+//!
+//! A room sees the sky through its windows alone, and of directions that are drawn by radiance nearly all are occluded. Here each cell of a grid knows
+//! the visible share of every bin of directions (`sky_bins`), and of clusters of other lights. They are learned before the first sample by rays
+//! of the scene's own (`integrator/visibility.rs`), of which this module knows only the result. It plays the part of portals that are placed by
+//! hand.
+//!
+//! A cell, and which of 27 directions the receiver's normal is nearest to (`light_grid`), have a table: the probability of a bin is proportional to its
+//! radiance, the cosine with the normal and the square root of its visible share. The root minimises the variance where a bin is visible from a part of
+//! the cell: its second moment is proportional to the share, and the best probability to the root of the second moment. A tenth of all directions is
+//! drawn by the light's own distribution, so that none is forgotten. Within a bin directions follow the light's own distribution, and the density
+//! is the light's own times one factor.
+//!
+//! The choice among lights is that of `light_grid`, with the irradiance of each light multiplied likewise. Where the sky is the only light, it is sampled
+//! less often in cells that see little of it.
+//!
+//! Tables are made when the first point asks for them, from the cell alone, so that threads change no bit. Probabilities of bins are whole multiples of
+//! 2⁻¹⁶. docs/benchmarks.md, "Sky through windows", has the gain.
+
+use super::cell_grid::CellGrid;
+use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};
+use super::sky_bins::SkyBins;
+use super::tree::{ReceiverRegion, soft_cosine};
+use super::{Light, LightId, LightSample, LightSampleContext};
+use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
+use crate::texture::Texture;
+use std::sync::OnceLock;
+
+/// Cells at most.
+const MAX_CELLS: usize = 4096;
+/// Clusters at most of lights that are somewhere.
+const MAX_CLUSTERS: usize = 48;
+/// Lights at infinity at most; of more none is looked at.
+const MAX_INFINITE: usize = 16;
+/// Share of the bins of the sky, about, that a cell looks at.
+const BINS_LOOKED_AT: f64 = 0.33;
+/// Rays of a cell to each cluster of lights.
+pub const RAYS_A_CLUSTER: u32 = 2;
+/// Share of directions that follow the light's own distribution, whatever is visible.
+const BY_RADIANCE: f64 = 0.1;
+/// How much the cosine of a normal differs from that of the direction that stands for it.
+const NORMAL_SPREAD: f32 = 0.35;
+/// Visible share that every light is taken to have at least, since few rays have looked.
+const MIN_SHARE: f64 = 0.01;
+/// Least probability that the sky is sampled where it is the only light.
+const MIN_RATE: f64 = 0.25;
+/// Units of probability in a table.
+const UNITS: u32 = 1 << 16;
+/// The visible share 1.
+const VISIBLE: f32 = 255.0;
+
+/// Visible shares of lights by place.
+#[derive(Clone, Debug)]
+pub struct VisibilityGrid {
+    cells: CellGrid,
+    sky: Option<Sky>,
+    /// Clusters of other lights.
+    clusters: Vec<Vec<LightId>>,
+    /// The cluster of each light.
+    cluster_of: Vec<Option<u16>>,
+    /// Visible share of each of `clusters`, cell by cell, in 255ths.
+    visible_clusters: Vec<u8>,
+    /// For each cell and each direction near which a normal may be.
+    tables: Vec<[OnceLock<Box<Table>>; NORMALS]>,
+}
+
+/// An infinitely distant light that shines from many directions.
+#[derive(Clone, Debug)]
+struct Sky {
+    id: LightId,
+    bins: SkyBins,
+    /// Visible share of each bin, cell by cell, in 255ths.
+    visible: Vec<u8>,
+    /// Mean over all cells of the visible share of what the sky sends, each weighed by the points in it.
+    mean_share: f64,
+}
+
+/// The choice in a cell, for normals near one direction.
+#[derive(Clone, Debug)]
+struct Table {
+    /// Where the interval of each row of bins starts, and then of each bin in its row, in [`UNITS`]ths.
+    starts: Box<[u16]>,
+    /// The lights; empty where there is none but the sky.
+    entries: Box<[Entry]>,
+    /// Probability that the sky is sampled at all, where it is the only light.
+    rate: f32,
+}
+
+/// What rays from cells look at.
+#[derive(Clone, Copy, Debug)]
+pub enum Look {
+    /// A direction of the sky, in the bin of that number.
+    Bin(usize),
+    /// The cluster of lights of that number.
+    Cluster(usize),
+}
+
+impl VisibilityGrid {
+    /// A grid for points on surfaces, `points`, where nothing is seen yet, of so many cells that `max_rays` rays can look from them at all that matters.
+    /// `grid` chooses among `lights`, where they are several. `None` where nothing is to be learned: without a light that shines from many directions or several lamps, or
+    /// without points.
+    pub(super) fn new(
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        points: &[Vec3],
+        max_rays: usize,
+    ) -> Option<Self> {
+        let all = (0..).map(LightId).zip(lights);
+        let skies = all.filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
+        // The first of equals
+        let sky = skies
+            .reduce(|a, b| if b.1 > a.1 { b } else { a })
+            .filter(|sky| sky.1 > 0.0);
+        let except = sky.as_ref().map(|sky| sky.0);
+        let mut clusters = grid.map_or(Vec::new(), |grid| grid.clusters(lights, except, MAX_CLUSTERS));
+        if clusters.len() > MAX_CLUSTERS + MAX_INFINITE || (sky.is_none() && clusters.len() < 2) {
+            clusters.clear();
+        }
+        let mut cluster_of = vec![None; lights.len()];
+        for (number, ids) in (0..).zip(&clusters) {
+            ids.iter().for_each(|id| cluster_of[id.0 as usize] = Some(number));
+        }
+        let bins = sky.as_ref().map_or(0, |sky| sky.2.len());
+        let rays = BINS_LOOKED_AT * bins as f64 + f64::from(RAYS_A_CLUSTER) * clusters.len() as f64;
+        if rays == 0.0 {
+            return None;
+        }
+        let cells = CellGrid::new(points, ((max_rays as f64 / rays) as usize).clamp(1, MAX_CELLS))?;
+        let count = cells.len();
+        Some(Self {
+            sky: sky.map(|(id, _, bins)| Sky {
+                id,
+                visible: vec![0; count * bins.len()],
+                bins,
+                mean_share: 0.0,
+            }),
+            visible_clusters: vec![0; count * clusters.len()],
+            clusters,
+            cluster_of,
+            tables: (0..count).map(|_| [const { OnceLock::new() }; NORMALS]).collect(),
+            cells,
+        })
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.cells.len()
+    }
+
+    /// The cell of the point `p`, if it has a known surface.
+    pub fn cell(&self, p: Vec3) -> Option<usize> {
+        self.cells.number(p)
+    }
+
+    /// Number of the group of up to eight neighbouring cells to which each cell belongs, in the order in which groups are met.
+    pub fn groups(&self) -> Vec<usize> {
+        self.cells.groups()
+    }
+
+    /// Number of bins of the sky.
+    pub fn bins(&self) -> usize {
+        self.sky.as_ref().map_or(0, |sky| sky.bins.len())
+    }
+
+    /// Bins beside `bin`, those at its corners included, and itself.
+    pub fn bins_around(&self, bin: usize) -> impl Iterator<Item = usize> + use<> {
+        let (rows, columns) = self
+            .sky
+            .as_ref()
+            .map_or((1, 1), |sky| (sky.bins.rows(), sky.bins.columns()));
+        let (row, column) = (bin / columns, bin % columns);
+        let rows = row.saturating_sub(1)..(row + 2).min(rows);
+        rows.flat_map(move |r| [columns - 1, 0, 1].map(|c| r * columns + (column + c) % columns))
+    }
+
+    /// What rays are to look at: each bin of the sky, then each cluster of other lights.
+    pub fn looks(&self) -> impl Iterator<Item = Look> + use<> {
+        let clusters = (0..self.clusters.len()).map(Look::Cluster);
+        (0..self.bins()).map(Look::Bin).chain(clusters)
+    }
+
+    /// Light from what is looked at that may arrive at `p` at `time`; `None` where none does.
+    pub fn sample_look(
+        &self,
+        lights: &[Light],
+        look: Look,
+        (p, time): (Vec3, f32),
+        u: Vec2,
+        textures: &[Texture],
+    ) -> Option<LightSample> {
+        match (look, &self.sky) {
+            (Look::Bin(bin), Some(sky)) => {
+                let columns = sky.bins.columns();
+                sky.bins
+                    .sample(lights.get(sky.id.0 as usize)?, (bin / columns, bin % columns), u)
+            }
+            (Look::Bin(_), None) => None,
+            (Look::Cluster(number), _) => {
+                let ids = self.clusters.get(number)?;
+                // The number's place within its step draws the point.
+                let x = u.x * ids.len() as f32;
+                let i = (x as usize).min(ids.len().checked_sub(1)?);
+                let light = lights.get(ids[i].0 as usize)?;
+                light.sample(p, time, Vec2::new((x - i as f32).clamp(0.0, ALMOST_ONE), u.y), textures)
+            }
+        }
+    }
+
+    /// The grid with the visible share of all that [`VisibilityGrid::looks`] names, cell by cell, as few rays have found it. Neighbouring bins and
+    /// cells are likely to see alike, and smooth it. `counts` has the number of points of each cell.
+    pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {
+        let (bins, stride) = (self.bins(), self.bins() + self.clusters.len());
+        let at = |cell: usize, look: usize| found.get(cell * stride + look).copied().unwrap_or(0.0);
+        let mut mean = 0.0;
+        for cell in 0..self.cells.len() {
+            let neighbours = self.cells.neighbours(cell);
+            let smoothed = |look: usize, beside: &[usize]| {
+                let mut sum = 4.0 * at(cell, look);
+                let mut weight = 4.0;
+                let near = neighbours.iter().flatten().map(|&near| at(near as usize, look));
+                for share in near.chain(beside.iter().map(|&beside| at(cell, beside))) {
+                    sum += share;
+                    weight += 1.0;
+                }
+                (VISIBLE * sum / weight).ceil().clamp(0.0, VISIBLE) as u8
+            };
+            if let Some(sky) = &mut self.sky {
+                let (rows, columns) = (sky.bins.rows(), sky.bins.columns());
+                let mut share = 0.0;
+                for bin in 0..bins {
+                    let (row, column) = (bin / columns, bin % columns);
+                    let mut beside = vec![
+                        row * columns + (column + 1) % columns,
+                        row * columns + (column + columns - 1) % columns,
+                    ];
+                    beside.extend((row > 0).then(|| bin - columns));
+                    beside.extend((row + 1 < rows).then_some(bin + columns));
+                    sky.visible[cell * bins + bin] = smoothed(bin, &beside);
+                    share += f64::from(sky.bins.masses()[bin] * at(cell, bin));
+                }
+                mean += share * counts.get(cell).copied().unwrap_or(0) as f64;
+            }
+            for i in 0..self.clusters.len() {
+                self.visible_clusters[cell * self.clusters.len() + i] = smoothed(bins + i, &[]);
+            }
+        }
+        if let Some(sky) = &mut self.sky {
+            sky.mean_share = mean / counts.iter().sum::<usize>().max(1) as f64;
+        }
+        self
+    }
+
+    /// Draws one of the scene's `lights`, among which `grid` chooses where they are several. `None` within where none is to be sampled, and outside where this
+    /// grid knows nothing of the place.
+    #[inline]
+    pub(super) fn choose(
+        &self,
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        context: &LightSampleContext,
+        u: f32,
+    ) -> Option<Option<(LightId, f32)>> {
+        let table = self.table((lights, grid), context)?;
+        match (grid, &self.sky) {
+            (Some(grid), _) => Some(grid.sample_entries(&table.entries, u)),
+            (None, Some(sky)) => Some((u < table.rate).then_some((sky.id, table.rate))),
+            (None, None) => None,
+        }
+    }
+
+    /// Probability that [`VisibilityGrid::choose`] draws `light`; `None` where this grid knows nothing of the place.
+    #[inline]
+    pub(super) fn pmf(
+        &self,
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        context: &LightSampleContext,
+        light: LightId,
+    ) -> Option<f32> {
+        let table = self.table((lights, grid), context)?;
+        match (grid, &self.sky) {
+            (Some(grid), _) => Some(grid.pmf_of_entries(&table.entries, light)),
+            (None, Some(sky)) => Some(if sky.id == light { table.rate } else { 0.0 }),
+            (None, None) => None,
+        }
+    }
+
+    /// Draws light of the sky, if that is the light `id`, that arrives at `context`. `None` where this grid does not know of it.
+    pub(super) fn sample(
+        &self,
+        id: LightId,
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        context: &LightSampleContext,
+        u: Vec2,
+    ) -> Option<Option<LightSample>> {
+        let sky = self.sky.as_ref().filter(|sky| sky.id == id)?;
+        let table = &self.table((lights, grid), context)?.starts;
+        let (rows, columns) = (sky.bins.rows(), sky.bins.columns());
+        let (row, v, row_units) = draw(&table[..rows], u.y);
+        let first = rows + row * columns;
+        let (column, h, column_units) = draw(&table[first..first + columns], u.x);
+        let factor = sky.factor(row * columns + column, row_units, column_units);
+        let light = lights.get(id.0 as usize)?;
+        let sample = sky.bins.sample(light, (row, column), Vec2::new(h, v));
+        Some(sample.map(|sample| LightSample {
+            pdf: sample.pdf * factor,
+            ..sample
+        }))
+    }
+
+    /// Factor of the density with which the light `id` itself draws the direction `wi`, for light that arrives at `context`.
+    pub(super) fn pdf_factor(
+        &self,
+        id: LightId,
+        (lights, grid): (&[Light], Option<&LightGrid>),
+        context: &LightSampleContext,
+        wi: Vec3,
+    ) -> f32 {
+        let factor = || {
+            let sky = self.sky.as_ref().filter(|sky| sky.id == id)?;
+            let table = &self.table((lights, grid), context)?.starts;
+            let (rows, columns) = (sky.bins.rows(), sky.bins.columns());
+            let bin = sky.bins.bin(lights.get(id.0 as usize)?, wi);
+            let (row, column) = (bin / columns, bin % columns);
+            let first = rows + row * columns;
+            let column_units = units(&table[first..first + columns], column);
+            Some(sky.factor(bin, units(&table[..rows], row), column_units))
+        };
+        factor().unwrap_or(1.0)
+    }
+
+    /// The table for `context`.
+    #[inline]
+    fn table(&self, lights: (&[Light], Option<&LightGrid>), context: &LightSampleContext) -> Option<&Table> {
+        let cell = self.cells.number(context.p)?;
+        let normal = normal_index(context.n);
+        let table = self.tables.get(cell)?.get(normal)?;
+        Some(match table.get() {
+            Some(table) => table,
+            None => table.get_or_init(|| self.make(lights, cell, normal_direction(normal))),
+        })
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn make(&self, (lights, grid): (&[Light], Option<&LightGrid>), cell: usize, normal: Vec3) -> Box<Table> {
+        // Of what the sky sends, and of what would arrive if nothing were between
+        let (starts, share) = self
+            .sky
+            .as_ref()
+            .map_or((Box::default(), 0.0), |sky| sky.starts(cell, normal));
+        let (center, radius) = self.cells.ball(cell);
+        let region = ReceiverRegion { center, radius, normal };
+        let corrected = |id: LightId, irradiance: f64| {
+            if self.sky.as_ref().is_some_and(|sky| sky.id == id) {
+                // Without visibility a quarter of what the sky sends arrives.
+                return irradiance * (4.0 * share).max(MIN_SHARE);
+            }
+            let cluster = self.cluster_of.get(id.0 as usize).copied().flatten();
+            let visible = cluster.map(|i| {
+                let share = self.visible_clusters[cell * self.clusters.len() + usize::from(i)];
+                (f64::from(share) / f64::from(VISIBLE)).max(MIN_SHARE).sqrt()
+            });
+            irradiance * visible.unwrap_or(1.0)
+        };
+        let entries = grid.map(|grid| grid.distribution(lights, &region, &corrected));
+        let mean = self.sky.as_ref().map_or(0.0, |sky| sky.mean_share);
+        let rate = match mean > 0.0 {
+            // The mean cosine of light from all sides is one half.
+            true => 2.0 * share / mean,
+            false => 0.0,
+        };
+        Box::new(Table {
+            starts,
+            entries: entries.unwrap_or_default(),
+            rate: rate.clamp(MIN_RATE, 1.0) as f32,
+        })
+    }
+
+    /// Bytes of its arrays and of the tables that have been made.
+    pub fn bytes(&self) -> usize {
+        let table =
+            |table: &Box<Table>| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
+        let tables: usize = self.tables.iter().flatten().filter_map(OnceLock::get).map(table).sum();
+        let sky = self.sky.as_ref().map_or(0, |sky| sky.visible.len() + sky.bins.bytes());
+        self.cells.bytes() + size_of_val(self.tables.as_slice()) + self.visible_clusters.len() + sky + tables
+    }
+}
+
+impl Sky {
+    /// Probability of a bin by its table over that by the light's own distribution.
+    fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
+        let mass = self.bins.masses()[bin];
+        match mass > 0.0 {
+            true => (row_units as f32 * column_units as f32) * (1.0 / (UNITS as f32 * UNITS as f32)) / mass,
+            false => 0.0,
+        }
+    }
+
+    /// [`Table::starts`] of a cell for normals near `normal`; and of all that the sky sends the share that arrives there, times the cosine with the normal.
+    fn starts(&self, cell: usize, normal: Vec3) -> (Box<[u16]>, f64) {
+        let (rows, columns, bins) = (self.bins.rows(), self.bins.columns(), self.bins.len());
+        let visible = &self.visible[cell * bins..][..bins];
+        let masses = self.bins.masses();
+        let cosine = |wi: Vec3| match normal == Vec3::ZERO {
+            true => 0.5,
+            false => soft_cosine(wi.dot(normal), NORMAL_SPREAD),
+        };
+        let mut arriving = 0.0;
+        let seen: Vec<f64> = (masses.iter().zip(self.bins.middles()).zip(visible))
+            .map(|((&mass, &wi), &share)| {
+                let (irradiance, share) = (mass * cosine(wi), share as f32 / VISIBLE);
+                arriving += f64::from(irradiance * share);
+                f64::from(irradiance * share.sqrt())
+            })
+            .collect();
+        let sum: f64 = seen.iter().sum();
+        let by_radiance = if sum > 0.0 { BY_RADIANCE } else { 1.0 };
+        let weight = |(seen, &mass): (&f64, &f32)| {
+            let by_sight = if sum > 0.0 {
+                (1.0 - by_radiance) * seen / sum
+            } else {
+                0.0
+            };
+            by_radiance * f64::from(mass) + by_sight
+        };
+        let weights: Vec<f64> = seen.iter().zip(masses).map(weight).collect();
+        let row_weights: Vec<f64> = weights.chunks(columns).map(|row| row.iter().sum()).collect();
+        let mut table = Vec::with_capacity(rows + bins);
+        push_units(&mut table, &row_weights);
+        weights.chunks(columns).for_each(|row| push_units(&mut table, row));
+        (table.into_boxed_slice(), arriving)
+    }
+}
+
+/// Appends the start of each interval, in units, of a distribution by `weights`: each weight above 0 gets a unit at least.
+fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
+    let total: f64 = weights.iter().sum();
+    let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
+    let (mut sum, mut before) = (0.0, 0);
+    for &weight in weights {
+        let shared = match total > 0.0 {
+            true => (sum / total * f64::from(UNITS - positive)).round() as u32,
+            false => 0,
+        };
+        table.push((before + shared).min(UNITS - 1) as u16);
+        sum += weight;
+        before += u32::from(weight > 0.0);
+    }
+}
+
+/// Units of the interval `i` of those that start at `starts`.
+fn units(starts: &[u16], i: usize) -> u32 {
+    starts.get(i + 1).map_or(UNITS, |&end| u32::from(end)) - u32::from(starts[i])
+}
+
+/// The interval of those that start at `starts` in which `u` lies, its place there, and its units.
+#[inline]
+fn draw(starts: &[u16], u: f32) -> (usize, f32, u32) {
+    let x = u * UNITS as f32;
+    let unit = (x as u32).min(UNITS - 1) as u16;
+    // Counting all of so few takes less time than a search, whose branches cannot be foreseen.
+    let i = starts.iter().map(|&start| u16::from(start <= unit)).sum::<u16>().max(1) as usize - 1;
+    let units = units(starts, i);
+    let within = (x - f32::from(starts[i])) / units as f32;
+    (i, within.clamp(0.0, ALMOST_ONE), units)
+}

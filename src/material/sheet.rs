@@ -1,0 +1,176 @@
+//! Surfaces that light passes straight on: thin glass and coloured veils.
+//!
+//! A ray that meets such a surface either stops there or goes on as if nothing were there, by chance, as with alpha; `integrator/opacity.rs` has the walk.
+//! Light samples pass by the mean of that chance. What is scattered before and behind the surface therefore knows nothing of it: MIS, connections,
+//! photons and shared paths hold as they are.
+//!
+//! The chance must be the same from both ends of a path, or estimators that trace from lights would differ from those that trace from the camera. Two
+//! kinds of surface have such a chance:
+//!
+//! - a thin dielectric and nothing else. It stops the share `r = 2R / (1 + R)` that it reflects, which is the same for both directions of a mirror;
+//! - a veil, which is a thin dielectric of index 1 beside lobes that reflect. It stops a share that is the same for all directions.
+//!
+//! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture has no such chance. Rays are scattered by it, and
+//! shadow rays stop there.
+
+use super::Material;
+use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinSheet};
+use crate::color::Spectrum;
+
+/// How light passes a surface straight on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet {
+    /// Factor of the light that passes.
+    pub tint: Spectrum,
+    /// Probability with which a ray passes that is not reflected by the index of refraction; below 1 where other lobes take the rest.
+    share: f32,
+    ior: f32,
+}
+
+impl Sheet {
+    /// Probability with which a ray passes whose direction has this cosine with the shading normal. Light that passes has this times `tint` of
+    /// what it had.
+    pub fn pass_probability(&self, cos: f32) -> f32 {
+        match self.ior == 1.0 {
+            true => self.share,
+            false => self.share * (1.0 - ThinSheet::reflected_share(cos, self.ior)),
+        }
+    }
+
+    /// Probability with which a veil stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
+    pub fn scattered_share(&self) -> f32 {
+        match self.share < 1.0 {
+            true => 1.0 - self.share,
+            false => 1.0,
+        }
+    }
+}
+
+impl Material {
+    /// How light passes the surface straight on; `None` where it does not, or where that varies over the surface.
+    pub fn sheet(&self) -> Option<Sheet> {
+        let varies = self.maps.varies_bsdf() || self.maps.has_relief();
+        let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
+        // Light is sampled on all of a lamp, as if rays always met it.
+        let emits = !self.emission_factor().is_black();
+        if !self.thin || self.transmission.is_black() || varies || has_layers || emits {
+            return None;
+        }
+        let reflected = self.opaque_part().scattered();
+        if reflected == 0.0 {
+            return Some(Sheet {
+                tint: self.transmission,
+                share: 1.0,
+                ior: self.ior,
+            });
+        }
+        let passed = self.transmission.max_component();
+        let share = passed / (passed + reflected);
+        (self.ior == 1.0).then(|| Sheet {
+            tint: self.transmission / share,
+            share,
+            ior: self.ior,
+        })
+    }
+
+    /// The BSDF for rays that have not passed, if the material has a [`Sheet`].
+    pub fn stopped_bsdf(&self) -> Option<Bsdf> {
+        let sheet = self.sheet()?;
+        if sheet.share == 1.0 {
+            let reflectance = Spectrum::splat(self.transmission.max_component());
+            let fresnel = Fresnel::Full;
+            return Some(Bsdf::Single(Lobe::Mirror(Mirror { reflectance, fresnel })));
+        }
+        let mut rest = self.opaque_part();
+        rest.diffuse = rest.diffuse / sheet.scattered_share();
+        rest.specular = rest.specular / sheet.scattered_share();
+        Some(rest.bsdf())
+    }
+
+    /// The material without what passes.
+    fn opaque_part(&self) -> Self {
+        Self {
+            name: String::new(),
+            transmission: Spectrum::ZERO,
+            ..self.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bsdf::TransportMode;
+    use crate::math::Vec3;
+
+    fn thin(transmission: Spectrum, ior: f32) -> Material {
+        Material {
+            transmission,
+            ior,
+            thin: true,
+            ..Material::default()
+        }
+    }
+
+    /// What passes by chance, and what a stopped ray is reflected by, are the two directions of the lobe.
+    #[test]
+    fn chance_and_mirror_are_the_thin_dielectric() {
+        let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);
+        let (sheet, stopped) = (glass.sheet().unwrap(), glass.stopped_bsdf().unwrap());
+        for cos in [1.0f32, 0.7, 0.5, 0.2, 0.05] {
+            let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+            let pass = sheet.pass_probability(cos);
+            let [reflected, passed]: [Spectrum; 2] = [wo.with_x(-wo.x), -wo].map(|wi| {
+                let bsdf = glass.bsdf();
+                let mut all = bsdf.delta_directions(wo, TransportMode::Radiance);
+                let sample = all.find(|sample| (sample.wi - wi).length() < 1e-6).unwrap();
+                sample.f * sample.wi.z.abs()
+            });
+            let mirror = stopped.delta_directions(wo, TransportMode::Radiance).next().unwrap();
+            let by_chance = [mirror.f * mirror.wi.z.abs() * (1.0 - pass), sheet.tint * pass];
+            for (a, b) in by_chance.into_iter().zip([reflected, passed]) {
+                let difference = a + b * -1.0;
+                assert!(
+                    difference.to_array().iter().all(|d| d.abs() < 1e-6),
+                    "{a:?} {b:?} at {cos}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn veils_share_rays_with_what_reflects() {
+        let veil = Material {
+            diffuse: Spectrum::splat(0.2),
+            ..thin(Spectrum::rgb(0.6, 0.3, 0.0), 1.0)
+        };
+        let (sheet, stopped) = (veil.sheet().unwrap(), veil.stopped_bsdf().unwrap());
+        assert!((sheet.pass_probability(0.3) - 0.75).abs() < 1e-6);
+        assert!((sheet.scattered_share() - 0.25).abs() < 1e-6);
+        let [r, g, b] = (sheet.tint * 0.75).to_array();
+        assert!((r - 0.6).abs() < 1e-6 && (g - 0.3).abs() < 1e-6 && b == 0.0);
+        assert!((stopped.albedo().mean() * 0.25 - 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_has_no_such_chance_scatters() {
+        let glass = thin(Spectrum::splat(0.5), 1.5);
+        let changes: [fn(&mut Material); 6] = [
+            |m| m.thin = false,
+            |m| m.transmission = Spectrum::ZERO,
+            |m| m.diffuse = Spectrum::splat(0.1),
+            |m| m.clearcoat = 1.0,
+            |m| m.sheen = Spectrum::ONE,
+            |m| m.emission = Spectrum::ONE,
+        ];
+        assert!(glass.sheet().is_some());
+        for (i, change) in changes.iter().enumerate() {
+            let mut material = glass.clone();
+            change(&mut material);
+            assert!(
+                material.sheet().is_none() && material.stopped_bsdf().is_none(),
+                "change {i}"
+            );
+        }
+    }
+}

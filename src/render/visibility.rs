@@ -1,0 +1,33 @@
+use super::cancellation::CountedRays;
+use super::observer::Observer;
+use super::pieces::in_pieces;
+use super::statistics::RayCounts;
+use crate::accel::Accel;
+use crate::integrator::VisibilityLearner;
+use crate::light::VisibilityGrid;
+use crate::sampler::Sampler;
+
+/// Learns what of the sky is seen from surfaces, where that helps to sample it; `None` where the observer asked to stop. It is the same to the bit
+/// for any number of threads.
+#[expect(clippy::type_complexity, reason = "an optional result and its rays")]
+pub fn learn_visibility<A: Accel, S: Sampler>(
+    learner: &VisibilityLearner<A>,
+    sampler: &S,
+    observer: &impl Observer,
+) -> Option<(Option<VisibilityGrid>, RayCounts)> {
+    let paths = |index, _: &mut S, rays: &mut CountedRays| learner.find_sites(index, rays);
+    let (found, rays) = in_pieces(learner.site_pieces(), sampler, observer, paths)?;
+    let sites = learner.join(found);
+    let Some(grid) = learner.grid(&sites) else {
+        return Some((None, rays));
+    };
+    let places = learner.places(&grid, &sites.sites);
+    let group = |index, _: &mut S, rays: &mut CountedRays| learner.look_from_groups(&grid, &places, index, rays);
+    let (groups, of_groups) = in_pieces(learner.look_pieces(places.groups()), sampler, observer, group)?;
+    let groups = groups.concat();
+    let cell =
+        |index, _: &mut S, rays: &mut CountedRays| learner.look_from_cells(&grid, (&places, &groups), index, rays);
+    let (cells, of_cells) = in_pieces(learner.look_pieces(grid.cells()), sampler, observer, cell)?;
+    let grid = grid.with_visibility(&cells.concat(), places.counts());
+    Some((Some(grid), rays.plus(of_groups).plus(of_cells)))
+}

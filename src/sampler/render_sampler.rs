@@ -1,0 +1,37 @@
+use super::{AnySampler, Dimension, PerturbedQmc, SampleKey, Sampler};
+use crate::math::Vec2;
+
+/// What a render draws from. The first is what most do; the other is kept out of its way.
+#[derive(Clone, Copy, Debug)]
+pub enum RenderSampler {
+    /// One for all numbers.
+    Plain(AnySampler),
+    /// One for directions, and one for all else.
+    PerturbedQmc(PerturbedQmc),
+}
+
+impl Sampler for RenderSampler {
+    #[inline]
+    fn start(&mut self, key: SampleKey) {
+        match self {
+            Self::Plain(sampler) => sampler.start(key),
+            Self::PerturbedQmc(sampler) => sampler.start(key),
+        }
+    }
+
+    #[inline(always)]
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        match self {
+            Self::Plain(sampler) => sampler.get_1d(dimension),
+            Self::PerturbedQmc(sampler) => sampler.get_1d(dimension),
+        }
+    }
+
+    #[inline(always)]
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        match self {
+            Self::Plain(sampler) => sampler.get_2d(dimension),
+            Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
+        }
+    }
+}

@@ -1,0 +1,413 @@
+//! Panes: flat slabs of clear glass, which become thin sheets when the scene is frozen.
+//!
+//! Files model a window pane as a slab: two parallel faces and a narrow rim. Light that two refractions deflect there and back goes on in its old
+//! direction, but no shadow ray finds it. A thin sheet in the middle of the slab, of the same index of refraction, has the same Fresnel transmittance
+//! with all reflections between the faces, and light passes it straight on (`material/sheet.rs`). What is neglected is the shift of light inside the slab
+//! (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
+//!
+//! A slab is taken where all of this holds, so that bottles, lenses, bowls and thick tables stay what they are:
+//!
+//! - The material refracts and does nothing else: smooth, without textures, alpha, emission or other lobes.
+//! - The connected component is closed, its faces look outwards, and almost all of its area lies in two parallel planes, with equal areas and nothing
+//!   beyond them. Components are connected by points of one position.
+//! - Vertex normals, where there are any, are those of the planes.
+//! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
+//!
+//! Two separate faces of the same outline that look away from each other, as a slab without its rim, are taken too. A single face of refracting glass
+//! is not: it may be the surface of water.
+
+use crate::bsdf::{Bsdf, Lobe};
+use crate::geometry::Mesh;
+use crate::material::{Material, MaterialId};
+use crate::math::{Bounds3, DVec3, Vec3};
+use std::collections::{BTreeMap, HashMap};
+
+/// How light passes thin glass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Panes {
+    /// Straight on: shadow rays pass it, and flat panes of solid glass count as thin.
+    #[default]
+    Straight,
+    /// By scattering alone, and panes of solid glass are bodies.
+    Refract,
+}
+
+impl Panes {
+    /// Each by the name that users type.
+    pub const NAMES: &[(&str, Self)] = &[("straight", Self::Straight), ("refract", Self::Refract)];
+}
+
+/// Largest thickness of a pane over its width.
+const MAX_THICKNESS: f64 = 1.0 / 20.0;
+/// Largest thickness of a pane over the radius of the scene.
+const MAX_SHARE_OF_SCENE: f64 = 1.0 / 100.0;
+/// Largest sine of the angle between a plane of the pane and its triangles.
+const MAX_SINE: f64 = 0.01;
+/// Cosine of the largest angle between a plane of the pane and its vertex normals, 5 degrees.
+const MIN_NORMAL_COS: f64 = 0.996;
+/// Largest distance of a point from its plane, over the thickness.
+const MAX_UNEVENNESS: f64 = 0.02;
+/// Largest area of a rim that shows along the normal of the pane, over the area of the pane.
+const MAX_RIM: f64 = 0.05;
+/// Largest difference of the areas of two faces, and of their places over their width.
+const MAX_DIFFERENCE: f64 = 0.02;
+
+/// A pane found in a mesh.
+struct Pane {
+    /// Triangles of one face.
+    face: Vec<u32>,
+    /// All other triangles.
+    rest: Vec<u32>,
+    /// From the face to the middle of the slab.
+    shift: DVec3,
+}
+
+/// A planar face of a component.
+#[derive(Clone)]
+struct Face {
+    triangles: Vec<u32>,
+    /// Unit normal by the winding.
+    n: DVec3,
+    area: f64,
+    centroid: DVec3,
+    /// Largest distance of a point from the centroid.
+    radius: f64,
+    /// Least and largest distance of the points from the origin along `n`.
+    offsets: [f64; 2],
+}
+
+/// What a connected component is.
+enum Component {
+    Slab(Pane),
+    /// A flat face without another side.
+    Sheet(Face),
+    Other,
+}
+
+/// Largest thickness of a pane in a scene of these bounds.
+pub(super) fn max_thickness(bounds: Bounds3) -> f64 {
+    MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
+}
+
+/// The thin sheets that panes become.
+#[derive(Default)]
+pub(super) struct Sheets {
+    /// Their material by that of the body; `None` where that is no clear glass.
+    of: HashMap<MaterialId, Option<MaterialId>>,
+    /// Number of panes.
+    pub count: u64,
+}
+
+impl Sheets {
+    /// The mesh without its panes, and a mesh of their sheets; one of them alone where the other has no triangles.
+    pub fn split(
+        &mut self,
+        mut mesh: Mesh,
+        material: MaterialId,
+        max_thickness: f64,
+        materials: &mut Vec<Material>,
+    ) -> Vec<(Mesh, MaterialId)> {
+        let is_known_not_to = self.of.get(&material).is_some_and(Option::is_none);
+        let refracts = || materials.get(material.0 as usize).is_some_and(is_clear_glass);
+        if is_known_not_to || !refracts() {
+            self.of.insert(material, None);
+            return vec![(mesh, material)];
+        }
+        let panes = match mesh.deforms() {
+            true => Vec::new(),
+            false => panes_of(&mesh, max_thickness),
+        };
+        if panes.is_empty() {
+            return vec![(mesh, material)];
+        }
+        self.count += panes.len() as u64;
+        let sheet = *self.of.entry(material).or_insert_with(|| {
+            let sheet = sheet_of(&materials[material.0 as usize]);
+            materials.push(sheet);
+            Some(MaterialId(materials.len() as u32 - 1))
+        });
+        let flat = sheets_in_the_middle(&mesh, &panes);
+        let mut is_left = vec![true; mesh.triangles.len()];
+        for &triangle in panes.iter().flat_map(|pane| pane.face.iter().chain(&pane.rest)) {
+            is_left[triangle as usize] = false;
+        }
+        let mut left = is_left.into_iter();
+        mesh.triangles.retain(|_| left.next().unwrap_or(true));
+        let parts = [(mesh, material), (flat, sheet.unwrap_or(material))];
+        parts
+            .into_iter()
+            .filter(|(mesh, _)| !mesh.triangles.is_empty())
+            .collect()
+    }
+}
+
+/// Whether a surface of `material` is a smooth boundary of glass and nothing else.
+fn is_clear_glass(material: &Material) -> bool {
+    let maps = &material.maps;
+    let varies = maps.varies_bsdf() || maps.has_relief() || maps.opacity.is_some();
+    let is_there = material.opacity == 1.0 && material.emission_factor().is_black();
+    is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
+}
+
+/// The thin sheet for a pane of `body`, which light enters and leaves.
+fn sheet_of(body: &Material) -> Material {
+    Material {
+        name: format!("{} (pane)", body.name),
+        transmission: body.transmission * body.transmission,
+        thin: true,
+        ..body.clone()
+    }
+}
+
+/// One face of each pane, moved into the middle.
+fn sheets_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
+    let mut flat = Mesh::default();
+    for pane in panes {
+        let mut moved: HashMap<u32, u32> = HashMap::new();
+        for &triangle in &pane.face {
+            let corners = mesh.triangles[triangle as usize].map(|vertex| {
+                *moved.entry(vertex).or_insert_with(|| {
+                    let p = mesh.positions[vertex as usize].as_dvec3() + pane.shift;
+                    flat.positions.push(p.as_vec3a());
+                    flat.positions.len() as u32 - 1
+                })
+            });
+            flat.triangles.push(corners);
+        }
+    }
+    flat
+}
+
+/// The panes of a mesh of clear glass, at most `max_thickness` thick.
+fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
+    let (mut panes, mut sheets) = (Vec::new(), Vec::new());
+    for triangles in components(mesh) {
+        match component(mesh, &triangles, max_thickness) {
+            Component::Slab(pane) => panes.push(pane),
+            Component::Sheet(face) => sheets.push(face),
+            Component::Other => {}
+        }
+    }
+    panes.extend(pairs(sheets, max_thickness));
+    panes
+}
+
+/// An index for each vertex that vertices of one position have in common.
+fn welded(mesh: &Mesh) -> Vec<u32> {
+    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
+    let positions = mesh.positions.iter().enumerate();
+    let first = positions.map(|(i, p)| {
+        // Of both zeros one
+        let bits = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
+        *known.entry(bits).or_insert(i as u32)
+    });
+    first.collect()
+}
+
+/// The triangles of each connected component, in the order of their first ones.
+fn components(mesh: &Mesh) -> Vec<Vec<u32>> {
+    let mut parents = welded(mesh);
+    // By path halving (Tarjan 1975)
+    fn root(parents: &mut [u32], mut i: u32) -> u32 {
+        while parents[i as usize] != i {
+            let above = parents[parents[i as usize] as usize];
+            parents[i as usize] = above;
+            i = above;
+        }
+        i
+    }
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
+        let least = a.min(b).min(c);
+        for other in [a, b, c] {
+            // A root that was joined a moment ago is one no more.
+            let other = root(&mut parents, other);
+            parents[other as usize] = least;
+        }
+    }
+    let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut components: Vec<Vec<u32>> = Vec::new();
+    for (i, [vertex, ..]) in mesh.triangles.iter().enumerate() {
+        let index = *index_of.entry(root(&mut parents, *vertex)).or_insert_with(|| {
+            components.push(Vec::new());
+            components.len() - 1
+        });
+        components[index].push(i as u32);
+    }
+    components
+}
+
+/// What the connected component of these triangles is.
+fn component(mesh: &Mesh, triangles: &[u32], max_thickness: f64) -> Component {
+    let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
+    let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
+        match area.length_squared() > largest.length_squared() {
+            true => area,
+            false => largest,
+        }
+    });
+    let Some(n) = largest.try_normalize() else {
+        return Component::Other;
+    };
+    let (mut front, mut back, mut rim) = (Vec::new(), Vec::new(), 0.0);
+    for (&triangle, area) in triangles.iter().zip(&areas) {
+        let along = area.dot(n);
+        match area.cross(n).length() <= MAX_SINE * area.length() {
+            true if along > 0.0 => front.push(triangle),
+            true => back.push(triangle),
+            false => rim += along.abs(),
+        }
+    }
+    let front = Face::new(mesh, front, n);
+    if front.triangles.len() == triangles.len() {
+        let is_flat = front.offsets[1] - front.offsets[0] <= MAX_UNEVENNESS * max_thickness;
+        return match is_flat && front.has_its_normals(mesh) {
+            true => Component::Sheet(front),
+            false => Component::Other,
+        };
+    }
+    let back = Face::new(mesh, back, -n);
+    let has_narrow_rim = rim <= MAX_RIM * front.area;
+    let have_their_normals = front.has_its_normals(mesh) && back.has_its_normals(mesh);
+    let Some(thickness) = thickness(&front, &back, max_thickness).filter(|_| has_narrow_rim && have_their_normals)
+    else {
+        return Component::Other;
+    };
+    // Nothing lies beyond the two planes.
+    let slack = MAX_UNEVENNESS * thickness;
+    let [low, high] = [-back.offsets[0] - slack, front.offsets[1] + slack];
+    let is_between = corners(mesh, triangles).all(|p| (low..=high).contains(&p.dot(n)));
+    if !is_between || !is_closed(mesh, triangles) {
+        return Component::Other;
+    }
+    let is_front = |triangle: &u32| front.triangles.binary_search(triangle).is_ok();
+    Component::Slab(Pane {
+        rest: triangles
+            .iter()
+            .copied()
+            .filter(|triangle| !is_front(triangle))
+            .collect(),
+        shift: n * (-0.5 * thickness),
+        face: front.triangles,
+    })
+}
+
+/// Pairs of faces that are the two sides of a slab without its rim.
+fn pairs(mut sheets: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
+    // Partners are hardly farther from each other than a pane is thick, along any axis: along the one on which most faces differ, few others are.
+    let spread: Bounds3 = sheets.iter().map(|face| face.centroid.as_vec3a()).collect();
+    let axis = (spread.max - spread.min).max_position();
+    sheets.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
+    let mut is_taken = vec![false; sheets.len()];
+    let mut panes = Vec::new();
+    for i in 0..sheets.len() {
+        let reach = |face: &&Face| face.centroid[axis] - sheets[i].centroid[axis] <= 2.0 * max_thickness;
+        let count = sheets[i + 1..].iter().take_while(reach).count();
+        let partner = (i + 1..=i + count).find(|&j| {
+            let faces = [&sheets[i], &sheets[j]];
+            !is_taken[i] && !is_taken[j] && thickness(faces[0], faces[1], max_thickness).is_some()
+        });
+        let Some(j) = partner else { continue };
+        (is_taken[i], is_taken[j]) = (true, true);
+        if let Some(thickness) = thickness(&sheets[i], &sheets[j], max_thickness) {
+            panes.push(Pane {
+                shift: sheets[i].n * (-0.5 * thickness),
+                face: sheets[i].triangles.clone(),
+                rest: sheets[j].triangles.clone(),
+            });
+        }
+    }
+    panes
+}
+
+/// Thickness of the slab between two faces that look away from each other; `None` where they are not the sides of a pane.
+fn thickness(a: &Face, b: &Face, max_thickness: f64) -> Option<f64> {
+    let apart = a.centroid - b.centroid;
+    let thickness = apart.dot(a.n);
+    let aside = apart - a.n * thickness;
+    let unevenness = [a, b].map(|face| face.offsets[1] - face.offsets[0]);
+    let differ = |x: f64, y: f64| (x - y).abs() > MAX_DIFFERENCE * x.max(y);
+    let is_pane = a.n.dot(b.n) < 0.0
+        && a.n.cross(b.n).length() <= MAX_SINE
+        && thickness > 0.0
+        && thickness <= max_thickness
+        && thickness <= MAX_THICKNESS * a.width()
+        && unevenness[0].max(unevenness[1]) <= MAX_UNEVENNESS * thickness
+        && aside.length() <= MAX_DIFFERENCE * a.width()
+        && !differ(a.area, b.area)
+        && !differ(a.radius, b.radius);
+    is_pane.then_some(thickness)
+}
+
+/// Half the cross product of two edges: the area along the normal by the winding.
+fn area_vector(mesh: &Mesh, triangle: u32) -> DVec3 {
+    let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize].as_dvec3());
+    0.5 * (b - a).cross(c - a)
+}
+
+/// Corners of triangles, those of each in turn.
+fn corners<'a>(mesh: &'a Mesh, triangles: &'a [u32]) -> impl Iterator<Item = DVec3> + 'a {
+    let vertices = triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
+    vertices.map(|i| mesh.positions[i as usize].as_dvec3())
+}
+
+/// Whether each edge belongs to two triangles, which run along it in opposite directions.
+fn is_closed(mesh: &Mesh, triangles: &[u32]) -> bool {
+    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
+    let mut point = |vertex: u32| {
+        let bits = (mesh.positions[vertex as usize] + Vec3::ZERO)
+            .to_array()
+            .map(f32::to_bits);
+        let next = known.len() as u32;
+        *known.entry(bits).or_insert(next)
+    };
+    let mut edges = Vec::with_capacity(3 * triangles.len());
+    for &triangle in triangles {
+        let [a, b, c] = mesh.triangles[triangle as usize].map(&mut point);
+        edges.extend([(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b), a > b)));
+    }
+    edges.sort_unstable();
+    let mut edges = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+    edges.all(|same| matches!(same, [a, b] if a.2 != b.2))
+}
+
+impl Face {
+    /// The face of these triangles, whose normals are about `n`.
+    fn new(mesh: &Mesh, triangles: Vec<u32>, n: DVec3) -> Self {
+        let (mut area, mut centroid) = (0.0, DVec3::ZERO);
+        for (&triangle, of) in triangles.iter().zip(triangles.chunks(1)) {
+            let part = area_vector(mesh, triangle).length();
+            area += part;
+            centroid += part * (corners(mesh, of).sum::<DVec3>() / 3.0);
+        }
+        centroid /= area.max(f64::MIN_POSITIVE);
+        let (mut radius, mut offsets) = (0.0f64, [f64::INFINITY, f64::NEG_INFINITY]);
+        for p in corners(mesh, &triangles) {
+            radius = radius.max((p - centroid).length());
+            offsets = [offsets[0].min(p.dot(n)), offsets[1].max(p.dot(n))];
+        }
+        Self {
+            triangles,
+            n,
+            area,
+            centroid,
+            radius,
+            offsets,
+        }
+    }
+
+    /// Width of the face: that of a strip of its area and its greatest length.
+    fn width(&self) -> f64 {
+        self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether the vertex normals, where there are any, are about those of the plane.
+    fn has_its_normals(&self, mesh: &Mesh) -> bool {
+        let mut vertices = self.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
+        mesh.normals.is_empty()
+            || vertices.all(|i| mesh.normals[i as usize].as_dvec3().dot(self.n).abs() >= MIN_NORMAL_COS)
+    }
+}
+
+#[cfg(test)]
+mod tests;

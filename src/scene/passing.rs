@@ -1,0 +1,60 @@
+//! Surfaces that rays pass straight on: by their opacity, or as thin glass (`material/sheet.rs`).
+
+use super::Scene;
+use crate::color::Spectrum;
+use crate::geometry::Hit;
+use crate::material::Sheet;
+use crate::math::Ray;
+
+impl Scene {
+    /// Whether rays may pass any surface straight on: by its opacity, or as thin glass.
+    #[inline(always)]
+    pub fn lets_light_pass(&self) -> bool {
+        self.has_alpha || self.has_sheets
+    }
+
+    /// Whether any surface has an opacity below 1.
+    #[inline(always)]
+    pub fn has_alpha(&self) -> bool {
+        self.has_alpha
+    }
+
+    /// Whether rays pass any thin surface straight on.
+    #[inline(always)]
+    pub fn has_sheets(&self) -> bool {
+        self.has_sheets
+    }
+
+    /// Number of panes of solid glass that became thin sheets; those of a prototype count once.
+    pub fn panes(&self) -> u64 {
+        self.panes
+    }
+
+    /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
+    /// such glass.
+    pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
+        if !self.has_sheets {
+            return None;
+        }
+        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref()?;
+        let wo = -ray.direction.normalize_or_zero();
+        let cos = self.surface_point(hit, ray.time).seen_from(wo).ns.dot(wo).abs();
+        Some((sheet.pass_probability(cos), sheet.tint))
+    }
+
+    /// Probability with which the surface at `hit` stops rays, where that is the same for all directions; that of a mirror is left out.
+    pub fn stopping_share(&self, hit: &Hit) -> f32 {
+        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref();
+        self.opacity(hit) * sheet.map_or(1.0, Sheet::scattered_share)
+    }
+
+    /// The share of the surface at `hit` that is there, in [0, 1].
+    pub fn opacity(&self, hit: &Hit) -> f32 {
+        let material = self.material(hit);
+        match material.maps.opacity {
+            // Edges stay sharp.
+            Some(_) => material.opacity_at(&self.spot(hit, 0.0, 0.0)),
+            None => material.opacity,
+        }
+    }
+}

@@ -4,6 +4,9 @@
 //! metal, is evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
 //! lane by lane. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
 
+// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+#![allow(clippy::needless_range_loop)]
+
 use super::energy::{ConductorTables, MirrorRows, NODES};
 use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughMirror};
 use crate::color::Spectrum;

@@ -132,6 +132,8 @@ struct Scattered {
     pdf: f32,
 }
 
+// Lives for the time of one call.
+#[allow(clippy::large_enum_variant)]
 enum ForViewers {
     /// Matte surfaces scatter the same light to all.
     Alike(Spectrum),

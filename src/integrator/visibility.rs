@@ -28,8 +28,8 @@ const PATHS_A_PIECE: u32 = 256;
 const MAX_DEPTH: u32 = 8;
 /// Maximum probability that it goes on.
 const MAX_SURVIVAL: f32 = 0.9;
-/// Rays that learn what is seen, for each pixel of the picture: about 3 % of those of 16 samples.
-const RAYS_A_PIXEL: u64 = 1;
+/// Rays that learn what is seen, for each pixel of the picture, at most: about 4 % of the time of 16 samples.
+const RAYS_A_PIXEL: u64 = 2;
 /// Such rays at least and at most.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
 /// Share of the rays from surfaces that leave the scene from which on nothing is to be gained.
@@ -93,9 +93,14 @@ impl Places {
 /// Whether the visibility of the lights of `scene` is learned, where an integrator samples lights.
 fn learns_visibility(scene: &Scene) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
-    let can_learn = scene.lights().iter().any(is_sky) || scene.lights().len() > 2;
+    let is_asked = match scene.light_selection().mode() {
+        SelectionMode::Visibility => true,
+        // Of lamps alone nothing is gained (docs/benchmarks.md).
+        SelectionMode::Auto => scene.lights().iter().any(is_sky),
+        SelectionMode::Power | SelectionMode::Place | SelectionMode::Uniform | SelectionMode::All => false,
+    };
     // Of a ground that catches shadows, the light that is missing counts: it comes from where nothing is seen.
-    scene.light_selection().mode().learns() && can_learn && scene.ground().is_none()
+    is_asked && scene.ground().is_none()
 }
 
 /// Bytes that learning the visibility of the lights of `scene` takes at most, about, for a picture of so many pixels.
@@ -108,7 +113,7 @@ pub fn visibility_bytes(scene: &Scene, pixels: u64) -> u64 {
         return 0;
     }
     let points = POINTS_OF_A_PATH * (pixels / PIXELS_A_PATH).min(PATHS[1]);
-    points * size_of::<Site>() as u64 + BYTES_OF_A_CELL * (pixels / 128).min(4096)
+    points * size_of::<Site>() as u64 + BYTES_OF_A_CELL * (pixels / 64).min(4096)
 }
 
 impl<A: Accel> VisibilityLearner<'_, A> {

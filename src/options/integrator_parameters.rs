@@ -28,8 +28,8 @@ parameters! {
         /// Choice of lights: by visibility, place or power, uniform, all, or auto
         ///
         /// `place` weighs each light by what it would send there if nothing were between. `visibility` learns, before the first sample, what of the sky
-        /// and of other lights is seen from each part of the scene. `auto` is `visibility` in rooms, where a sky or more than two lights shine, if lights
-        /// are weighed by MIS; else `place` among more than two lights and `power` among fewer. `all` samples every light at every vertex.
+        /// and of other lights is seen from each part of the scene. `auto` is `visibility` in rooms that see a sky, if lights are weighed by MIS; else
+        /// `place` among more than two lights and `power` among fewer. `all` samples every light at every vertex.
         light_selection: SelectionMode = SelectionMode::Auto;
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;

@@ -177,8 +177,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             );
             let Some(sample) = vertex.sample(u_lobe, u) else { return };
             let survival = sample.weight.max_component().min(MAX_SURVIVAL);
-            // Also ends where that is not a number
-            if !(sampler.get_2d(number(Bounce::Decisions)).y < survival) {
+            if survival.is_nan() || sampler.get_2d(number(Bounce::Decisions)).y >= survival {
                 return;
             }
             is_delta = sample.is_delta();

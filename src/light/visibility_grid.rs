@@ -376,9 +376,9 @@ impl VisibilityGrid {
 
     /// Bytes of its arrays and of the tables that have been made.
     pub fn bytes(&self) -> usize {
-        let table =
-            |table: &Box<Table>| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
-        let tables: usize = self.tables.iter().flatten().filter_map(OnceLock::get).map(table).sum();
+        let table = |table: &Table| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
+        let made = self.tables.iter().flatten().filter_map(OnceLock::get);
+        let tables: usize = made.map(|made| table(made)).sum();
         let sky = self.sky.as_ref().map_or(0, |sky| sky.visible.len() + sky.bins.bytes());
         self.cells.bytes() + size_of_val(self.tables.as_slice()) + self.visible_clusters.len() + sky + tables
     }

@@ -65,7 +65,7 @@ impl Distribution1D {
     fn sample_within(&self, steps: &Range<usize>, u: f32) -> (f32, usize) {
         let (low, high) = (self.cdf[steps.start], self.cdf[steps.end]);
         // The number before `high`, which is positive
-        let last = f32::from_bits(high.to_bits() - 1).max(low);
+        let last = f32::from_bits(high.to_bits().saturating_sub(1)).max(low);
         self.sample((low + u * (high - low)).clamp(low, last))
     }
 

@@ -103,12 +103,12 @@ fn learns_visibility(scene: &Scene) -> bool {
     is_asked && scene.ground().is_none()
 }
 
-/// Bytes that learning the visibility of the lights of `scene` takes at most, about, for a picture of so many pixels.
+/// Bytes that learning the visibility of the lights of `scene` takes, about, for a picture of so many pixels: in rooms, in which it is learned.
 pub fn visibility_bytes(scene: &Scene, pixels: u64) -> u64 {
     /// Visible shares, and tables for the normals of a room.
     const BYTES_OF_A_CELL: u64 = 6000;
-    /// Points that a path finds, each of which is kept up to three times.
-    const POINTS_OF_A_PATH: u64 = 3 * 3;
+    /// Points that a path finds, about.
+    const POINTS_OF_A_PATH: u64 = 3;
     if !learns_visibility(scene) {
         return 0;
     }

@@ -75,7 +75,7 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
                 let mut shared = Shared {
                     first: &mut firsts[i],
                     end: &mut ends[i],
-                    keeps_depth: path.max_depth.is_some(),
+                    max_depth: path.max_depth,
                 };
                 let radiance = path.li(&packet.start(i, keys), &slots[i], &mut shared, out);
                 match &mut indirect {
@@ -148,8 +148,9 @@ struct First<'v> {
 struct Shared<'s, 'v> {
     first: &'s mut Option<First<'v>>,
     end: &'s mut Option<End<'v>>,
-    /// Whether first vertices must lie at depth 0, so that paths through an end have the same number of scatterings for all pixels.
-    keeps_depth: bool,
+    /// Maximum number of scattering events. Where there is one, first vertices lie at depth 0, so that paths through an end have the same number for
+    /// all pixels.
+    max_depth: Option<u32>,
 }
 
 impl<'v> Reuse<'v> for Shared<'_, 'v> {
@@ -157,7 +158,7 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
     fn meet(&mut self, depth: u32, vertex: Vertex<'v>, path: &PathState) -> Vertex<'v> {
         match self.first {
             None => {
-                let is_late = depth > 0 && (self.keeps_depth || depth as usize + 1 >= LOOKED_AT);
+                let is_late = depth > 0 && (self.max_depth.is_some() || depth as usize + 1 >= LOOKED_AT);
                 // All surfaces before it are mirrors or smooth glass.
                 if !vertex.bsdf.is_delta() && !is_late {
                     *self.first = Some(First {
@@ -168,7 +169,8 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
                 }
             }
             Some(first) => {
-                if depth == first.depth + 1 && !path.is_delta() && End::can_be(&vertex) {
+                let is_second = depth == first.depth + 1 && !path.is_delta();
+                if is_second && self.max_depth.is_none_or(|max| depth < max) && End::can_be(&vertex) {
                     *self.end = Some(End::new(vertex, depth, path));
                 }
             }

@@ -176,7 +176,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             let Some(sample) = vertex.sample(u_lobe, u) else { return };
             let survival = sample.weight.max_component().min(MAX_SURVIVAL);
             // Also ends where that is not a number
-            if !(sampler.get_2d(number(Bounce::Decisions)).y < survival) {
+            let goes_on = sampler.get_2d(number(Bounce::Decisions)).y < survival;
+            if !goes_on {
                 return;
             }
             is_delta = sample.is_delta();

@@ -376,9 +376,10 @@ impl VisibilityGrid {
 
     /// Bytes of its arrays and of the tables that have been made.
     pub fn bytes(&self) -> usize {
-        let table =
-            |table: &Box<Table>| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
-        let tables: usize = self.tables.iter().flatten().filter_map(OnceLock::get).map(table).sum();
+        let tables = self.tables.iter().flatten().filter_map(OnceLock::get);
+        let tables: usize = tables
+            .map(|table| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries))
+            .sum();
         let sky = self.sky.as_ref().map_or(0, |sky| sky.visible.len() + sky.bins.bytes());
         self.cells.bytes() + size_of_val(self.tables.as_slice()) + self.visible_clusters.len() + sky + tables
     }

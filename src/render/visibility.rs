@@ -9,7 +9,6 @@ use crate::sampler::Sampler;
 
 /// Learns what of the sky is seen from surfaces, where that helps to sample it; `None` where the observer asked to stop. It is the same to the bit
 /// for any number of threads.
-#[expect(clippy::type_complexity, reason = "an optional result and its rays")]
 pub fn learn_visibility<A: Accel, S: Sampler>(
     learner: &VisibilityLearner<A>,
     sampler: &S,

@@ -64,7 +64,9 @@ impl Distribution1D {
     /// Draws `x` among the steps `steps` alone, by inversion; also its step. Their probability must be above 0.
     fn sample_within(&self, steps: &Range<usize>, u: f32) -> (f32, usize) {
         let (low, high) = (self.cdf[steps.start], self.cdf[steps.end]);
-        self.sample((low + u * (high - low)).clamp(low, high.next_down().max(low)))
+        // Below the next step even where the sum is rounded up
+        let last = f32::from_bits(high.to_bits().saturating_sub(1)).max(low);
+        self.sample((low + u * (high - low)).clamp(low, last))
     }
 
     /// Probability of the steps `steps`.

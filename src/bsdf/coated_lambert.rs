@@ -34,7 +34,7 @@ impl CoatedLambert {
         self.roughness
     }
 
-    /// Albedo, share that passes the coat on average, 1 for a coat, its reflectance along the normal and what several reflections in it give.
+    /// Albedo; mean transmittance of the coat; 1, since there is a coat; its reflectance along the normal, and the share that several reflections give back.
     pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }

@@ -1,13 +1,13 @@
 //! BSDFs of sixteen vertices at once: arrays over which the compiler makes loops of vector instructions.
 //!
-//! Path reuse evaluates a BSDF for each pair of a first vertex and an end, twice. What exporters write, a diffuse base under a coat of GGX facets, or a
-//! metal, is evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
+//! Path reuse evaluates a BSDF for each pair of a first vertex and an end, twice. Materials as exporters write them, a diffuse base under a coat of GGX
+//! facets or a metal, are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no call; only the lookups of energies go
 //! lane by lane. All other BSDFs, and vertices by themselves, are evaluated by [`super::BsdfView`], to whose values these are equal but for rounding.
 
 // One index for all arrays of a loop, which is what the compiler makes vector instructions of
 #![allow(clippy::needless_range_loop)]
 
-use super::energy::{ConductorTables, MirrorRows, NODES};
+use super::energy::{ConductorRows, ConductorTables, NODES};
 use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughMirror};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -60,7 +60,7 @@ struct BaseLanes {
     albedo: Lane,
     /// 1 below a coat, else 0.
     is_coated: Lane,
-    /// What the coat reflects along the normal, and what several reflections give of what a single one leaves behind.
+    /// Reflectance of the coat along the normal, and share of the energy lost by single reflections that several ones give back.
     coat: [Lane; 2],
 }
 
@@ -72,7 +72,7 @@ struct FacetLanes {
     reflectance: [Lane; 3],
     f0: [Lane; 3],
     several: [Lane; 3],
-    rows: [MirrorRows; LANES],
+    rows: [ConductorRows; LANES],
 }
 
 /// Energy towards directions.
@@ -86,7 +86,7 @@ struct EnergyLanes {
 struct Parts<'a> {
     base: Option<Base<'a>>,
     /// Facets, and rows of the energy tables for their roughness.
-    facets: Option<(&'a RoughMirror, MirrorRows)>,
+    facets: Option<(&'a RoughMirror, ConductorRows)>,
 }
 
 enum Base<'a> {
@@ -109,7 +109,7 @@ impl<'a> Parts<'a> {
                 Lobe::Lambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Bare(lobe)),
                 Lobe::CoatedLambert(lobe) if parts.base.is_none() => parts.base = Some(Base::Coated(lobe)),
                 Lobe::RoughMirror(lobe) if parts.facets.is_none() && lobe.is_schlick() => {
-                    let rows = MirrorRows::of(ConductorTables::new(lobe.roughness()));
+                    let rows = ConductorRows::of(ConductorTables::new(lobe.roughness()));
                     parts.facets = Some((lobe, rows));
                 }
                 _ => return None,
@@ -159,7 +159,7 @@ impl BsdfLanes {
             reflectance: [[0.0; LANES]; 3],
             f0: [[0.0; LANES]; 3],
             several: [[0.0; LANES]; 3],
-            rows: [MirrorRows::of(ConductorTables::new(1.0)); LANES],
+            rows: [ConductorRows::of(ConductorTables::new(1.0)); LANES],
         };
         Self {
             wo: DirectionLanes::splat(Vec3::Z),
@@ -457,7 +457,7 @@ mod tests {
         }
     }
 
-    /// What lanes cannot hold is refused.
+    /// BSDFs with other lobes are refused.
     #[test]
     fn other_lobes_are_refused() {
         let glass = Material {

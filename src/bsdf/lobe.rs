@@ -1,7 +1,7 @@
 use super::energy::{DirectionTerms, EnergyLookup};
 use super::{
     Blinn, BsdfSample, CoatedLambert, Dielectric, Lambert, Mirror, Phong, RoughDielectric, RoughMirror, Scattering,
-    Sheen, ThinSheet, TransportMode, same_hemisphere,
+    Sheen, ThinDielectric, TransportMode, same_hemisphere,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
@@ -28,13 +28,13 @@ pub enum Lobe {
     /// Boundary of a refracting medium.
     Dielectric(Dielectric),
     /// Sheet that lets light pass straight on.
-    ThinSheet(ThinSheet),
+    ThinDielectric(ThinDielectric),
 }
 
 impl Lobe {
     /// Whether it scatters into single directions only, which `eval` and `pdf` cannot see.
     pub fn is_delta(&self) -> bool {
-        matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_))
+        matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_))
     }
 
     /// Whether it is drawn from in parts, between which a number of its own chooses.
@@ -54,7 +54,7 @@ impl Lobe {
             Self::Blinn(lobe) => lobe.exponent <= EXPONENT,
             Self::RoughMirror(lobe) => lobe.roughness() >= ROUGHNESS,
             Self::RoughDielectric(lobe) => lobe.roughness() >= ROUGHNESS,
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => false,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => false,
         }
     }
 
@@ -120,7 +120,7 @@ impl Lobe {
             Self::RoughMirror(lobe) => lobe.eval_pdf(o, i, wo, wi),
             Self::Sheen(lobe) => lobe.eval_pdf(wo, wi),
             Self::RoughDielectric(lobe) => lobe.eval_pdf(o, i, wo, wi),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => (Spectrum::ZERO, 0.0),
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => (Spectrum::ZERO, 0.0),
         }
     }
 
@@ -133,7 +133,7 @@ impl Lobe {
             Self::RoughMirror(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
             Self::Sheen(_) => Some(Sheen::sample_direction(wo, u)),
             Self::RoughDielectric(lobe) => lobe.sample_direction(terms, wo, u_lobe, u),
-            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinSheet(_) => None,
+            Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => None,
         }
     }
 
@@ -156,7 +156,7 @@ impl Lobe {
         match self {
             Self::Mirror(lobe) => lobe.directions(wo),
             Self::Dielectric(lobe) => lobe.directions(wo, mode),
-            Self::ThinSheet(lobe) => lobe.directions(wo),
+            Self::ThinDielectric(lobe) => lobe.directions(wo),
             _ => [None, None],
         }
     }
@@ -173,7 +173,7 @@ impl Lobe {
             Self::RoughDielectric(lobe) => lobe.albedo(),
             Self::Mirror(lobe) => lobe.reflectance * lobe.fresnel.tint(),
             Self::Dielectric(lobe) => lobe.transmittance,
-            Self::ThinSheet(lobe) => lobe.transmittance,
+            Self::ThinDielectric(lobe) => lobe.transmittance,
         }
     }
 

@@ -35,7 +35,7 @@ mod phong;
 mod rough_dielectric;
 mod rough_mirror;
 mod sheen;
-mod thin_sheet;
+mod thin_dielectric;
 mod view;
 mod words;
 
@@ -54,7 +54,7 @@ pub use phong::Phong;
 pub use rough_dielectric::RoughDielectric;
 pub use rough_mirror::RoughMirror;
 pub use sheen::Sheen;
-pub use thin_sheet::ThinSheet;
+pub use thin_dielectric::ThinDielectric;
 pub use view::{BsdfDirection, BsdfView};
 
 use crate::color::Spectrum;

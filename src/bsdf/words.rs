@@ -28,7 +28,7 @@ impl Lobe {
             Self::Sheen(_) => "sheen",
             Self::Mirror(_) => "mirror",
             Self::Dielectric(_) => "dielectric",
-            Self::ThinSheet(_) => "thin dielectric",
+            Self::ThinDielectric(_) => "thin dielectric",
         }
     }
 
@@ -67,7 +67,9 @@ impl Lobe {
             Self::Sheen(lobe) => format!("color {}", list(&lobe.color.to_array())),
             Self::Mirror(lobe) => format!("reflectance {}, {}", list(&lobe.reflectance.to_array()), lobe.fresnel),
             Self::Dielectric(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
-            Self::ThinSheet(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
+            Self::ThinDielectric(lobe) => {
+                boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
+            }
         }
     }
 }

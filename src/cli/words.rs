@@ -51,7 +51,7 @@ pub(super) fn count(number: u64, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
-/// What became of panes of solid glass, if there are any.
+/// Words about the panes that were recognised, if there are any.
 pub(super) fn panes(number: u64) -> Option<String> {
     (number > 0).then(|| format!("{}, light passes straight", count(number, "pane")))
 }

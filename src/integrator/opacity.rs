@@ -1,5 +1,5 @@
 //! Alpha and thin glass: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d` of MTL, 0 to 1) and through surfaces that light
-//! passes straight on (`material/sheet.rs`).
+//! passes straight on (`material/thin_surface.rs`).
 //!
 //! Backends do not know of them. A walk keeps the origin and direction of its ray and raises the near end of the open interval to the parameter of
 //! the last hit, so that each step is strictly farther and no surface counts twice. A new ray from the offset origin behind each surface was tried:
@@ -66,7 +66,7 @@ impl Transmittance {
     /// Multiplies by what the surface at `hit` lets pass of `ray`.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) {
         let opacity = scene.opacity(hit);
-        match scene.sheet_along(hit, ray).filter(|_| opacity > 0.0) {
+        match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,
             Some((pass, tint)) => {
                 // By a hole, or through the glass
@@ -96,7 +96,7 @@ impl Passing {
 
     /// Whether `ray` passes the glass at `hit`, if it is glass.
     pub fn passes(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) -> bool {
-        let Some((pass, tint)) = scene.sheet_along(hit, ray) else {
+        let Some((pass, tint)) = scene.thin_surface_along(hit, ray) else {
             return false;
         };
         let u = self

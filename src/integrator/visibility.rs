@@ -12,7 +12,7 @@ use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
-use crate::light::{Light, Look, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid};
+use crate::light::{Light, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid, VisibilityTarget};
 use crate::material::BsdfSlot;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};
@@ -34,9 +34,9 @@ const RAYS_A_PIXEL: u64 = 2;
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
 /// Share of the rays from surfaces that leave the scene from which on nothing is to be gained.
 const OPEN: f64 = 0.4;
-/// Points on surfaces at most that a cell looks from.
+/// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;
-/// Points of them at most of which one is looked for that faces a light.
+/// Maximum number of these points that are tried until one faces a light.
 const TRIES: usize = 16;
 /// Cells in a piece of work.
 const CELLS_A_PIECE: usize = 16;
@@ -56,7 +56,7 @@ pub struct Site {
     n: Vec3,
 }
 
-/// What paths have found.
+/// Surface points that paths have found.
 #[derive(Clone, Debug, Default)]
 pub struct Sites {
     /// Points on surfaces, path by path.
@@ -67,9 +67,9 @@ pub struct Sites {
     escaped: u64,
 }
 
-/// From where cells look.
+/// Surface points by cell of the grid, and by group of cells.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub struct SitesByCell {
     cells: Vec<Vec<Site>>,
     groups: Vec<Vec<Site>>,
     /// The group of each cell.
@@ -78,7 +78,7 @@ pub struct Places {
     counts: Vec<usize>,
 }
 
-impl Places {
+impl SitesByCell {
     /// Number of groups of cells.
     pub fn groups(&self) -> usize {
         self.groups.len()
@@ -211,9 +211,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
 
     /// The sites of each cell of `grid`, and those of each group of cells, in their order: evenly some of all where there are many. Then the number of sites
     /// of each cell.
-    pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> Places {
+    pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> SitesByCell {
         let group_of = grid.groups();
-        let mut places = Places {
+        let mut places = SitesByCell {
             cells: vec![Vec::new(); grid.cells()],
             groups: vec![Vec::new(); group_of.iter().max().map_or(0, |last| last + 1)],
             counts: Vec::new(),
@@ -233,16 +233,16 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         places
     }
 
-    /// Number of pieces of work in which `count` cells, or groups of cells, look at the sky.
-    pub fn look_pieces(&self, count: usize) -> u32 {
+    /// Number of pieces of work in which `count` cells, or groups of cells, trace their rays.
+    pub fn trace_pieces(&self, count: usize) -> u32 {
         count.div_ceil(CELLS_A_PIECE) as u32
     }
 
     /// The piece `index` of the groups' work: the share of light that passes by one ray through each bin of the sky.
-    pub fn look_from_groups(
+    pub fn trace_from_groups(
         &self,
         grid: &VisibilityGrid,
-        places: &Places,
+        places: &SitesByCell,
         index: u32,
         out: &mut impl RaySink,
     ) -> Vec<f32> {
@@ -250,10 +250,10 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let mut shares = Vec::new();
         for group in first..(first + CELLS_A_PIECE).min(places.groups.len()) {
             for bin in 0..grid.bins() {
-                let share = self.look_at(
+                let share = self.trace_to(
                     grid,
                     &places.groups[group],
-                    Look::Bin(bin),
+                    VisibilityTarget::Bin(bin),
                     (group as u32, 2 * bin as u32 + 1),
                     out,
                 );
@@ -263,11 +263,11 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         shares
     }
 
-    /// The piece `index` of the cells' work, where `groups` have seen these shares: the share of light that passes from all that the grid looks at.
-    pub fn look_from_cells(
+    /// The piece `index` of the cells' work, where `groups` have found these shares: the mean transmittance from each cell to each target.
+    pub fn trace_from_cells(
         &self,
         grid: &VisibilityGrid,
-        (places, groups): (&Places, &[f32]),
+        (places, groups): (&SitesByCell, &[f32]),
         index: u32,
         out: &mut impl RaySink,
     ) -> Vec<f32> {
@@ -275,30 +275,30 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let mut shares = Vec::new();
         for cell in first..(first + CELLS_A_PIECE).min(grid.cells()) {
             let group = &groups[places.group_of[cell] * grid.bins()..][..grid.bins()];
-            for (number, look) in (0..).zip(grid.looks()) {
+            for (number, target) in (0..).zip(grid.targets()) {
                 let mut mean = |count: u32| {
                     let rays = (0..count).map(|i| 2 * (number * RAYS_A_CLUSTER + i) + 2);
-                    let shares =
-                        rays.filter_map(|ray| self.look_at(grid, &places.cells[cell], look, (cell as u32, ray), out));
+                    let shares = rays
+                        .filter_map(|ray| self.trace_to(grid, &places.cells[cell], target, (cell as u32, ray), out));
                     shares.sum::<f32>() / count as f32
                 };
-                shares.push(match look {
-                    Look::Bin(bin) if grid.bins_around(bin).all(|near| group[near] == 0.0) => 0.0,
-                    Look::Bin(bin) => 0.5 * (mean(1) + group[bin]),
-                    Look::Cluster(_) => mean(RAYS_A_CLUSTER),
+                shares.push(match target {
+                    VisibilityTarget::Bin(bin) if grid.bins_around(bin).all(|near| group[near] == 0.0) => 0.0,
+                    VisibilityTarget::Bin(bin) => 0.5 * (mean(1) + group[bin]),
+                    VisibilityTarget::Cluster(_) => mean(RAYS_A_CLUSTER),
                 });
             }
         }
         shares
     }
 
-    /// The share of light that passes by one ray from one of the `sites` to what is looked at; `None` where no light counts. `column` and `index` name its
+    /// The transmittance along one ray from one of the `sites` to `target`; `None` where no site faces it. `column` and `index` name its
     /// random numbers.
-    fn look_at(
+    fn trace_to(
         &self,
         grid: &VisibilityGrid,
         sites: &[Site],
-        look: Look,
+        target: VisibilityTarget,
         (column, index): (u32, u32),
         out: &mut impl RaySink,
     ) -> Option<f32> {
@@ -314,9 +314,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         // Directions of the sky are the same from everywhere.
         let mut tries = after.iter().chain(before).take(TRIES);
         let (site, sample) = tries.find_map(|site| {
-            let sample = grid.sample_look(
+            let sample = grid.sample_target(
                 scene.lights(),
-                look,
+                target,
                 (site.point.p, site.point.time),
                 u,
                 scene.textures(),

@@ -201,12 +201,12 @@ impl<'a, A: Accel> World<'a, A> {
             let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
             kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
         };
-        let has_sheets = self.scene.has_sheets();
+        let has_thin_surfaces = self.scene.has_thin_surfaces();
         let mut passing = Passing::new(u);
         let mut stops = |hit: &Hit, tint: &mut Spectrum| {
             let stops = !is_below(hit)
                 && stops(hit, &ray, self.scene.opacity(hit))
-                && !(has_sheets && passing.passes(hit, &ray, self.scene));
+                && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
             *tint = passing.tint;
             stops
         };

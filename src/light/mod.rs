@@ -50,7 +50,7 @@ pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
 pub use textured::TexturedTriangle;
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
-pub use visibility_grid::{Look, RAYS_A_CLUSTER, VisibilityGrid};
+pub use visibility_grid::{RAYS_A_CLUSTER, VisibilityGrid, VisibilityTarget};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;

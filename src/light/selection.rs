@@ -99,7 +99,7 @@ impl LightSelection {
         self.visibility = OnceLock::new();
     }
 
-    /// A grid for points on surfaces, `points`, where no visibility is known yet, of so many cells that `max_rays` rays can look from them at all that
+    /// A grid for points on surfaces, `points`, where no visibility is known yet, of so many cells that `max_rays` rays reach from them all that
     /// matters. `None` where nothing is to be learned: without one of `lights` that shines from many directions or several lamps, or without points.
     pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
         VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)

@@ -30,9 +30,9 @@ use std::sync::OnceLock;
 const MAX_CELLS: usize = 4096;
 /// Clusters at most of lights that are somewhere.
 const MAX_CLUSTERS: usize = 48;
-/// Lights at infinity at most; of more none is looked at.
+/// Maximum number of lights at infinity; the visibility of more is not learned.
 const MAX_INFINITE: usize = 16;
-/// Share of the bins of the sky, about, that a cell looks at.
+/// Share of the bins of the sky, about, to which a cell traces rays.
 const BINS_LOOKED_AT: f64 = 0.33;
 /// Rays of a cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
@@ -40,7 +40,7 @@ pub const RAYS_A_CLUSTER: u32 = 2;
 const BY_RADIANCE: f64 = 0.1;
 /// How much the cosine of a normal differs from that of the direction that stands for it.
 const NORMAL_SPREAD: f32 = 0.35;
-/// Visible share that every light is taken to have at least, since few rays have looked.
+/// Minimum visible share that is assumed of every light, since rays are few.
 const MIN_SHARE: f64 = 0.01;
 /// Least probability that the sky is sampled where it is the only light.
 const MIN_RATE: f64 = 0.25;
@@ -86,9 +86,9 @@ struct Table {
     rate: f32,
 }
 
-/// What rays from cells look at.
+/// Target of rays that learn visibility.
 #[derive(Clone, Copy, Debug)]
-pub enum Look {
+pub enum VisibilityTarget {
     /// A direction of the sky, in the bin of that number.
     Bin(usize),
     /// The cluster of lights of that number.
@@ -96,7 +96,7 @@ pub enum Look {
 }
 
 impl VisibilityGrid {
-    /// A grid for points on surfaces, `points`, where nothing is seen yet, of so many cells that `max_rays` rays can look from them at all that matters.
+    /// A grid for points on surfaces, `points`, without visibility yet, of so many cells that `max_rays` rays reach all targets from them.
     /// `grid` chooses among `lights`, where they are several. `None` where nothing is to be learned: without a light that shines from many directions or several lamps, or
     /// without points.
     pub(super) fn new(
@@ -172,29 +172,29 @@ impl VisibilityGrid {
         rows.flat_map(move |r| [columns - 1, 0, 1].map(|c| r * columns + (column + c) % columns))
     }
 
-    /// What rays are to look at: each bin of the sky, then each cluster of other lights.
-    pub fn looks(&self) -> impl Iterator<Item = Look> + use<> {
-        let clusters = (0..self.clusters.len()).map(Look::Cluster);
-        (0..self.bins()).map(Look::Bin).chain(clusters)
+    /// The targets of rays: each bin of the sky, then each cluster of other lights.
+    pub fn targets(&self) -> impl Iterator<Item = VisibilityTarget> + use<> {
+        let clusters = (0..self.clusters.len()).map(VisibilityTarget::Cluster);
+        (0..self.bins()).map(VisibilityTarget::Bin).chain(clusters)
     }
 
-    /// Light from what is looked at that may arrive at `p` at `time`; `None` where none does.
-    pub fn sample_look(
+    /// Light from `target` that may arrive at `p` at `time`; `None` where none does.
+    pub fn sample_target(
         &self,
         lights: &[Light],
-        look: Look,
+        target: VisibilityTarget,
         (p, time): (Vec3, f32),
         u: Vec2,
         textures: &[Texture],
     ) -> Option<LightSample> {
-        match (look, &self.sky) {
-            (Look::Bin(bin), Some(sky)) => {
+        match (target, &self.sky) {
+            (VisibilityTarget::Bin(bin), Some(sky)) => {
                 let columns = sky.bins.columns();
                 sky.bins
                     .sample(lights.get(sky.id.0 as usize)?, (bin / columns, bin % columns), u)
             }
-            (Look::Bin(_), None) => None,
-            (Look::Cluster(number), _) => {
+            (VisibilityTarget::Bin(_), None) => None,
+            (VisibilityTarget::Cluster(number), _) => {
                 let ids = self.clusters.get(number)?;
                 // The number's place within its step draws the point.
                 let x = u.x * ids.len() as f32;
@@ -205,18 +205,18 @@ impl VisibilityGrid {
         }
     }
 
-    /// The grid with the visible share of all that [`VisibilityGrid::looks`] names, cell by cell, as few rays have found it. Neighbouring bins and
+    /// The grid with the visible share of all that [`VisibilityGrid::targets`] names, cell by cell, as few rays have found it. Neighbouring bins and
     /// cells are likely to see alike, and smooth it. `counts` has the number of points of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {
         let (bins, stride) = (self.bins(), self.bins() + self.clusters.len());
-        let at = |cell: usize, look: usize| found.get(cell * stride + look).copied().unwrap_or(0.0);
+        let at = |cell: usize, target: usize| found.get(cell * stride + target).copied().unwrap_or(0.0);
         let mut mean = 0.0;
         for cell in 0..self.cells.len() {
             let neighbours = self.cells.neighbours(cell);
-            let smoothed = |look: usize, beside: &[usize]| {
-                let mut sum = 4.0 * at(cell, look);
+            let smoothed = |target: usize, beside: &[usize]| {
+                let mut sum = 4.0 * at(cell, target);
                 let mut weight = 4.0;
-                let near = neighbours.iter().flatten().map(|&near| at(near as usize, look));
+                let near = neighbours.iter().flatten().map(|&near| at(near as usize, target));
                 for share in near.chain(beside.iter().map(|&beside| at(cell, beside))) {
                     sum += share;
                     weight += 1.0;

@@ -9,14 +9,14 @@
 //! materials alone, and their surfaces are not plain.
 
 mod maps;
-mod sheet;
+mod thin_surface;
 
 pub use maps::{Map, Maps, Spot};
-pub use sheet::Sheet;
+pub use thin_surface::ThinSurface;
 
 use crate::bsdf::{
     Blinn, Bsdf, BsdfView, CoatedLambert, Dielectric, Fresnel, Lambert, Layered, Lobe, MIN_ALPHA, Mirror, Mix, Phong,
-    RoughDielectric, RoughMirror, Sheen, ThinSheet,
+    RoughDielectric, RoughMirror, Sheen, ThinDielectric,
 };
 use crate::color::Spectrum;
 use crate::math::{Vec2, encode_fields, encode_variants};
@@ -57,7 +57,7 @@ pub struct Material {
     pub transmission: Spectrum,
     /// Index of refraction behind the surface, over that before it.
     pub ior: f32,
-    /// Whether the surface is a thin sheet, which light leaves straight on, instead of the boundary of a body.
+    /// Whether the surface is a thin dielectric, which light leaves straight on, instead of the boundary of a body.
     pub thin: bool,
     /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
     pub emission: Spectrum,
@@ -314,7 +314,7 @@ impl Material {
         // Refraction spreads less than the facets where the index hardly changes.
         let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
-            Lobe::ThinSheet(ThinSheet {
+            Lobe::ThinDielectric(ThinDielectric {
                 reflectance,
                 transmittance,
                 ior,

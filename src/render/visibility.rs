@@ -21,12 +21,12 @@ pub fn learn_visibility<A: Accel, S: Sampler>(
         return Some((None, rays));
     };
     let places = learner.places(&grid, &sites.sites);
-    let group = |index, _: &mut S, rays: &mut CountedRays| learner.look_from_groups(&grid, &places, index, rays);
-    let (groups, of_groups) = in_pieces(learner.look_pieces(places.groups()), sampler, observer, group)?;
+    let group = |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_groups(&grid, &places, index, rays);
+    let (groups, of_groups) = in_pieces(learner.trace_pieces(places.groups()), sampler, observer, group)?;
     let groups = groups.concat();
     let cell =
-        |index, _: &mut S, rays: &mut CountedRays| learner.look_from_cells(&grid, (&places, &groups), index, rays);
-    let (cells, of_cells) = in_pieces(learner.look_pieces(grid.cells()), sampler, observer, cell)?;
+        |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_cells(&grid, (&places, &groups), index, rays);
+    let (cells, of_cells) = in_pieces(learner.trace_pieces(grid.cells()), sampler, observer, cell)?;
     let grid = grid.with_visibility(&cells.concat(), places.counts());
     Some((Some(grid), rays.plus(of_groups).plus(of_cells)))
 }

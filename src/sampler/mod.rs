@@ -118,7 +118,7 @@ impl Dimension {
     /// Which technique makes a path, where only one of several does.
     pub const TECHNIQUE: Self = Self(3);
     /// Whether a camera ray passes thin surfaces.
-    pub const SHEETS: Self = Self(4);
+    pub const THIN_SURFACES: Self = Self(4);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
@@ -146,12 +146,12 @@ impl Dimension {
         /// Few scenes move: behind all paths that are short enough to be waited for, time displaces nothing.
         const OF_TIME: u32 = (1 << 20) - 1;
         /// Few scenes have thin glass.
-        const OF_SHEETS: u32 = OF_TIME - 1;
+        const OF_THIN_SURFACES: u32 = OF_TIME - 1;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
         match block {
             0 if self == Self::TIME => OF_TIME,
-            0 if self == Self::SHEETS => OF_SHEETS,
+            0 if self == Self::THIN_SURFACES => OF_THIN_SURFACES,
             0 => within.min(OF_CAMERA - 1),
             _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
         }

@@ -24,7 +24,7 @@ pub struct SceneReport {
     pub scaled_materials: Vec<(String, f32)>,
     /// Nothing emitted, so a constant environment of radiance 1 was added.
     pub default_light: bool,
-    /// Panes of glass that became thin sheets; those of a prototype once.
+    /// Panes of glass that became thin dielectrics; those of a prototype once.
     pub panes: u64,
 }
 

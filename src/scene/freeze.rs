@@ -1,6 +1,6 @@
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::ground::Ground;
-use super::panes::{Panes, Sheets, max_thickness};
+use super::panes::{FlatPanes, Panes, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, Scene, Shape};
 use crate::color::Spectrum;
@@ -9,7 +9,7 @@ use crate::light::{
     ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
     TriangleSampling,
 };
-use crate::material::{Map, Material, MaterialId, Sheet};
+use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -47,8 +47,8 @@ impl SceneBuilder {
             check_reach(i, placement, largest)?;
         }
         let is_straight = self.panes == Panes::Straight;
-        let sheet = |material: &Material| material.sheet().filter(|_| is_straight);
-        let sheets: Vec<Option<Sheet>> = self.materials.iter().map(sheet).collect();
+        let surface = |material: &Material| material.thin_surface().filter(|_| is_straight);
+        let thin_surfaces: Vec<Option<ThinSurface>> = self.materials.iter().map(surface).collect();
         let stopped = |material: &Material| material.stopped_bsdf().filter(|_| is_straight);
         let bsdf = |material: &Material| stopped(material).unwrap_or_else(|| material.bsdf());
         let mut scene = Scene {
@@ -60,8 +60,8 @@ impl SceneBuilder {
             facets: Vec::with_capacity(count),
             shapes: Vec::with_capacity(count),
             bsdfs: self.materials.iter().map(bsdf).collect(),
-            has_sheets: sheets.iter().any(Option::is_some),
-            sheets,
+            has_thin_surfaces: thin_surfaces.iter().any(Option::is_some),
+            thin_surfaces,
             panes: self.report.panes,
             has_alpha: self
                 .materials
@@ -147,14 +147,14 @@ impl SceneBuilder {
         Ok((scene, self.report))
     }
 
-    /// Makes thin sheets of the panes in a scene of these bounds.
+    /// Makes thin dielectrics of the panes in a scene of these bounds.
     fn flatten_panes(&mut self, bounds: Bounds3) {
         let max_thickness = max_thickness(bounds);
-        let mut sheets = Sheets::default();
+        let mut flat_panes = FlatPanes::default();
         let meshes = std::mem::take(&mut self.meshes).into_iter();
         let objects = std::mem::take(&mut self.mesh_objects);
         for ((mesh, material), object) in meshes.zip(objects) {
-            for part in sheets.split(mesh, material, max_thickness, &mut self.materials) {
+            for part in flat_panes.split(mesh, material, max_thickness, &mut self.materials) {
                 self.meshes.push(part);
                 self.mesh_objects.push(object);
             }
@@ -171,10 +171,10 @@ impl SceneBuilder {
         }
         for (prototype, scale) in self.prototypes.iter_mut().zip(scales) {
             let meshes = std::mem::take(prototype).into_iter();
-            let split = |(mesh, material)| sheets.split(mesh, material, max_thickness / scale, &mut self.materials);
+            let split = |(mesh, material)| flat_panes.split(mesh, material, max_thickness / scale, &mut self.materials);
             *prototype = meshes.flat_map(split).collect();
         }
-        self.report.panes = sheets.count;
+        self.report.panes = flat_panes.count;
     }
 
     /// Bytes that [`SceneBuilder::build`] takes, about: facets of what stands, and emitting triangles with what chooses among them.

@@ -25,7 +25,7 @@ use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Plac
 use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
 };
-use crate::material::{Material, MaterialId, Sheet, Spot};
+use crate::material::{Material, MaterialId, Spot, ThinSurface};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
@@ -76,10 +76,10 @@ pub struct Scene {
     /// The BSDF of each material by its constants, for rays that it stops.
     bsdfs: Vec<Bsdf>,
     /// How light passes each material straight on, if rays do not scatter there instead.
-    sheets: Vec<Option<Sheet>>,
+    thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
-    has_sheets: bool,
+    has_thin_surfaces: bool,
     panes: u64,
     is_moving: bool,
     textures: Vec<Texture>,

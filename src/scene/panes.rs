@@ -1,8 +1,8 @@
-//! Panes: flat slabs of clear glass, which become thin sheets when the scene is frozen.
+//! Panes: flat slabs of clear glass, which become thin dielectrics when the scene is frozen.
 //!
 //! Files model a window pane as a slab: two parallel faces and a narrow rim. Light that two refractions deflect there and back goes on in its old
-//! direction, but no shadow ray finds it. A thin sheet in the middle of the slab, of the same index of refraction, has the same Fresnel transmittance
-//! with all reflections between the faces, and light passes it straight on (`material/sheet.rs`). What is neglected is the shift of light inside the slab
+//! direction, but no shadow ray finds it. A thin dielectric in the middle of the slab, of the same index of refraction, has the same Fresnel transmittance
+//! with all reflections between the faces, and light passes it straight on (`material/thin_surface.rs`). What is neglected is the shift of light inside the slab
 //! (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
 //!
 //! A slab is taken where all of this holds, so that bottles, lenses, bowls and thick tables stay what they are:
@@ -76,11 +76,11 @@ struct Face {
     offsets: [f64; 2],
 }
 
-/// What a connected component is.
+/// Shape of a connected component.
 enum Component {
     Slab(Pane),
     /// A flat face without another side.
-    Sheet(Face),
+    Face(Face),
     Other,
 }
 
@@ -89,17 +89,19 @@ pub(super) fn max_thickness(bounds: Bounds3) -> f64 {
     MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
 }
 
-/// The thin sheets that panes become.
+/// The thin dielectrics that panes become.
 #[derive(Default)]
-pub(super) struct Sheets {
-    /// Their material by that of the body; `None` where that is no clear glass.
-    of: HashMap<MaterialId, Option<MaterialId>>,
+pub(super) struct FlatPanes {
+    /// Whether a material is clear glass.
+    is_clear: HashMap<MaterialId, bool>,
+    /// Material of panes by that of their body.
+    thin: HashMap<MaterialId, MaterialId>,
     /// Number of panes.
     pub count: u64,
 }
 
-impl Sheets {
-    /// The mesh without its panes, and a mesh of their sheets; one of them alone where the other has no triangles.
+impl FlatPanes {
+    /// The mesh without its panes, and a mesh of these, flattened; one of them alone where the other has no triangles.
     pub fn split(
         &mut self,
         mut mesh: Mesh,
@@ -107,33 +109,30 @@ impl Sheets {
         max_thickness: f64,
         materials: &mut Vec<Material>,
     ) -> Vec<(Mesh, MaterialId)> {
-        let is_known_not_to = self.of.get(&material).is_some_and(Option::is_none);
-        let refracts = || materials.get(material.0 as usize).is_some_and(is_clear_glass);
-        if is_known_not_to || !refracts() {
-            self.of.insert(material, None);
-            return vec![(mesh, material)];
-        }
-        let panes = match mesh.deforms() {
-            true => Vec::new(),
-            false => panes_of(&mesh, max_thickness),
+        let is_clear = self
+            .is_clear
+            .entry(material)
+            .or_insert_with(|| materials.get(material.0 as usize).is_some_and(is_clear_glass));
+        let panes = match *is_clear && !mesh.deforms() {
+            true => panes_of(&mesh, max_thickness),
+            false => Vec::new(),
         };
         if panes.is_empty() {
             return vec![(mesh, material)];
         }
         self.count += panes.len() as u64;
-        let sheet = *self.of.entry(material).or_insert_with(|| {
-            let sheet = sheet_of(&materials[material.0 as usize]);
-            materials.push(sheet);
-            Some(MaterialId(materials.len() as u32 - 1))
+        let thin = *self.thin.entry(material).or_insert_with(|| {
+            materials.push(thin_pane_of(&materials[material.0 as usize]));
+            MaterialId(materials.len() as u32 - 1)
         });
-        let flat = sheets_in_the_middle(&mesh, &panes);
+        let flat = faces_in_the_middle(&mesh, &panes);
         let mut is_left = vec![true; mesh.triangles.len()];
         for &triangle in panes.iter().flat_map(|pane| pane.face.iter().chain(&pane.rest)) {
             is_left[triangle as usize] = false;
         }
         let mut left = is_left.into_iter();
         mesh.triangles.retain(|_| left.next().unwrap_or(true));
-        let parts = [(mesh, material), (flat, sheet.unwrap_or(material))];
+        let parts = [(mesh, material), (flat, thin)];
         parts
             .into_iter()
             .filter(|(mesh, _)| !mesh.triangles.is_empty())
@@ -149,8 +148,8 @@ fn is_clear_glass(material: &Material) -> bool {
     is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
 }
 
-/// The thin sheet for a pane of `body`, which light enters and leaves.
-fn sheet_of(body: &Material) -> Material {
+/// The thin dielectric for a pane of `body`, which light enters and leaves.
+fn thin_pane_of(body: &Material) -> Material {
     Material {
         name: format!("{} (pane)", body.name),
         transmission: body.transmission * body.transmission,
@@ -160,7 +159,7 @@ fn sheet_of(body: &Material) -> Material {
 }
 
 /// One face of each pane, moved into the middle.
-fn sheets_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
+fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
     let mut flat = Mesh::default();
     for pane in panes {
         let mut moved: HashMap<u32, u32> = HashMap::new();
@@ -180,15 +179,16 @@ fn sheets_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
 
 /// The panes of a mesh of clear glass, at most `max_thickness` thick.
 fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
-    let (mut panes, mut sheets) = (Vec::new(), Vec::new());
-    for triangles in components(mesh) {
-        match component(mesh, &triangles, max_thickness) {
+    let (mut panes, mut faces) = (Vec::new(), Vec::new());
+    let welded = welded(mesh);
+    for triangles in components(mesh, welded.clone()) {
+        match component(mesh, (&triangles, &welded), max_thickness) {
             Component::Slab(pane) => panes.push(pane),
-            Component::Sheet(face) => sheets.push(face),
+            Component::Face(face) => faces.push(face),
             Component::Other => {}
         }
     }
-    panes.extend(pairs(sheets, max_thickness));
+    panes.extend(pairs(faces, max_thickness));
     panes
 }
 
@@ -204,9 +204,8 @@ fn welded(mesh: &Mesh) -> Vec<u32> {
     first.collect()
 }
 
-/// The triangles of each connected component, in the order of their first ones.
-fn components(mesh: &Mesh) -> Vec<Vec<u32>> {
-    let mut parents = welded(mesh);
+/// The triangles of each connected component, in the order of their first ones. At first the parent of a vertex is its [`welded`] one.
+fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
     // By path halving (Tarjan 1975)
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
         while parents[i as usize] != i {
@@ -237,8 +236,8 @@ fn components(mesh: &Mesh) -> Vec<Vec<u32>> {
     components
 }
 
-/// What the connected component of these triangles is.
-fn component(mesh: &Mesh, triangles: &[u32], max_thickness: f64) -> Component {
+/// The shape of the connected component of these triangles, whose vertices are `welded`.
+fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: f64) -> Component {
     let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
     let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
         match area.length_squared() > largest.length_squared() {
@@ -262,7 +261,7 @@ fn component(mesh: &Mesh, triangles: &[u32], max_thickness: f64) -> Component {
     if front.triangles.len() == triangles.len() {
         let is_flat = front.offsets[1] - front.offsets[0] <= MAX_UNEVENNESS * max_thickness;
         return match is_flat && front.has_its_normals(mesh) {
-            true => Component::Sheet(front),
+            true => Component::Face(front),
             false => Component::Other,
         };
     }
@@ -277,7 +276,7 @@ fn component(mesh: &Mesh, triangles: &[u32], max_thickness: f64) -> Component {
     let slack = MAX_UNEVENNESS * thickness;
     let [low, high] = [-back.offsets[0] - slack, front.offsets[1] + slack];
     let is_between = corners(mesh, triangles).all(|p| (low..=high).contains(&p.dot(n)));
-    if !is_between || !is_closed(mesh, triangles) {
+    if !is_between || !is_closed(mesh, triangles, welded) {
         return Component::Other;
     }
     let is_front = |triangle: &u32| front.triangles.binary_search(triangle).is_ok();
@@ -293,27 +292,27 @@ fn component(mesh: &Mesh, triangles: &[u32], max_thickness: f64) -> Component {
 }
 
 /// Pairs of faces that are the two sides of a slab without its rim.
-fn pairs(mut sheets: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
+fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
     // Partners are hardly farther from each other than a pane is thick, along any axis: along the one on which most faces differ, few others are.
-    let spread: Bounds3 = sheets.iter().map(|face| face.centroid.as_vec3a()).collect();
+    let spread: Bounds3 = faces.iter().map(|face| face.centroid.as_vec3a()).collect();
     let axis = (spread.max - spread.min).max_position();
-    sheets.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
-    let mut is_taken = vec![false; sheets.len()];
+    faces.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
+    let mut is_taken = vec![false; faces.len()];
     let mut panes = Vec::new();
-    for i in 0..sheets.len() {
-        let reach = |face: &&Face| face.centroid[axis] - sheets[i].centroid[axis] <= 2.0 * max_thickness;
-        let count = sheets[i + 1..].iter().take_while(reach).count();
-        let partner = (i + 1..=i + count).find(|&j| {
-            let faces = [&sheets[i], &sheets[j]];
-            !is_taken[i] && !is_taken[j] && thickness(faces[0], faces[1], max_thickness).is_some()
-        });
-        let Some(j) = partner else { continue };
-        (is_taken[i], is_taken[j]) = (true, true);
-        if let Some(thickness) = thickness(&sheets[i], &sheets[j], max_thickness) {
+    for i in 0..faces.len() {
+        let reach = |face: &&Face| face.centroid[axis] - faces[i].centroid[axis] <= 2.0 * max_thickness;
+        let count = faces[i + 1..].iter().take_while(reach).count();
+        if is_taken[i] {
+            continue;
+        }
+        let mut others = (i + 1..=i + count).filter(|&j| !is_taken[j]);
+        let partner = others.find_map(|j| Some((j, thickness(&faces[i], &faces[j], max_thickness)?)));
+        if let Some((j, thickness)) = partner {
+            is_taken[j] = true;
             panes.push(Pane {
-                shift: sheets[i].n * (-0.5 * thickness),
-                face: sheets[i].triangles.clone(),
-                rest: sheets[j].triangles.clone(),
+                shift: faces[i].n * (-0.5 * thickness),
+                face: faces[i].triangles.clone(),
+                rest: faces[j].triangles.clone(),
             });
         }
     }
@@ -352,18 +351,10 @@ fn corners<'a>(mesh: &'a Mesh, triangles: &'a [u32]) -> impl Iterator<Item = DVe
 }
 
 /// Whether each edge belongs to two triangles, which run along it in opposite directions.
-fn is_closed(mesh: &Mesh, triangles: &[u32]) -> bool {
-    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
-    let mut point = |vertex: u32| {
-        let bits = (mesh.positions[vertex as usize] + Vec3::ZERO)
-            .to_array()
-            .map(f32::to_bits);
-        let next = known.len() as u32;
-        *known.entry(bits).or_insert(next)
-    };
+fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for &triangle in triangles {
-        let [a, b, c] = mesh.triangles[triangle as usize].map(&mut point);
+        let [a, b, c] = mesh.triangles[triangle as usize].map(|vertex| welded[vertex as usize]);
         edges.extend([(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b), a > b)));
     }
     edges.sort_unstable();

@@ -1,16 +1,16 @@
-//! Surfaces that rays pass straight on: by their opacity, or as thin glass (`material/sheet.rs`).
+//! Surfaces that rays pass straight on: by their opacity, or as thin glass (`material/thin_surface.rs`).
 
 use super::Scene;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
-use crate::material::Sheet;
+use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
     /// Whether rays may pass any surface straight on: by its opacity, or as thin glass.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
-        self.has_alpha || self.has_sheets
+        self.has_alpha || self.has_thin_surfaces
     }
 
     /// Whether any surface has an opacity below 1.
@@ -21,31 +21,31 @@ impl Scene {
 
     /// Whether rays pass any thin surface straight on.
     #[inline(always)]
-    pub fn has_sheets(&self) -> bool {
-        self.has_sheets
+    pub fn has_thin_surfaces(&self) -> bool {
+        self.has_thin_surfaces
     }
 
-    /// Number of panes of solid glass that became thin sheets; those of a prototype count once.
+    /// Number of panes of solid glass that became thin dielectrics; those of a prototype count once.
     pub fn panes(&self) -> u64 {
         self.panes
     }
 
     /// Probability with which thin glass at `hit` lets `ray` pass straight on, and the factor of the light that passes; `None` where the surface is no
     /// such glass.
-    pub fn sheet_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
-        if !self.has_sheets {
+    pub fn thin_surface_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
+        if !self.has_thin_surfaces {
             return None;
         }
-        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref()?;
+        let surface = self.thin_surfaces[self.shape(hit.geom).material.0 as usize].as_ref()?;
         let wo = -ray.direction.normalize_or_zero();
         let cos = self.surface_point(hit, ray.time).seen_from(wo).ns.dot(wo).abs();
-        Some((sheet.pass_probability(cos), sheet.tint))
+        Some((surface.pass_probability(cos), surface.tint))
     }
 
     /// Probability with which the surface at `hit` stops rays, where that is the same for all directions; that of a mirror is left out.
     pub fn stopping_share(&self, hit: &Hit) -> f32 {
-        let sheet = self.sheets[self.shape(hit.geom).material.0 as usize].as_ref();
-        self.opacity(hit) * sheet.map_or(1.0, Sheet::scattered_share)
+        let surface = self.thin_surfaces[self.shape(hit.geom).material.0 as usize].as_ref();
+        self.opacity(hit) * surface.map_or(1.0, ThinSurface::scattered_share)
     }
 
     /// The share of the surface at `hit` that is there, in [0, 1].

@@ -23,7 +23,7 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
     }
     scene.instances().len().encode(sink);
     // Scenes without thin glass keep the hash that they had.
-    if scene.has_sheets() {
+    if scene.has_thin_surfaces() {
         "straight".encode(sink);
     }
     if let Some(ground) = scene.ground() {

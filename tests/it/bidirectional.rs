@@ -340,18 +340,7 @@ fn light_tracing_agrees_with_paths() {
 /// Connections pass thin glass and veils, also those to the lens.
 #[test]
 fn light_tracing_passes_glass() {
-    let mut b = SceneBuilder::new();
-    add(&mut b, room(), material(0.5, 0.0));
-    let mut lamp = panel(0.0, 0.5);
-    lamp.positions.iter_mut().for_each(|p| *p = Vec3::new(p.x, 0.97, -p.y));
-    lamp.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    add(&mut b, lamp, material(0.0, 4.0));
-    let half = Vec3::new(0.8, 0.005, 0.8);
-    add(
-        &mut b,
-        slab(Vec3::new(0.0, 0.6, 0.0), half),
-        glass([0.95, 0.9, 0.7], false),
-    );
+    let mut b = room_below_a_pane();
     // No ray from the camera is reflected: index 1
     let veil = Material {
         ior: 1.0,

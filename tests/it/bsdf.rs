@@ -401,10 +401,10 @@ fn dielectrics_share_out_all_the_light() {
 }
 
 #[test]
-fn thin_sheets_add_up_their_reflections() {
+fn thin_dielectrics_add_up_their_reflections() {
     for degrees in INCIDENCES {
         let wo = incident(degrees);
-        let sheet = |ior| ThinSheet {
+        let sheet = |ior| ThinDielectric {
             reflectance: Spectrum::ONE,
             transmittance: Spectrum::ONE,
             ior,

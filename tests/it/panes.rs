@@ -5,9 +5,9 @@ use crate::support::program::{done, folder, printed, read_json, refused, split, 
 use crate::support::*;
 use embrasure::accel::Accel;
 use embrasure::accel::brute::BruteForce;
-use embrasure::camera::{Camera, CameraParameters};
+use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
-use embrasure::film::{Accumulator, Film, Filter, Rect};
+use embrasure::film::{Accumulator, Film, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
 use embrasure::material::{Gloss, Material};
@@ -32,7 +32,7 @@ fn turned(mut mesh: Mesh, degrees: f32) -> Mesh {
     mesh
 }
 
-/// A window at the origin whose normal has this angle with the z axis: a slab, or a thin sheet.
+/// A window at the origin whose normal has this angle with the z axis: a slab, or a thin dielectric.
 fn pane(degrees: f32, is_slab: bool) -> Mesh {
     let half = Vec3::new(2.0, 1.0, 0.005);
     match is_slab {
@@ -82,7 +82,7 @@ fn a_pane_has_the_transmittance_of_a_slab() {
     for (degrees, expected) in TRANSMITTANCES {
         for is_slab in [false, true] {
             let (scene, camera) = lamp_behind(&[pane(degrees, is_slab)], &glass([1.0; 3], !is_slab));
-            assert!(scene.has_sheets(), "{degrees}");
+            assert!(scene.has_thin_surfaces(), "{degrees}");
             for (name, [mean, ..]) in means(&scene, camera) {
                 println!("{name}, {degrees}°, slab {is_slab}: {mean:.6}, exact {expected}");
                 assert!(
@@ -104,7 +104,7 @@ fn shadow_rays_have_it_too() {
             add(&mut b, panel(-3.0, 0.05), material(0.5, 0.0));
             b.add_directional_light(Vec3::NEG_Z, Spectrum::ONE).unwrap();
             let scene = b.build().unwrap().0;
-            assert!(scene.has_sheets());
+            assert!(scene.has_thin_surfaces());
             // From below the pane
             let camera = pinhole(Vec3::new(0.0, -2.0, -2.0), Vec3::new(0.0, 0.0, -3.0), 0.5);
             let film = render_film(&scene, camera, [4, 4], 64, Some(1));
@@ -192,7 +192,7 @@ fn panes_are_invisible_in_uniform_light() {
         }
         add(&mut b, sphere(0.2, Vec3::new(0.0, 0.0, -1.0), 3), material(1.0, 0.0));
         let scene = b.build().unwrap().0;
-        assert_eq!(scene.has_sheets(), panes == Panes::Straight);
+        assert_eq!(scene.has_thin_surfaces(), panes == Panes::Straight);
         let camera = pinhole(Vec3::new(0.5, 0.3, 4.0), Vec3::ZERO, 40.0);
         let film = render_film(&scene, camera, [32, 32], 512, None);
         let mean = film_mean(&film, 0);
@@ -219,7 +219,7 @@ fn lit_through_a_window(panes: Panes) -> Scene {
     b.build().unwrap().0
 }
 
-/// The same light, with less noise: the pictures differ in the number of scatterings that they count, so that all paths are long.
+/// Straight and refracted light have one mean, and the first has less noise: the pictures differ in the number of scatterings that they count, so that all paths are long.
 #[test]
 fn straight_light_is_that_of_scattered_rays() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
@@ -287,18 +287,11 @@ fn windows_in_the_picture_are_stratified() {
 #[test]
 fn backends_agree_through_glass() {
     let scene = glazed_room();
-    let camera = Camera::new(in_glazed_room(), UVec2::splat(8)).unwrap();
+    let size = UVec2::splat(8);
     let film = |accel: &dyn Accel| {
-        let world = World {
-            scene: &scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &Filter::BOX,
-            features: false,
-            strategies: false,
-            backdrop: Default::default(),
-        };
-        film_of(&path_tracer(world, Some(4)), UVec2::splat(8), 256, 1)
+        with_world(&scene, in_glazed_room(), size, |world| {
+            film_of(&path_tracer(world.with_accel(&accel), Some(4)), size, 256, 1)
+        })
     };
     let mut films = vec![film(&backend(&scene)), film(&BruteForce::new(&scene))];
     #[cfg(feature = "obvhs")]

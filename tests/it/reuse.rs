@@ -137,7 +137,7 @@ fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut
     });
 }
 
-/// What exporters write: a diffuse base of reflectance `base` under a dielectric coat of facets, or metal.
+/// A material as exporters write it: a diffuse base of reflectance `base` under a dielectric coat of facets, or metal.
 fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     Material {
         specular: Spectrum::ONE,

@@ -402,9 +402,8 @@ pub fn glass(transmission: [f32; 3], thin: bool) -> Material {
     }
 }
 
-/// A room lit by a lamp behind a coloured pane, with thin glass, a veil, a mirror and a block: light passes some of them on all ways.
-pub fn glazed_room() -> Scene {
-    use embrasure::material::Gloss;
+/// A room lit by a lamp behind a coloured pane, for more to be added.
+pub fn room_below_a_pane() -> SceneBuilder {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
     let mut lamp = panel(0.0, 0.5);
@@ -417,6 +416,13 @@ pub fn glazed_room() -> Scene {
         slab(Vec3::new(0.0, 0.6, 0.0), half),
         glass([0.95, 0.9, 0.7], false),
     );
+    b
+}
+
+/// A room lit by a lamp behind a coloured pane, with thin glass, a veil, a mirror and a block: light passes some of them on all ways.
+pub fn glazed_room() -> Scene {
+    use embrasure::material::Gloss;
+    let mut b = room_below_a_pane();
     add(
         &mut b,
         slab(Vec3::new(0.1, -0.2, 0.1), Vec3::splat(0.3)),

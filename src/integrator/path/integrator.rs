@@ -332,7 +332,7 @@ impl<S: Sampler> CameraPacket<S> {
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
         if world.lets_pass(RayKind::Camera) {
             for (i, out) in out.iter_mut().enumerate().take(keys.len()) {
-                let u = (world.scene.has_sheets()).then(|| packet.samplers[i].get_1d(Dimension::SHEETS));
+                let u = (world.scene.has_thin_surfaces()).then(|| packet.samplers[i].get_1d(Dimension::THIN_SURFACES));
                 (packet.hits[i], packet.tints[i]) =
                     world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out);
             }

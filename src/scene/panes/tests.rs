@@ -203,8 +203,8 @@ fn only_clear_glass_makes_panes() {
 fn a_pane_is_one_sheet_in_the_middle() {
     let ball = moved(prism(&rectangle(0.3, 0.3), 0.3), turned());
     let (scene, panes) = frozen(joined(&[window(), ball]), glass(), Panes::Straight);
-    assert!(panes == 1 && scene.has_sheets());
-    // The room, the block that stays, and the sheet
+    assert!(panes == 1 && scene.has_thin_surfaces());
+    // The room, the block that stays, and the surface
     assert_eq!(scene.meshes().len(), 3);
     assert_eq!(scene.meshes()[1].triangles.len(), 12);
     let flat = &scene.meshes()[2];
@@ -219,7 +219,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
     let squared = Spectrum::rgb(0.9 * 0.9, 1.0, 0.25);
     assert_eq!(material.transmission, squared);
     let refracting = frozen(window(), glass(), Panes::Refract).0;
-    assert!(!refracting.has_sheets());
+    assert!(!refracting.has_thin_surfaces());
     assert_eq!(refracting.meshes()[1].triangles.len(), 12);
 }
 
@@ -239,6 +239,10 @@ fn copies_are_panes() {
             b.add_instance(prototype, Placement::Still(place)).unwrap();
         }
         let (scene, report) = b.build().unwrap();
-        assert_eq!((report.panes, scene.has_sheets()), (expected, expected > 0), "{scale}");
+        assert_eq!(
+            (report.panes, scene.has_thin_surfaces()),
+            (expected, expected > 0),
+            "{scale}"
+        );
     }
 }

@@ -15,7 +15,7 @@
 //! - The first vertex takes two light samples. Once indirect light is shared, direct light of the pixel itself is much of the remaining error. The
 //!   samples are number 2s and 2s + 1 of a stratified sequence of their own, and the power heuristic counts both.
 //! - All paths of a group have one time, that of the first pixel: a point at one time cannot light a vertex at another.
-//! - Visibility is transmittance where surfaces have alpha, also for the path's owner.
+//! - Visibility is transmittance where surfaces have alpha or are thin glass, also for the path's owner.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex whose shading normal was bent is not shared, and a pixel for
 //!   which the normal would be bent does not connect (`geometry/mesh.rs`).
 //! - Roulette ends no path between first and second vertex. From there on it assumes a minimum throughput: that the surface of one pixel is dark says
@@ -25,6 +25,7 @@
 //! its variance is right. The mean over a tile has the error that it has without reuse.
 
 mod end;
+mod viewers;
 
 use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
 use crate::accel::Accel;
@@ -33,11 +34,12 @@ use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
-use end::{End, Workspace};
+use end::End;
 use std::array::from_fn;
+use viewers::Workspace;
 
-/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices (Bekaert, Sbert and Halton 2002,
-/// "Accelerating Path Tracing by Re-Using Paths").
+/// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that scatter widely (Bekaert, Sbert and
+/// Halton 2002, "Accelerating Path Tracing by Re-Using Paths").
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
     /// Follows each path.
@@ -88,12 +90,11 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             }
 
             // All first vertices look at all ends.
-            let mut work = Workspace::new();
-            work.begin(&firsts, path.strategy.directions);
+            let mut work = Workspace::new(firsts, path.strategy.directions);
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
                     let to = (&mut *out, indirect.as_mut());
-                    end.light_all(&path, &packet.start(owner, keys), (&firsts, &mut work), owner, to);
+                    end.light_all(&path, &packet.start(owner, keys), &mut work, owner, to);
                 }
             }
 

@@ -14,12 +14,12 @@
 //! shadow rays stop there.
 
 use super::Material;
-use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinSheet};
+use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinDielectric};
 use crate::color::Spectrum;
 
 /// How light passes a surface straight on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sheet {
+pub struct ThinSurface {
     /// Factor of the light that passes.
     pub tint: Spectrum,
     /// Probability with which a ray passes that is not reflected by the index of refraction; below 1 where other lobes take the rest.
@@ -27,13 +27,13 @@ pub struct Sheet {
     ior: f32,
 }
 
-impl Sheet {
+impl ThinSurface {
     /// Probability with which a ray passes whose direction has this cosine with the shading normal. Light that passes has this times `tint` of
     /// what it had.
     pub fn pass_probability(&self, cos: f32) -> f32 {
         match self.ior == 1.0 {
             true => self.share,
-            false => self.share * (1.0 - ThinSheet::reflected_share(cos, self.ior)),
+            false => self.share * (1.0 - ThinDielectric::reflected_share(cos, self.ior)),
         }
     }
 
@@ -48,7 +48,7 @@ impl Sheet {
 
 impl Material {
     /// How light passes the surface straight on; `None` where it does not, or where that varies over the surface.
-    pub fn sheet(&self) -> Option<Sheet> {
+    pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_relief();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
         // Light is sampled on all of a lamp, as if rays always met it.
@@ -58,7 +58,7 @@ impl Material {
         }
         let reflected = self.opaque_part().scattered();
         if reflected == 0.0 {
-            return Some(Sheet {
+            return Some(ThinSurface {
                 tint: self.transmission,
                 share: 1.0,
                 ior: self.ior,
@@ -66,24 +66,24 @@ impl Material {
         }
         let passed = self.transmission.max_component();
         let share = passed / (passed + reflected);
-        (self.ior == 1.0).then(|| Sheet {
+        (self.ior == 1.0).then(|| ThinSurface {
             tint: self.transmission / share,
             share,
             ior: self.ior,
         })
     }
 
-    /// The BSDF for rays that have not passed, if the material has a [`Sheet`].
+    /// The BSDF for rays that have not passed, if the material has a [`ThinSurface`].
     pub fn stopped_bsdf(&self) -> Option<Bsdf> {
-        let sheet = self.sheet()?;
-        if sheet.share == 1.0 {
+        let surface = self.thin_surface()?;
+        if surface.share == 1.0 {
             let reflectance = Spectrum::splat(self.transmission.max_component());
             let fresnel = Fresnel::Full;
             return Some(Bsdf::Single(Lobe::Mirror(Mirror { reflectance, fresnel })));
         }
         let mut rest = self.opaque_part();
-        rest.diffuse = rest.diffuse / sheet.scattered_share();
-        rest.specular = rest.specular / sheet.scattered_share();
+        rest.diffuse = rest.diffuse / surface.scattered_share();
+        rest.specular = rest.specular / surface.scattered_share();
         Some(rest.bsdf())
     }
 
@@ -112,14 +112,14 @@ mod tests {
         }
     }
 
-    /// What passes by chance, and what a stopped ray is reflected by, are the two directions of the lobe.
+    /// A ray that passes and one that is stopped and reflected are the two directions of the lobe, with their shares.
     #[test]
     fn chance_and_mirror_are_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);
-        let (sheet, stopped) = (glass.sheet().unwrap(), glass.stopped_bsdf().unwrap());
+        let (surface, stopped) = (glass.thin_surface().unwrap(), glass.stopped_bsdf().unwrap());
         for cos in [1.0f32, 0.7, 0.5, 0.2, 0.05] {
             let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-            let pass = sheet.pass_probability(cos);
+            let pass = surface.pass_probability(cos);
             let [reflected, passed]: [Spectrum; 2] = [wo.with_x(-wo.x), -wo].map(|wi| {
                 let bsdf = glass.bsdf();
                 let mut all = bsdf.delta_directions(wo, TransportMode::Radiance);
@@ -127,7 +127,7 @@ mod tests {
                 sample.f * sample.wi.z.abs()
             });
             let mirror = stopped.delta_directions(wo, TransportMode::Radiance).next().unwrap();
-            let by_chance = [mirror.f * mirror.wi.z.abs() * (1.0 - pass), sheet.tint * pass];
+            let by_chance = [mirror.f * mirror.wi.z.abs() * (1.0 - pass), surface.tint * pass];
             for (a, b) in by_chance.into_iter().zip([reflected, passed]) {
                 let difference = a + b * -1.0;
                 assert!(
@@ -144,10 +144,10 @@ mod tests {
             diffuse: Spectrum::splat(0.2),
             ..thin(Spectrum::rgb(0.6, 0.3, 0.0), 1.0)
         };
-        let (sheet, stopped) = (veil.sheet().unwrap(), veil.stopped_bsdf().unwrap());
-        assert!((sheet.pass_probability(0.3) - 0.75).abs() < 1e-6);
-        assert!((sheet.scattered_share() - 0.25).abs() < 1e-6);
-        let [r, g, b] = (sheet.tint * 0.75).to_array();
+        let (surface, stopped) = (veil.thin_surface().unwrap(), veil.stopped_bsdf().unwrap());
+        assert!((surface.pass_probability(0.3) - 0.75).abs() < 1e-6);
+        assert!((surface.scattered_share() - 0.25).abs() < 1e-6);
+        let [r, g, b] = (surface.tint * 0.75).to_array();
         assert!((r - 0.6).abs() < 1e-6 && (g - 0.3).abs() < 1e-6 && b == 0.0);
         assert!((stopped.albedo().mean() * 0.25 - 0.2).abs() < 1e-6);
     }
@@ -163,12 +163,12 @@ mod tests {
             |m| m.sheen = Spectrum::ONE,
             |m| m.emission = Spectrum::ONE,
         ];
-        assert!(glass.sheet().is_some());
+        assert!(glass.thin_surface().is_some());
         for (i, change) in changes.iter().enumerate() {
             let mut material = glass.clone();
             change(&mut material);
             assert!(
-                material.sheet().is_none() && material.stopped_bsdf().is_none(),
+                material.thin_surface().is_none() && material.stopped_bsdf().is_none(),
                 "change {i}"
             );
         }

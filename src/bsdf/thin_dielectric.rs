@@ -7,7 +7,7 @@ use crate::math::Vec3;
 /// Each face reflects `R`, so the sheet reflects `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3 §8.2.2). With an index of 1 it is
 /// a veil that lets light pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThinSheet {
+pub struct ThinDielectric {
     /// Factor of what is reflected.
     pub reflectance: Spectrum,
     /// Factor of what goes on.
@@ -16,7 +16,7 @@ pub struct ThinSheet {
     pub ior: f32,
 }
 
-impl ThinSheet {
+impl ThinDielectric {
     /// Share of the light that a sheet of the index `ior` reflects, all reflections between its faces included, for the cosine `cos` with its normal.
     pub fn reflected_share(cos: f32, ior: f32) -> f32 {
         let (face, _) = fresnel::dielectric(cos, ior);

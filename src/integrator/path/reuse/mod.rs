@@ -25,6 +25,7 @@
 //! its variance is right. The mean over a tile has the error that it has without reuse.
 
 mod end;
+mod share;
 mod viewers;
 
 use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};

@@ -93,12 +93,12 @@ def main() -> None:
         for _ in range(arguments.repeat):
             for program in (US, *PEERS):
                 for obj, triangles in meshes.items():
-                    figures = timed(command(program, arguments.embrasure, obj, folder))
+                    seconds, _, megabytes = timed(command(program, arguments.embrasure, obj, folder))
                     stats = json.loads((folder / "stats").read_text())
                     if stats["triangles"] != triangles:
                         raise SystemExit(f"{program} found {stats['triangles']} triangles in {obj}, not {triangles}")
-                    runs[program, triangles].append(figures)
-                    print(program, triangles, *figures, flush=True)
+                    runs[program, triangles].append((seconds, megabytes))
+                    print(program, triangles, seconds, megabytes, flush=True)
                     if program == US:
                         stages[triangles].append((stats["load_s"], stats["build_s"]))
 
@@ -116,7 +116,7 @@ def main() -> None:
     load, build = (median(seconds) for seconds in zip(*stages[triangles]))
     ours = f"By its own `--stats`, Embrasure takes {load:.2f} s to load the {triangles} triangles and {build:.2f} s to build.\n"
     packages = {program: package for program, (_, package) in PEERS.items()}
-    arguments.table.write_text(head(arguments.embrasure, packages, arguments.repeat) + "\n".join(lines) + "\n\n" + ours)
+    arguments.table.write_text(head(arguments.embrasure, packages, f"renders of each: {arguments.repeat}") + "\n".join(lines) + "\n\n" + ours)
 
 
 if __name__ == "__main__":

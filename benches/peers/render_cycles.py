@@ -1,4 +1,7 @@
-"""Renders a scene of the suite by Cycles: FOLDER SPP SAMPLER OUTPUT.npy; SAMPLER is SOBOL or TABULATED_SOBOL"""
+"""Renders a scene of the suite by Cycles: SCENE.json SPP SAMPLER SEED OUTPUT.npy; SAMPLER is SOBOL or TABULATED_SOBOL.
+
+A scene of the rooms is what Blender's importer makes of its OBJ file, under the constant sky that the JSON file names.
+"""
 
 import sys
 import tempfile
@@ -10,21 +13,36 @@ from mathutils import Matrix, Vector
 
 import suite_scene
 
-folder, spp, sampler, output = sys.argv[1:]
-scene = suite_scene.load(Path(folder))
+path, spp, sampler, seed, output = sys.argv[1:]
+scene = suite_scene.load(Path(path))
 bpy.ops.wm.read_factory_settings(use_empty=True)
 stage = bpy.context.scene
 
-for i, part in enumerate(scene.parts):
-    mesh = bpy.data.meshes.new(f"part{i}")
+
+def surface_of(part: suite_scene.Part, material: bpy.types.Material) -> bpy.types.NodeSocket:
+    """Makes the shader that reflects light."""
+    if part.principled is None:
+        diffuse = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+        diffuse.inputs["Color"].default_value = [*part.kd, 1]
+        return diffuse.outputs[0]
+    principled = material.node_tree.nodes.new("ShaderNodeBsdfPrincipled")
+    principled.inputs["Base Color"].default_value = [*part.principled["base_color"]["value"], 1]
+    principled.inputs["Roughness"].default_value = part.principled["roughness"]
+    principled.inputs["Metallic"].default_value = part.principled["metallic"]
+    # Mitsuba's specular, like Blender's level, is 0.5 for this index.
+    principled.inputs["IOR"].default_value = 1.5
+    return principled.outputs[0]
+
+
+def add(name: str, part: suite_scene.Part) -> None:
+    """Adds the triangles of one material."""
+    mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(part.vertices.tolist(), [], part.triangles.tolist())
-    material = bpy.data.materials.new(f"part{i}")
+    material = bpy.data.materials.new(name)
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
     nodes.clear()
-    surface = nodes.new("ShaderNodeBsdfDiffuse")
-    surface.inputs["Color"].default_value = [*part.kd, 1]
-    surface = surface.outputs[0]
+    surface = surface_of(part, material)
     if any(part.ke):
         # Cycles emits on both sides; ours, and the others, on the front.
         emission, mix, both = (nodes.new(f"ShaderNode{n}") for n in ("Emission", "MixShader", "AddShader"))
@@ -38,7 +56,18 @@ for i, part in enumerate(scene.parts):
         surface = both.outputs[0]
     links.new(surface, nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
     mesh.materials.append(material)
-    stage.collection.objects.link(bpy.data.objects.new(f"part{i}", mesh))
+    stage.collection.objects.link(bpy.data.objects.new(name, mesh))
+
+
+if scene.is_room:
+    # These axes are the file's own.
+    bpy.ops.wm.obj_import(filepath=str(scene.obj), forward_axis="Y", up_axis="Z")
+    if scene.sky:
+        stage.world = bpy.data.worlds.new("world")
+        stage.world.use_nodes = True
+        stage.world.node_tree.nodes["Background"].inputs["Color"].default_value = [*scene.sky, 1]
+for i, part in enumerate(scene.parts):
+    add(f"part{i}", part)
 
 camera = bpy.data.cameras.new("camera")
 camera.sensor_fit = "VERTICAL"
@@ -58,13 +87,17 @@ render.image_settings.file_format = "OPEN_EXR"
 render.image_settings.color_depth = "32"
 cycles.device = "CPU"
 cycles.samples = int(spp)
+cycles.seed = int(seed)
 cycles.sampling_pattern = sampler
 cycles.use_adaptive_sampling = False
 cycles.use_denoising = False
 cycles.pixel_filter_type = "BOX"
 cycles.filter_width = 1.0
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
-cycles.max_bounces = cycles.diffuse_bounces = scene.MAX_DEPTH
+cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = scene.MAX_DEPTH
+cycles.transmission_bounces = cycles.transparent_max_bounces = scene.MAX_DEPTH
+cycles.caustics_reflective = cycles.caustics_refractive = True
+cycles.blur_glossy = 0.0
 
 with tempfile.TemporaryDirectory() as temporary:
     render.filepath = str(Path(temporary) / "x.exr")

@@ -1,4 +1,4 @@
-"""Renders a scene of the suite by LuxCore's PATHCPU: FOLDER SPP SAMPLER OUTPUT.npy; SAMPLER is SOBOL, RANDOM or METROPOLIS"""
+"""Renders a scene of the suite by LuxCore's PATHCPU: SCENE.json SPP SAMPLER SEED OUTPUT.npy; SAMPLER is SOBOL, RANDOM or METROPOLIS"""
 
 import os
 import sys
@@ -11,8 +11,8 @@ import pyluxcore
 
 import suite_scene
 
-folder, spp, sampler, output = sys.argv[1:]
-scene = suite_scene.load(Path(folder))
+path, spp, sampler, seed, output = sys.argv[1:]
+scene = suite_scene.load(Path(path))
 pyluxcore.Init(lambda _: None)
 
 
@@ -61,6 +61,8 @@ with tempfile.TemporaryDirectory() as meshes:
 settings = properties(
     {
         "renderengine.type": "PATHCPU",
+        # 0 is a seed of the time.
+        "renderengine.seed": int(seed) + 1,
         "sampler.type": sampler,
         "film.width": scene.width,
         "film.height": scene.height,

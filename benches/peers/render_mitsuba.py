@@ -1,4 +1,4 @@
-"""Renders a scene of the suite by Mitsuba 3: FOLDER SPP SAMPLER OUTPUT.npy"""
+"""Renders a scene of the suite by Mitsuba 3: SCENE.json SPP SAMPLER SEED OUTPUT.npy"""
 
 import sys
 import tempfile
@@ -9,9 +9,9 @@ import numpy as np
 
 import suite_scene
 
-folder, spp, sampler, output = sys.argv[1:]
+path, spp, sampler, seed, output = sys.argv[1:]
 mi.set_variant("llvm_ad_rgb")
-scene = suite_scene.load(Path(folder))
+scene = suite_scene.load(Path(path))
 description = {
     "type": "scene",
     "integrator": {"type": "path", "max_depth": scene.MAX_DEPTH + 1},
@@ -37,10 +37,10 @@ with tempfile.TemporaryDirectory() as meshes:
     for i, part in enumerate(scene.parts):
         path = Path(meshes) / f"{i}.ply"
         suite_scene.write_ply(part, path)
-        diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": part.kd}}
-        shape = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": {"type": "twosided", "b": diffuse}}
+        bsdf = part.principled or {"type": "diffuse", "reflectance": {"type": "rgb", "value": part.kd}}
+        shape = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": {"type": "twosided", "b": bsdf}}
         if any(part.ke):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": part.ke}}
         description[f"part{i}"] = shape
-    image = mi.render(mi.load_dict(description), spp=int(spp), seed=0)
+    image = mi.render(mi.load_dict(description), spp=int(spp), seed=int(seed))
 np.save(output, np.array(image, np.float32))

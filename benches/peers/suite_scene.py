@@ -9,12 +9,13 @@ import numpy as np
 
 @dataclass
 class Part:
-    """The triangles of one material."""
+    """The triangles of one material. `principled` has its parameters by Mitsuba's names; without it the material is matte."""
 
     kd: list[float]
     ke: list[float]
     vertices: np.ndarray  # (n, 3) float32
     triangles: np.ndarray  # (m, 3) int32
+    principled: dict | None
 
 
 @dataclass
@@ -26,15 +27,39 @@ class SuiteScene:
     up: list[float]
     fov_y: float  # degrees
     parts: list[Part]
+    # Whether it is a room: its OBJ file is for the renderer's own importer, and there are no parts.
+    is_room: bool
+    obj: Path
+    # Radiance of a constant sky.
+    sky: list[float] | None
 
     # Scattering events at most, as in the suite's own scene files.
     MAX_DEPTH = 64
 
 
-def load(folder: Path) -> SuiteScene:
-    """Reads scene.json, the OBJ it names (triangles and polygons without normals) and the MTL beside it."""
-    description = json.loads((folder / "scene.json").read_text())
-    obj = folder / description["obj"]
+def load(path: Path) -> SuiteScene:
+    """Reads the JSON file `path`, and but for rooms the OBJ it names (triangles and polygons without normals) and the MTL beside it."""
+    description = json.loads(path.read_text())
+    obj = path.parent / description["obj"]
+    # The matte scenes have folders of their own, and the glossy ones name their materials.
+    is_room = path.name != "scene.json" and "bsdf" not in description
+    camera = description["camera"]
+    return SuiteScene(
+        description["width"],
+        description["height"],
+        camera["origin"],
+        camera["target"],
+        camera["up"],
+        camera["fov_y"],
+        [] if is_room else parts_of(obj, description.get("bsdf", {})),
+        is_room,
+        obj,
+        description.get("sky"),
+    )
+
+
+def parts_of(obj: Path, bsdfs: dict) -> list[Part]:
+    """The triangles of each material, in the order of the file; `bsdfs` has the principled ones."""
     materials: dict[str, dict[str, list[float]]] = {}
     for line in obj.with_suffix(".mtl").read_text().splitlines():
         words = line.split()
@@ -67,12 +92,10 @@ def load(folder: Path) -> SuiteScene:
             used, local = np.unique(np.array(triangles), return_inverse=True)
             material = materials[name]
             zero = [0.0, 0.0, 0.0]
-            part = Part(material.get("Kd", zero), material.get("Ke", zero), points[used], local.reshape(-1, 3).astype(np.int32))
-            parts.append(part)
-    camera = description["camera"]
-    return SuiteScene(
-        description["width"], description["height"], camera["origin"], camera["target"], camera["up"], camera["fov_y"], parts
-    )
+            principled = bsdfs.get(name, {}).get("bsdf")
+            mesh = points[used], local.reshape(-1, 3).astype(np.int32)
+            parts.append(Part(material.get("Kd", zero), material.get("Ke", zero), *mesh, principled))
+    return parts
 
 
 def write_ply(part: Part, path: Path) -> None:

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Images are .exr, or PNG and the like, which are decoded by the sRGB curve. Where both have `variance` channels, as this program
 writes them, a verdict says whether they differ by more than their noise. Of pssmlt, mlt, sppm, photon-map and irradiance-cache less is
-tested, since their errors reach over many pixels: the output says what is left out (docs/compare.md). The exit code is 1 where they do, where a value is not
+tested, since their errors reach over many pixels: the output says what is left out (docs/guide/reference/compare.md). The exit code is 1 where they do, where a value is not
 finite, or where a limit is passed; with limits these alone decide.
 Examples:
   embrasure compare reference.exr image.exr

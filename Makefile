@@ -54,7 +54,8 @@ demo: setup ## build (with Open Image Denoise where its library can be had), and
 	mkdir -p out
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 
-lint: setup ## check formatting, clippy and rustdoc; any warning is an error
+lint: setup ## check formatting, words, clippy and rustdoc; any warning is an error
+	scripts/words
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings

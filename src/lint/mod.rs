@@ -63,7 +63,7 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
 struct Use {
     name: String,
     emits: bool,
-    /// Whether it is the boundary of a body that light enters.
+    /// Whether the material is the boundary of a body that light enters.
     refracts: bool,
     has_maps: bool,
 }

@@ -28,7 +28,7 @@ pub struct Maps {
     pub roughness: Option<Map>,
     /// Of the share of metal.
     pub metallic: Option<Map>,
-    /// Of the share of the surface that is there.
+    /// Of the opacity.
     pub opacity: Option<Map>,
     /// Heights, in widths of a texel of the finest level.
     pub bump: Option<Map>,
@@ -155,7 +155,7 @@ impl Material {
         here.bsdf()
     }
 
-    /// The share of the surface that is there at a spot.
+    /// Opacity at a spot.
     pub fn opacity_at(&self, spot: &Spot) -> f32 {
         let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
         (self.opacity * share).clamp(0.0, 1.0)

@@ -26,7 +26,7 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
-        // What emits has no holes: light is sampled all over it.
+        // Surfaces that emit are opaque: light is sampled all over them.
         for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
             material.opacity = 1.0;
             material.maps.opacity = None;

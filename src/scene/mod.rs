@@ -329,7 +329,7 @@ impl Scene {
         }
     }
 
-    /// The same for whoever keeps it.
+    /// The BSDF at a hit, by value where a texture changes it.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {

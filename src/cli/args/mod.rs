@@ -120,7 +120,7 @@ pub(super) enum Command {
     Audit(AuditArgs),
     /// Measure ray rates and the cost of a render, backend by backend
     Bench(BenchArgs),
-    /// Join parts of a render, sample ranges or crops, to the bits of the whole
+    /// Join parts of a render, sample ranges or crops: bit-identical to a single render
     Merge(MergeArgs),
     /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
     Develop(DevelopArgs),
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(args.camera.position, Some([-1.0, 2.0, -3.0]));
     }
 
-    /// Who types a number that cannot be is told why.
+    /// A negative number is a value, and its refusal says why.
     #[test]
     fn negative_numbers_are_values() {
         let of = |flags: &str| Args::of(["embrasure", "render", "s.obj"].into_iter().chain(flags.split(' ')));

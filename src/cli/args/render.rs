@@ -146,7 +146,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// More words
+    /// Verbose output
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
 }

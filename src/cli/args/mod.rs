@@ -124,7 +124,7 @@ pub(super) enum Command {
     Merge(MergeArgs),
     /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
     Develop(DevelopArgs),
-    /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    /// List what is in a scene: meshes, triangles, materials, lights, bounds, memory
     #[command(after_help = "\
 Examples:
   embrasure info scenes/cornell-box.toml
@@ -134,16 +134,16 @@ Examples:
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material
     Init(InitArgs),
-    /// Say what is wrong with a scene's files, and what is assumed: file:line:column
+    /// Report errors, warnings and assumptions of a scene's files: file:line:column
     #[command(after_help = "\
 The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
 Examples:
   embrasure check scenes/cornell-box.toml
   embrasure check room.obj --json")]
     Check(SceneArgs),
-    /// Say what a material does with light, and render a sphere of it
+    /// Describe what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
-    /// Say how far an image is from a reference, and whether by more than noise
+    /// Measure how far an image is from a reference, and test whether by more than noise
     Compare(CompareArgs),
     /// Print the script that makes a shell complete commands and flags
     Completions(CompletionsArgs),

@@ -13,7 +13,7 @@ pub struct Map {
     pub mapping: Mapping,
 }
 
-/// The textures of a material; each multiplies the constant of its name, and reliefs turn the shading normal.
+/// The textures of a material; each multiplies the constant of its name, and bump and normal maps turn the shading normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Of the diffuse reflectance.
@@ -105,13 +105,13 @@ impl Maps {
         .any(Option::is_some)
     }
 
-    /// Whether the shading normal does.
-    pub fn has_relief(&self) -> bool {
+    /// Whether a map changes the shading normal.
+    pub fn has_bumps(&self) -> bool {
         self.bump.is_some() || self.normal.is_some()
     }
 
     /// The direction of the shading normal in the frame of two tangents, along which u and v grow, and of the normal itself; not a unit vector.
-    pub fn relief(&self, spot: &Spot) -> Vec3 {
+    pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
             // What points into the surface is no normal.

@@ -49,7 +49,7 @@ impl ThinSurface {
 impl Material {
     /// How light passes the surface straight on; `None` where it does not, or where that varies over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
-        let varies = self.maps.varies_bsdf() || self.maps.has_relief();
+        let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
         // Light is sampled on all of a lamp, as if rays always met it.
         let emits = !self.emission_factor().is_black();

@@ -228,7 +228,7 @@ impl Scene {
     fn add_shape(&mut self, mesh: Mesh, material: MaterialId, object: Option<u32>, emitting: &mut u64) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = object.is_some() && !mesh.deforms();
-        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
         if first_light.is_some() {

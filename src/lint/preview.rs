@@ -73,7 +73,7 @@ fn integrate(f: impl Fn([f32; 5]) -> Spectrum) -> Spectrum {
 
 /// A sphere of the material, with texture coordinates, on a neutral floor below a lamp and a dim sky. `textures` are those that the
 /// material's maps name.
-pub fn portrait_scene(
+pub fn preview_scene(
     mut builder: SceneBuilder,
     material: &Material,
     textures: &[Texture],
@@ -99,7 +99,7 @@ pub fn portrait_scene(
 }
 
 /// A camera that looks at the sphere.
-pub const PORTRAIT_CAMERA: CameraParameters = CameraParameters {
+pub const PREVIEW_CAMERA: CameraParameters = CameraParameters {
     position: Vec3::new(0.0, 1.2, 5.0),
     look_at: Vec3::new(0.0, -0.1, 0.0),
     up: Vec3::Y,

@@ -3,21 +3,21 @@ use super::error::CliError;
 use crate::io::{Checkpoint, FileError, Metadata, Output, OutputLock, read_checkpoint};
 use crate::session::{RenderState, Renderer};
 
-/// Seconds between checkpoints where nothing else is said.
+/// Default of the seconds between checkpoints.
 const USUAL_INTERVAL: f64 = 60.0;
 
-/// Where a render keeps what it knows: what `--checkpoint` and `--resume` ask for.
-pub(super) struct Keeper {
+/// Writes checkpoints and reads them: `--checkpoint` and `--resume`.
+pub(super) struct Checkpointer {
     output: Output,
-    /// Keeps other runs away from it.
+    /// Lock of the file against other runs.
     _lock: OutputLock,
-    /// What is there from before.
+    /// The checkpoint of an earlier run.
     found: Option<Checkpoint>,
-    /// Seconds between one time and the next.
+    /// Seconds between two checkpoints.
     pub interval: f64,
 }
 
-impl Keeper {
+impl Checkpointer {
     /// At `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
     pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
         let Some(output) = output else {

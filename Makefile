@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -54,7 +54,8 @@ demo: setup ## build (with Open Image Denoise where its library can be had), and
 	mkdir -p out
 	$(TARGET)/release/embrasure render scenes/cornell-box.toml --spp 64 -o out/cornell-box.exr -o out/cornell-box.png
 
-lint: setup ## check formatting, clippy and rustdoc; any warning is an error
+lint: setup ## check formatting, words, clippy and rustdoc; any warning is an error
+	scripts/words
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings
@@ -86,11 +87,17 @@ sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust
 fuzz: setup ## feed the readers of files with made-up ones, each kind for FUZZ_SECONDS (1800); needs nightly Rust
 	scripts/fuzz
 
-gallery: setup ## render the pictures of docs/gallery from ../shared/scenes
+gallery: setup ## render the pictures of docs/gallery from ../shared/scenes, and make those of README from them
 	scripts/gallery
 
-first-pictures: setup ## render the OBJ files of ../shared/scenes as they are, to the sheet and table of docs/first-pictures.md
+first-pictures: setup ## render the OBJ files of ../shared/scenes as they are, to the sheet and table of docs/guide/explanation/first-pictures.md
 	scripts/first-pictures
+
+guide: ## build the guide to out/guide/index.html; gets mdBook where it is missing
+	@scripts/guide
+
+test-guide: setup ## run every command of the guide, also those that take longer than `make test` likes
+	EMBRASURE_GUIDE=all $(CARGO) test --locked $(FLAGS_all) --test it -- guide:: --nocapture
 
 bench-peers: setup ## render the comparison suite by Mitsuba, Cycles, LuxCore and this program; rewrites table and plot of docs/benchmarks.md
 	scripts/bench-peers

@@ -48,7 +48,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// How many there are.
+    /// Number of causes.
     pub const COUNT: usize = Self::ALL.len();
 
     /// All of them.

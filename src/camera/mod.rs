@@ -256,6 +256,7 @@ impl Camera {
     /// The ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point drawn with `u_lens`, at `time`.
     ///
     /// All rays of one film point meet in the plane of focus. The direction is a unit vector.
+    // ANCHOR: ray
     pub fn ray(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
         if self.is_moving() {
             return self.at(time).ray(film, u_lens, time);
@@ -271,6 +272,7 @@ impl Camera {
         let to_focus = self.focus_distance * through_center - lens;
         Ray::new(self.position + lens, to_focus.normalize()).when(time)
     }
+    // ANCHOR_END: ray
 
     /// The point of the lens drawn with `u`, relative to its centre.
     fn on_lens(&self, u: Vec2) -> Vec3 {

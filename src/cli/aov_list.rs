@@ -3,8 +3,8 @@ use crate::description::SceneFile;
 use crate::film::Aov;
 use crate::options::Method;
 
-/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels; whoever
-/// names what cannot be had hears of it later.
+/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels. A
+/// channel that cannot be had is an error later.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<Vec<Aov>, CliError> {
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {

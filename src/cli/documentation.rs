@@ -1,9 +1,36 @@
-//! The tables of docs/conventions.md that follow from parameters and methods. With `EMBRASURE_WRITE_DOCS=1` the test writes them.
+//! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
+//! tests write it.
 
+use super::args::Args;
 use crate::description::SceneOptions;
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
+use clap::CommandFactory;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// A page of the reference.
+fn page(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("docs/guide/reference")
+        .join(name)
+}
+
+/// Asserts that the page is as expected, or makes it so.
+fn assert_page(name: &str, expected: &str) {
+    let page = page(name);
+    if std::env::var_os("EMBRASURE_WRITE_DOCS").is_some() {
+        fs::write(page, expected).unwrap();
+        return;
+    }
+    let text = fs::read_to_string(page).unwrap();
+    for (line, expected) in text.lines().zip(expected.lines()) {
+        assert_eq!(
+            line, expected,
+            "EMBRASURE_WRITE_DOCS=1 cargo test --lib documentation writes {name}"
+        );
+    }
+    assert_eq!(text, expected, "{name}");
+}
 
 /// Rows of the table of keys.
 fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
@@ -60,20 +87,33 @@ fn documented(page: &str) -> String {
 
 #[test]
 fn tables_of_parameters_are_up_to_date() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/conventions.md");
-    let page = fs::read_to_string(&path).unwrap();
-    let expected = documented(&page);
-    if std::env::var_os("EMBRASURE_WRITE_DOCS").is_some() {
-        fs::write(&path, expected).unwrap();
-        return;
+    for name in ["scene-file.md", "integrators.md"] {
+        let expected = documented(&fs::read_to_string(page(name)).unwrap());
+        assert!(expected.matches("\n| `").count() > 10, "{name} has lost its table");
+        assert_page(name, &expected);
     }
-    for (line, expected) in page.lines().zip(expected.lines()) {
-        assert_eq!(
-            line, expected,
-            "EMBRASURE_WRITE_DOCS=1 cargo test --lib tables_of_parameters writes it"
-        );
+}
+
+/// The part of the page that is written by hand ends with this line.
+const MARK: &str = "<!-- Help of all commands; cargo test writes it. -->";
+
+#[test]
+fn help_of_all_commands_is_up_to_date() {
+    let name = "command-line.md";
+    let text = fs::read_to_string(page(name)).unwrap();
+    let (by_hand, _) = text.split_once(MARK).expect("the mark is on the page");
+    let mut expected = format!("{by_hand}{MARK}\n");
+    let mut command = Args::command().term_width(100);
+    command.build();
+    for command in command
+        .get_subcommands_mut()
+        .filter(|command| command.get_name() != "help")
+    {
+        let help = command.render_help().to_string();
+        let lines: Vec<&str> = help.lines().map(str::trim_end).collect();
+        expected += &format!("\n## {}\n\n```text\n{}\n```\n", command.get_name(), lines.join("\n"));
     }
-    assert_eq!(page, expected);
+    assert_page(name, &expected);
 }
 
 /// A parameter that no method reads, or a name in a method's list that is no parameter, would be a mistake.

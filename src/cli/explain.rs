@@ -11,7 +11,7 @@ use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
 use crate::io::{ExrFormat, FileError, Format, Output};
 use crate::light::LightId;
-use crate::lint::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
+use crate::lint::{LobeAlbedo, PREVIEW_CAMERA, albedos, preview_scene};
 use crate::material::{Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
@@ -250,8 +250,8 @@ fn portray(
     quiet: bool,
 ) -> Result<ExitCode, CliError> {
     let builder = settings.method().scene_builder();
-    let scene = portrait_scene(builder, material, textures).map_err(|e| CliError::Failed(e.to_string()))?;
-    let session = Session::new(scene, PORTRAIT_CAMERA, settings)?;
+    let scene = preview_scene(builder, material, textures).map_err(|e| CliError::Failed(e.to_string()))?;
+    let session = Session::new(scene, PREVIEW_CAMERA, settings)?;
     let renderer = session.renderer()?;
     let samples = session.settings().crop().area() * u64::from(session.settings().spp);
     let progress = Progress::new(samples, quiet);

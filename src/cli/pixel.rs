@@ -131,7 +131,7 @@ impl Story<'_> {
 /// Listens to one of the samples that are traced together.
 struct Listener<'a, 'b> {
     story: &'a RefCell<Story<'b>>,
-    /// Whether it is the one that is asked for.
+    /// Whether the sample is the one of `--sample`.
     told: bool,
 }
 

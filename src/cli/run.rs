@@ -2,11 +2,11 @@
 
 use super::args::RenderArgs;
 use super::audit::{Report, other_backend};
+use super::checkpointer::Checkpointer;
 use super::clock::Clock;
 use super::dump::write_scene;
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
-use super::keeper::Keeper;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
@@ -46,7 +46,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         .audit_rays
         .map(|_| other_backend(job.settings.backend, None))
         .transpose()?;
-    let keeper = Keeper::new(args, checkpoint)?;
+    let checkpointer = Checkpointer::new(args, checkpoint)?;
     let preview = Preview::new(args)?;
     let loading = Loading::new(job.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
@@ -92,7 +92,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         };
         match job.pixel {
             Some((pixel, sample)) => pixel::trace(renderer, pixel, sample),
-            None => run.render(keeper, preview, &mut warnings, audit),
+            None => run.render(checkpointer, preview, &mut warnings, audit),
         }
     };
 
@@ -136,21 +136,21 @@ impl Run<'_> {
     /// `audit` says afterwards what was found about the backend, if anything was looked for.
     fn render(
         &self,
-        mut keeper: Option<Keeper>,
+        mut checkpointer: Option<Checkpointer>,
         mut preview: Preview,
         warnings: &mut Vec<Warning>,
         audit: &dyn Fn() -> Option<Report>,
     ) -> Result<ExitCode, CliError> {
         let job = self.job;
-        let restored = keeper
+        let restored = checkpointer
             .as_mut()
-            .map(|keeper| keeper.restore(self.renderer))
+            .map(|checkpointer| checkpointer.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
         // Until all is written
         let _heeding = Heeding::begin();
         warn_of(preview.open(&state.film).as_slice());
-        let stop = self.take_samples(&mut state, keeper.as_ref(), &mut preview);
+        let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
 
         // What is to be said of it
         let mut warn = |warning: String| {
@@ -180,7 +180,7 @@ impl Run<'_> {
         // Without a sample there is nothing to write: what is there from before stays.
         let (mut failures, mut denoised, mut exposure) = (Vec::new(), None, None);
         if !state.is_empty() {
-            let image = self.write(&state, stop, keeper.as_ref(), (&mut failures, &mut denoised));
+            let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut denoised));
             exposure = metered(job.settings.tone, &image).exposure.stops();
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());
@@ -214,11 +214,11 @@ impl Run<'_> {
         &self,
         state: &RenderState,
         stop: Stop,
-        keeper: Option<&Keeper>,
+        checkpointer: Option<&Checkpointer>,
         (failures, denoised): (&mut Vec<String>, &mut Option<Denoised>),
     ) -> Image {
         let mut metadata = self.renderer.metadata(state, stop.is_complete());
-        let kept = keeper.map(|keeper| keeper.keep(state, &metadata));
+        let kept = checkpointer.map(|checkpointer| checkpointer.keep(state, &metadata));
         let is_kept = matches!(kept, Some(Ok(())));
         failures.extend(kept.and_then(Result::err).iter().map(FileError::to_string));
         let start = Instant::now();
@@ -289,11 +289,16 @@ impl Run<'_> {
     }
 
     /// Renders, with breaks in which files are written and pictures shown.
-    fn take_samples(&self, state: &mut RenderState, keeper: Option<&Keeper>, preview: &mut Preview) -> Stop {
+    fn take_samples(
+        &self,
+        state: &mut RenderState,
+        checkpointer: Option<&Checkpointer>,
+        preview: &mut Preview,
+    ) -> Stop {
         let (job, settings) = (self.job, &self.job.settings);
         let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
         progress.skip(state.film.samples());
-        let interval = keeper.map(|keeper| keeper.interval);
+        let interval = checkpointer.map(|checkpointer| checkpointer.interval);
         let mut clock = Clock::new(interval, self.files.write_every, preview.interval, job.time_limit);
         let stop = loop {
             let until = Until {
@@ -309,7 +314,7 @@ impl Run<'_> {
                 break Stop::TimeLimit;
             }
             let pause = Instant::now();
-            let mut failures = self.write_meanwhile(&mut clock, keeper, state);
+            let mut failures = self.write_meanwhile(&mut clock, checkpointer, state);
             if clock.preview.is_due() {
                 if !state.is_empty() {
                     failures.extend(preview.update(&state.film));
@@ -324,12 +329,17 @@ impl Run<'_> {
     }
 
     /// Writes what is due, raw, if there is any of it yet, and says what went wrong.
-    fn write_meanwhile(&self, clock: &mut Clock, keeper: Option<&Keeper>, state: &RenderState) -> Vec<FileError> {
+    fn write_meanwhile(
+        &self,
+        clock: &mut Clock,
+        checkpointer: Option<&Checkpointer>,
+        state: &RenderState,
+    ) -> Vec<FileError> {
         let mut metadata = self.renderer.metadata(state, false);
         let mut failures = Vec::new();
-        if let Some(keeper) = keeper.filter(|_| clock.checkpoint.is_due()) {
+        if let Some(checkpointer) = checkpointer.filter(|_| clock.checkpoint.is_due()) {
             if !state.is_empty() {
-                failures.extend(keeper.keep(state, &metadata).err());
+                failures.extend(checkpointer.keep(state, &metadata).err());
             }
             clock.checkpoint.restart();
         }

@@ -84,7 +84,7 @@ impl Preview {
     ///
     /// # Errors
     ///
-    /// Nobody answers there.
+    /// No viewer answers at the address.
     pub fn new(args: &RenderArgs) -> Result<Self, FileError> {
         let connect = |address: &String| Sending::connect(address, &args.scene);
         let viewer = args.tev.as_ref().map(connect).transpose()?;

@@ -3,7 +3,7 @@
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference Evaluator for Alternating Images", and for images of
 //! high dynamic range Andersson, Nilsson, Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images". Parameters are
 //! those of the papers; the viewer sits 0.7 m before a screen of 3840 pixels on 0.7 m. The code is written from the papers, because the authors' tool
-//! is C++; docs/compare.md has the agreement with it.
+//! is C++; docs/guide/reference/compare.md has the agreement with it.
 
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;

@@ -354,7 +354,7 @@ materials = ["bulb", "tall.box"]
     /// A key that is added to a section is to be added above, too.
     #[test]
     fn every_key_is_tried() {
-        let page = include_str!("../../docs/conventions.md");
+        let page = include_str!("../../docs/guide/reference/scene-file.md");
         let keys = page.lines().filter_map(|line| line.strip_prefix("| `"));
         for line in keys {
             let cell = line.split(" | ").next().unwrap_or_default();

@@ -182,6 +182,7 @@ impl Accumulator {
     }
 
     /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite while fewer than two samples tell nothing.
+    // ANCHOR: variance
     pub fn variance_of_mean(&self, c: usize) -> f64 {
         if self.samples < 2 {
             return f64::INFINITY;
@@ -192,6 +193,7 @@ impl Accumulator {
         // Rounding can leave a constant pixel a hair below zero.
         spread.max(0.0) / (n * (n - 1.0))
     }
+    // ANCHOR_END: variance
 
     /// Estimate of the pixel's squared error relative to its value, mean over the channels: the pixel's share of relMSE as `compare` has it,
     /// whose worst pixels are left out there. Infinite before there are two blocks.
@@ -279,7 +281,7 @@ mod tests {
         );
     }
 
-    /// However blocks are shared out, and whoever is asked first.
+    /// Merging does not depend on how blocks are divided, nor on the order.
     #[test]
     fn merging_gives_the_bits_of_one_render() {
         let value = |i: u32| (i as f32 * 0.7).sin().abs() * 10f32.powi(i as i32 % 13 - 6);

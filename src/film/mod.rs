@@ -114,7 +114,7 @@ impl Film {
         self
     }
 
-    /// Whether it does.
+    /// Whether features are summed.
     pub fn has_features(&self) -> bool {
         self.tiles.first().is_some_and(Tile::has_features)
     }
@@ -130,7 +130,7 @@ impl Film {
         self
     }
 
-    /// How many it has.
+    /// Number of parts of the light that are summed by themselves.
     pub fn parts(&self) -> usize {
         self.tiles.first().map_or(0, Tile::parts)
     }

@@ -112,7 +112,7 @@ impl Tile {
         self.features = vec![FeatureSums::default(); self.pixels.len()];
     }
 
-    /// Whether it does.
+    /// Whether features are summed.
     pub fn has_features(&self) -> bool {
         !self.features.is_empty()
     }
@@ -134,7 +134,7 @@ impl Tile {
         self.part_sums = vec![PartSum::default(); parts * self.pixels.len()];
     }
 
-    /// How many it has.
+    /// Number of parts of the light that are summed by themselves.
     pub fn parts(&self) -> usize {
         self.parts
     }

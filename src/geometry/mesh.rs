@@ -245,11 +245,11 @@ impl SurfacePoint {
         }
     }
 
-    /// The same with the shading normal that a relief gives it: a vector in the frame of two unit tangents and the present normal.
-    pub fn with_relief(self, [du, dv]: [Vec3; 2], relief: Vec3) -> Self {
+    /// The same with the shading normal of a bump or normal map: a vector in the frame of two unit tangents and the present normal.
+    pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
         // On the surface that the shading normal stands for
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
-        let n = relief.x * onto(du) + relief.y * onto(dv) + relief.z * self.ns;
+        let n = bumped.x * onto(du) + bumped.y * onto(dv) + bumped.z * self.ns;
         let ns = n.try_normalize().filter(|n| n.dot(self.ng) > 0.0);
         Self {
             ns: ns.unwrap_or(self.ns),

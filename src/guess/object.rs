@@ -19,12 +19,12 @@ const ELEVATIONS: [f32; 2] = [18.0, 25.0];
 const STEP: f32 = 0.03;
 /// Bits by which another candidate must show more to be preferred to one before it, so that roundings do not decide.
 const MARGIN: f32 = 0.02;
-/// Doublings of relief that azimuth 0 counts more than other sides: many models face it.
+/// Doublings of detail that azimuth 0 counts more than other sides: many models face it.
 const USUAL_FRONT: f32 = 0.1;
-/// Doublings of relief that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
+/// Doublings of detail that a side counts more whose left and right are mirror images: faces, animals, vehicles and furniture are made so.
 const SYMMETRY: f32 = 0.6;
 
-/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with most relief and materials: faces have eyes and noses, backs are smooth. Azimuth
+/// Azimuth of the front, in degrees: 0, 90, 180 or 270. It is the side with the most detail and materials: faces have eyes and noses, backs are smooth. Azimuth
 /// 0 and symmetry count for something.
 pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
     let azimuths = [0.0, 180.0, 90.0, 270.0];
@@ -33,7 +33,7 @@ pub(super) fn front(looker: &Looker, horizon: &Horizon, frame: &Frame) -> f32 {
         .map(|&azimuth| {
             let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
             let usual = if azimuth == 0.0 { USUAL_FRONT } else { 0.0 };
-            picture.relief().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
+            picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry() + usual
         })
         .collect();
     azimuths[first_best(&scores)]
@@ -99,7 +99,7 @@ impl Picture {
 
     /// How much the surfaces bend: the sum over neighbouring pixels of `1 − cos` of the angle between their normals, without steps in depth, which are
     /// outlines; at least 1.
-    fn relief(&self) -> f32 {
+    fn detail(&self) -> f32 {
         let n = RAYS as usize;
         let at = |x: usize, y: usize| self.0.get(y * n + x).copied().flatten();
         let mut sum = 1.0;

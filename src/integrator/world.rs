@@ -281,7 +281,7 @@ impl<'a, A: Accel> World<'a, A> {
         let wo = -ray.direction;
         let point = self.scene.surface_point(hit, ray.time);
         let footprint = self.footprint(&point);
-        let shaded = self.scene.with_relief(hit, point, footprint);
+        let shaded = self.scene.with_bumps(hit, point, footprint);
         let point = shaded.seen_from(wo);
         let frame = self.scene.frame(hit, &point);
         let wo = frame.to_local(wo);

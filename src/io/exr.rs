@@ -1,4 +1,4 @@
-//! EXR files that are written: images with their metadata. Names of channels are in docs/conventions.md.
+//! EXR files that are written: images with their metadata. Names of channels are in docs/guide/reference/output.md.
 
 use super::Metadata;
 use super::ascii::ascii;

@@ -1,4 +1,4 @@
-//! How an image came to be, as attributes of EXR files. Their names are in docs/conventions.md.
+//! How an image came to be, as attributes of EXR files. Their names are in docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
 use crate::color::{Exposure, Tone};

@@ -1,5 +1,5 @@
 //! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`shells`), what the camera sees
-//! (`view`), the memory of a render (`memory`), and what a material does with light (`portrait`).
+//! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`).
 //!
 //! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
 //! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
@@ -8,13 +8,13 @@
 mod definitions;
 mod faces;
 mod memory;
-mod portrait;
+mod preview;
 mod shells;
 mod tally;
 mod view;
 
 pub use memory::{AccelMemory, Forecast};
-pub use portrait::{LobeAlbedo, PORTRAIT_CAMERA, albedos, portrait_scene};
+pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, preview_scene};
 pub use view::inspect_view;
 
 use crate::description::{DEFAULT_MATERIAL, Inspection, MaterialSource, SceneFile};
@@ -63,7 +63,7 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
 struct Use {
     name: String,
     emits: bool,
-    /// Whether it is the boundary of a body that light enters.
+    /// Whether the material is the boundary of a body that light enters.
     refracts: bool,
     has_maps: bool,
 }
@@ -90,7 +90,7 @@ impl Use {
             name: material.name.clone(),
             emits: !material.emission.is_black(),
             refracts: !material.transmission.is_black() && !material.thin,
-            has_maps: maps.varies_bsdf() || maps.has_relief() || maps.opacity.is_some(),
+            has_maps: maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some(),
         }
     }
 }

@@ -13,7 +13,7 @@ pub struct Map {
     pub mapping: Mapping,
 }
 
-/// The textures of a material; each multiplies the constant of its name, and reliefs turn the shading normal.
+/// The textures of a material; each multiplies the constant of its name, and bump and normal maps turn the shading normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Of the diffuse reflectance.
@@ -28,7 +28,7 @@ pub struct Maps {
     pub roughness: Option<Map>,
     /// Of the share of metal.
     pub metallic: Option<Map>,
-    /// Of the share of the surface that is there.
+    /// Of the opacity.
     pub opacity: Option<Map>,
     /// Heights, in widths of a texel of the finest level.
     pub bump: Option<Map>,
@@ -105,13 +105,13 @@ impl Maps {
         .any(Option::is_some)
     }
 
-    /// Whether the shading normal does.
-    pub fn has_relief(&self) -> bool {
+    /// Whether a map changes the shading normal.
+    pub fn has_bumps(&self) -> bool {
         self.bump.is_some() || self.normal.is_some()
     }
 
     /// The direction of the shading normal in the frame of two tangents, along which u and v grow, and of the normal itself; not a unit vector.
-    pub fn relief(&self, spot: &Spot) -> Vec3 {
+    pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.mapping.normal(map.texture(spot), spot.uv, spot.footprint);
             // What points into the surface is no normal.
@@ -155,7 +155,7 @@ impl Material {
         here.bsdf()
     }
 
-    /// The share of the surface that is there at a spot.
+    /// Opacity at a spot.
     pub fn opacity_at(&self, spot: &Spot) -> f32 {
         let share = self.maps.opacity.map_or(1.0, |map| map.value(spot));
         (self.opacity * share).clamp(0.0, 1.0)

@@ -61,7 +61,7 @@ pub struct Material {
     pub thin: bool,
     /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
     pub emission: Spectrum,
-    /// Share of the surface that is there, in [0, 1]: the rest is a hole.
+    /// Opacity, in [0, 1].
     pub opacity: f32,
     /// What varies over the surface.
     pub maps: Maps,

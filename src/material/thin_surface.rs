@@ -1,4 +1,4 @@
-//! Surfaces that light passes straight on: thin glass and coloured veils.
+//! Surfaces that light passes straight on: thin glass and coloured filters.
 //!
 //! A ray that meets such a surface either stops there or goes on as if nothing were there, by chance, as with alpha; `integrator/opacity.rs` has the walk.
 //! Light samples pass by the mean of that chance. What is scattered before and behind the surface therefore knows nothing of it: MIS, connections,
@@ -8,7 +8,7 @@
 //! kinds of surface have such a chance:
 //!
 //! - a thin dielectric and nothing else. It stops the share `r = 2R / (1 + R)` that it reflects, which is the same for both directions of a mirror;
-//! - a veil, which is a thin dielectric of index 1 beside lobes that reflect. It stops a share that is the same for all directions.
+//! - a filter, which is a thin dielectric of index 1 beside lobes that reflect. It stops a share that is the same for all directions.
 //!
 //! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture has no such chance. Rays are scattered by it, and
 //! shadow rays stop there.
@@ -37,7 +37,7 @@ impl ThinSurface {
         }
     }
 
-    /// Probability with which a veil stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
+    /// Probability with which a filter stops a ray; the same for all directions. 1 where nothing but a mirror stops rays.
     pub fn scattered_share(&self) -> f32 {
         match self.share < 1.0 {
             true => 1.0 - self.share,
@@ -49,7 +49,7 @@ impl ThinSurface {
 impl Material {
     /// How light passes the surface straight on; `None` where it does not, or where that varies over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
-        let varies = self.maps.varies_bsdf() || self.maps.has_relief();
+        let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
         // Light is sampled on all of a lamp, as if rays always met it.
         let emits = !self.emission_factor().is_black();
@@ -140,11 +140,11 @@ mod tests {
 
     #[test]
     fn veils_share_rays_with_what_reflects() {
-        let veil = Material {
+        let filter = Material {
             diffuse: Spectrum::splat(0.2),
             ..thin(Spectrum::rgb(0.6, 0.3, 0.0), 1.0)
         };
-        let (surface, stopped) = (veil.thin_surface().unwrap(), veil.stopped_bsdf().unwrap());
+        let (surface, stopped) = (filter.thin_surface().unwrap(), filter.stopped_bsdf().unwrap());
         assert!((surface.pass_probability(0.3) - 0.75).abs() < 1e-6);
         assert!((surface.scattered_share() - 0.25).abs() < 1e-6);
         let [r, g, b] = (surface.tint * 0.75).to_array();

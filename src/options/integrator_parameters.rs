@@ -11,7 +11,7 @@ use std::fmt;
 parameters! {
     /// How light transport is estimated: the integrator and its parameters. Each integrator reads its own ([`IntegratorKind::parameters`]).
     pub struct IntegratorOptions, heading "Integrator", values values {
-        /// Integrator: how light is found (docs/ladder.md compares them)
+        /// Integrator: the method that finds light
         integrator: IntegratorKind = IntegratorKind::Path;
         /// Maximum number of scattering events; 0 shows emission alone, none is 1024
         max_depth: MaxDepth = MaxDepth(Some(16));

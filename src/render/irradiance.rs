@@ -80,7 +80,7 @@ impl Irradiance {
         let (outcome, statistics) = begun.advance(maker, observer);
         match outcome {
             Outcome::Stopped => *filling() = Some(begun),
-            // Whoever comes first has what all have.
+            // The first result is that of all callers.
             Outcome::Complete => drop(self.full.set(begun.cache)),
         }
         (outcome, statistics)

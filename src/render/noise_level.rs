@@ -106,6 +106,7 @@ fn wanted_blocks(film: &Film, level: f64, most: u32) -> Vec<u32> {
     let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
 
+    // ANCHOR: shares
     // n = c √v, with c such that Σ v/n is what may be left. What tiles that get no more leave, the others have to make up for.
     let mut allowed = level * level * film.crop().area() as f64;
     let mut is_full = vec![false; tiles.len()];
@@ -123,6 +124,7 @@ fn wanted_blocks(film: &Film, level: f64, most: u32) -> Vec<u32> {
             allowed -= areas[i] * roots[i] * roots[i] / most as f64;
         }
     }
+    // ANCHOR_END: shares
 }
 
 #[cfg(test)]

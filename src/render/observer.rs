@@ -24,7 +24,7 @@ pub trait Observer: Sync {
     }
 }
 
-/// Nobody watches, and nothing stops the render.
+/// No-op observer: never pauses, never stops.
 impl Observer for () {
     fn progress(&self, _: u64) {}
 
@@ -33,7 +33,7 @@ impl Observer for () {
     }
 }
 
-/// Whoever it is, for what is compiled once.
+/// Dynamic dispatch, for code that is compiled once for all observers.
 impl Observer for &dyn Observer {
     fn progress(&self, samples: u64) {
         (**self).progress(samples);

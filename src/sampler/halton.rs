@@ -125,6 +125,7 @@ fn permute_below(n: u32, x: u32, key: u64) -> u32 {
 
 /// The digits of `index` in `base`, mirrored at the point, each permuted by a hash of `key` and those before it. (A shift would not do: of
 /// fewer samples than the base there is one digit alone, and two large bases would count in step.)
+// ANCHOR: radical_inverse
 fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
     let (mut x, mut scale, mut key) = (0.0, 1.0, key);
     while scale > 1.0 / (1u32 << 26) as f64 {
@@ -137,3 +138,4 @@ fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
     }
     (x as f32).min(ALMOST_ONE)
 }
+// ANCHOR_END: radical_inverse

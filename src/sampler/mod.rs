@@ -135,7 +135,7 @@ impl Dimension {
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
-    /// Whether it is the decision `what` at some vertex.
+    /// Whether the dimension is the decision `what` at some vertex.
     fn is(self, what: Bounce) -> bool {
         self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }

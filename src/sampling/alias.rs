@@ -57,6 +57,7 @@ impl AliasTable {
     }
 
     /// Draws an index with `u` in [0, 1) and returns it with its probability.
+    // ANCHOR: sample
     pub fn sample(&self, u: f32) -> (usize, f32) {
         let scaled = u * self.bins.len() as f32;
         let i = (scaled as usize).min(self.bins.len() - 1);
@@ -68,6 +69,7 @@ impl AliasTable {
         };
         (index, self.bins[index].pmf)
     }
+    // ANCHOR_END: sample
 
     /// Probability of `index`.
     pub fn pmf(&self, index: usize) -> f32 {

@@ -11,6 +11,7 @@ pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
 /// Power heuristic with β = 2: the weight of the strategy whose density is `pdf`, against `other`.
 ///
 /// 0 where `pdf` is 0; 1 where `other` is 0. Ratios are formed first, so that large densities do not overflow.
+// ANCHOR: power
 pub fn power_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {
         return 0.0;
@@ -18,6 +19,7 @@ pub fn power_heuristic(pdf: f32, other: f32) -> f32 {
     let ratio = other / pdf;
     1.0 / (1.0 + ratio * ratio)
 }
+// ANCHOR_END: power
 
 #[cfg(test)]
 mod tests {

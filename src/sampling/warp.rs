@@ -33,11 +33,13 @@ fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
 }
 
 /// Cosine-weighted direction on the upper hemisphere: the disk lifted onto it (Malley's method).
+// ANCHOR: cosine
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = uniform_disk(u);
     let z = (1.0 - d.length_squared()).max(0.0).sqrt();
     Vec3::new(d.x, d.y, z)
 }
+// ANCHOR_END: cosine
 
 /// Cosine-weighted direction on the upper hemisphere: that of the normal plus the point of the unit sphere that
 /// [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so that its sine is `√u.x`.
@@ -53,12 +55,14 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 }
 
 /// Direction on the upper hemisphere with density proportional to `cosⁿ θ`, by `cos θ = (1 − ξ)^{1/(n+1)}`.
+// ANCHOR: cosine_power
 pub fn cosine_power_hemisphere(u: Vec2, exponent: f32) -> Vec3 {
     let z = (1.0 - u.x).powf(1.0 / (exponent + 1.0)).min(1.0);
     let r = (1.0 - z * z).max(0.0).sqrt();
     let (sin, cos) = (2.0 * PI * u.y).sin_cos();
     Vec3::new(r * cos, r * sin, z)
 }
+// ANCHOR_END: cosine_power
 
 /// Density of [`cosine_power_hemisphere`] per solid angle, `(n + 1) / 2π · cosⁿ θ` for `cos θ > 0`.
 pub fn cosine_power_hemisphere_pdf(cos_theta: f32, exponent: f32) -> f32 {

@@ -26,7 +26,7 @@ impl SceneBuilder {
         // A map of a texture that is not there is none.
         let count = self.textures.len() as u32;
         place_textures(&mut self.materials, |id| (id.0 < count).then_some(id));
-        // What emits has no holes: light is sampled all over it.
+        // Surfaces that emit are opaque: light is sampled all over them.
         for material in self.materials.iter_mut().filter(|m| !m.emission_factor().is_black()) {
             material.opacity = 1.0;
             material.maps.opacity = None;
@@ -228,7 +228,7 @@ impl Scene {
     fn add_shape(&mut self, mesh: Mesh, material: MaterialId, object: Option<u32>, emitting: &mut u64) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = object.is_some() && !mesh.deforms();
-        let varies = surface.maps.varies_bsdf() || surface.maps.has_relief() || surface.is_anisotropic();
+        let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
         if first_light.is_some() {

@@ -329,7 +329,7 @@ impl Scene {
         }
     }
 
-    /// The same for whoever keeps it.
+    /// The BSDF at a hit, by value where a texture changes it.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
@@ -349,14 +349,14 @@ impl Scene {
     }
 
     /// `point`, which is at `hit`, with the shading normal that textures give it.
-    pub fn with_relief(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
+    pub fn with_bumps(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
         let maps = &self.material(hit).maps;
-        if !maps.has_relief() {
+        if !maps.has_bumps() {
             return point;
         }
         let corners = self.corners(hit, point.time);
         match self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners) {
-            Some(tangents) => point.with_relief(tangents, maps.relief(&self.spot(hit, point.time, footprint))),
+            Some(tangents) => point.with_bumps(tangents, maps.bumped_normal(&self.spot(hit, point.time, footprint))),
             None => point,
         }
     }

@@ -119,9 +119,9 @@ pub enum BuildError {
         "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {most} at most, each emitting triangle is one"
     )]
     TooManyLightsOfGround {
-        /// How many there are.
+        /// Number of lights that are not infinitely far away.
         count: usize,
-        /// How many there may be.
+        /// Maximum number.
         most: usize,
     },
     /// A group of lights has a name that it cannot have.

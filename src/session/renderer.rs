@@ -51,7 +51,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Who answers ray queries.
+    /// The acceleration structure.
     pub(crate) fn accel(&self) -> &AnyAccel<'a> {
         &self.accel
     }
@@ -140,8 +140,8 @@ impl<'a> Renderer<'a> {
         Ok(RenderState::of_checkpoint(checkpoint)?)
     }
 
-    /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; it
-    /// may be gone on with then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
+    /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; the
+    /// render can be resumed then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let start = Instant::now();

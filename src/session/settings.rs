@@ -25,7 +25,7 @@ pub struct Settings {
     pub resolution: UVec2,
     /// The pixels to render; `None`: all.
     pub crop: Option<Rect>,
-    /// How pixels see the image.
+    /// Pixel filter.
     pub filter: FilterKind,
     /// How far the filter reaches, pixels; `None`: as far as is usual for its kind.
     pub filter_radius: Option<f32>,
@@ -49,7 +49,7 @@ pub struct Settings {
     pub integrator: IntegratorOptions,
     /// Further channels.
     pub aovs: Vec<Aov>,
-    /// Who answers ray queries.
+    /// Ray-tracing backend.
     pub backend: Backend,
     /// What takes noise out of the picture.
     pub denoiser: Option<Denoiser>,
@@ -274,7 +274,7 @@ impl Settings {
         self.part.is_some() || self.crop.is_some()
     }
 
-    /// How pixels see the image.
+    /// The pixel filter with its radius.
     pub fn filter(&self) -> Filter {
         Filter::new(self.filter, self.filter_radius.unwrap_or(self.filter.usual_radius()))
     }

@@ -28,6 +28,7 @@ mod first_picture;
 mod fuzz_corpus;
 mod ground;
 mod guess;
+mod guide;
 mod hostile_files;
 mod irradiance_cache;
 mod iterations;

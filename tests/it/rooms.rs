@@ -377,7 +377,7 @@ fn the_command_line_stands_on_the_library() {
         "outputs/images",
         "stop",
         "summary",
-        "keeper",
+        "checkpointer",
         "merge",
         "tev",
         "clock",

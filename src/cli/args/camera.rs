@@ -45,7 +45,7 @@ pub(in crate::cli) struct CameraArgs {
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<f32, 2>, conflicts_with = "focus_distance")]
     focus_at: Option<[f32; 2]>,
 
-    /// When the shutter opens and closes, from 0 to 1, where what moves is at its last place [default: 0,1]
+    /// Times at which the shutter opens and closes, 0 to 1 [default: 0,1]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = parse_list::<f32, 2>)]
     shutter: Option<[f32; 2]>,
 }

@@ -10,8 +10,8 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 Writes PREFIX.png (the pictures), PREFIX.csv and PREFIX.md (relMSE, seconds, efficiency = 1 / (relMSE x seconds)).
-Without --reference one is made, by the last of the estimators that is unbiased and leaves no light out (path, naive, bdpt, pssmlt or mlt), with 64 times
-its samples: that takes 64 times its time, with --time 10s some 11 minutes. Where it is interrupted, pictures and times are written without errors.
+Without --reference the last estimator that is unbiased and finds all light (path, naive, bdpt, pssmlt or mlt) renders one, in 64 times its time: with
+--time 10s some 11 minutes. An interrupt during the reference writes pictures and times without errors.
 Examples:
   embrasure lab scenes/cornell-box.toml --size 256x256
   embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 16
@@ -20,7 +20,7 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare instead of the ladder's estimators, such as path,bdpt,mlt,sppm: each as it is by default
+    /// Integrators to compare in place of the ladder, such as path,bdpt,mlt,sppm, each with its defaults
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = NameParser::<IntegratorKind>::new())]
     pub methods: Vec<IntegratorKind>,
 
@@ -32,7 +32,7 @@ pub(in crate::cli) struct LabArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time: Option<f64>,
 
-    /// EXR to compare with [default: the picture of the last unbiased estimator at 64 times its samples, which takes 64 times as long]
+    /// Reference, an EXR file [default: the last unbiased estimator at 64 times its samples]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

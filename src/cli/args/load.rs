@@ -12,7 +12,7 @@ pub(in crate::cli) struct LoadArgs {
     #[command(flatten)]
     pub parameters: Flags<LoadParameters>,
 
-    /// Refuse to take more memory than this, such as 8G or 500M, before it is taken [default: what is available]
+    /// Maximum memory, such as 8G or 500M; a render that needs more is refused [default: what is available]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,
 
@@ -24,15 +24,15 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
     pub patches: Vec<String>,
 
-    /// Folder in which missing textures are looked for; repeatable
+    /// Folder to search for missing textures; repeatable
     #[arg(long, value_name = "DIR", value_parser = parse_folder)]
     pub texture_dir: Vec<PathBuf>,
 
-    /// Make missing and unreadable textures and material libraries errors
+    /// Treat missing and unreadable textures and material libraries as errors
     #[arg(long)]
     pub strict: bool,
 
-    /// Take less memory and more time; also done where only so --max-memory is kept
+    /// Use less memory and more time; chosen automatically where --max-memory needs it
     #[arg(long)]
     pub compact: bool,
 }

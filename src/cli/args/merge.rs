@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 Parts come from `render` with --samples, --crop or both, by -o or --checkpoint. They must be of one picture: the same scene, settings, seed,
-program and backend; nothing may be missing or be there twice.
+program and backend. No sample may be missing or occur twice.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
@@ -30,11 +30,11 @@ pub(in crate::cli) struct MergeArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Keep the joined sums here, to join them further or to go on from them; without -o they may be a part of the samples
+    /// Write the joined sums to this EXR file, to merge or resume them; without -o they may be a part
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// Join what there is: pixels or samples may be missing, parts may be unfinished
+    /// Merge incomplete parts: pixels or samples may be missing, parts may be unfinished
     #[arg(long)]
     pub allow_gaps: bool,
 

@@ -120,11 +120,11 @@ pub(super) enum Command {
     Audit(AuditArgs),
     /// Measure ray rates and the cost of a render, backend by backend
     Bench(BenchArgs),
-    /// Join parts of a render, sample ranges or crops, to the bits of the whole
+    /// Join parts of a render, sample ranges or crops: bit-identical to a single render
     Merge(MergeArgs),
     /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
     Develop(DevelopArgs),
-    /// Say what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    /// List what is in a scene: meshes, triangles, materials, lights, bounds, memory
     #[command(after_help = "\
 Examples:
   embrasure info scenes/cornell-box.toml
@@ -134,16 +134,16 @@ Examples:
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material
     Init(InitArgs),
-    /// Say what is wrong with a scene's files, and what is assumed: file:line:column
+    /// Report errors, warnings and assumptions of a scene's files: file:line:column
     #[command(after_help = "\
 The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
 Examples:
   embrasure check scenes/cornell-box.toml
   embrasure check room.obj --json")]
     Check(SceneArgs),
-    /// Say what a material does with light, and render a sphere of it
+    /// Describe what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
-    /// Say how far an image is from a reference, and whether by more than noise
+    /// Measure how far an image is from a reference, and test whether by more than noise
     Compare(CompareArgs),
     /// Print the script that makes a shell complete commands and flags
     Completions(CompletionsArgs),
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(args.camera.position, Some([-1.0, 2.0, -3.0]));
     }
 
-    /// Who types a number that cannot be is told why.
+    /// A negative number is a value, and its refusal says why.
     #[test]
     fn negative_numbers_are_values() {
         let of = |flags: &str| Args::of(["embrasure", "render", "s.obj"].into_iter().chain(flags.split(' ')));

@@ -29,45 +29,45 @@ pub(in crate::cli) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr here, of a bare OBJ .png and .exr; nothing
-    /// where --samples go to a --checkpoint]
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr; .png too of a bare OBJ; nothing where
+    /// --samples go to a --checkpoint]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
-    /// Stop where the relative error is estimated to be LEVEL, such as 0.02 or 2%; --spp is then the most a pixel may have [default: off]
+    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp is then the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
-    /// Stop after this time of rendering, such as 90s or 10m [default: off]
+    /// Stop after this render time, such as 90s or 10m [default: off]
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time_limit: Option<f64>,
 
-    /// Take the samples A to B-1 alone, of the --spp of the whole picture: a part for `embrasure merge`; multiples of 64
+    /// Take only samples A to B-1 of --spp, multiples of 64: a part for `embrasure merge`
     #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "noise")]
     pub samples: Option<[u32; 2]>,
 
-    /// Keep here, in an EXR file, all that the render knows, so that it can go on later: every so often, when it is interrupted, and at the end
+    /// Write a checkpoint for --resume to this EXR file: at intervals, on an interrupt, and at the end
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
-    /// How often --checkpoint is written, such as 10s or 5m [default: 60s]
+    /// Interval of --checkpoint, such as 10s or 5m [default: 60s]
     #[arg(long, value_name = "DUR", value_parser = parse_duration, requires = "checkpoint")]
     pub checkpoint_interval: Option<f64>,
 
-    /// Go on from --checkpoint, if that file is there; more --spp than before add to it
+    /// Resume from --checkpoint, if the file is there; a larger --spp adds samples
     #[arg(long, requires = "checkpoint")]
     pub resume: bool,
 
-    /// Write the images so far every so often, such as 30s [default: at the end]
+    /// Write the images so far at this interval, such as 30s [default: at the end]
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub write_every: Option<f64>,
 
-    /// Show the picture so far in the tev viewer that listens there, such as 127.0.0.1:14158: about every second, and all channels at the end
+    /// Show the picture so far in the tev viewer at this address, such as 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, lights (light_NAME: the picture as each group of lights alone lights it),
-    /// strategies (each way in which bdpt makes paths, weighed and alone, at a --max-depth of 6 at most), or all but strategies
+    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, lights (a layer for each light group), strategies (of bdpt, to a
+    /// --max-depth of 6), or all (without strategies)
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     pub aov: Vec<String>,
 
@@ -75,9 +75,8 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Render these pixels only: half-open, origin top left; the image keeps its full window. Light-carrying integrators
-    /// (light, bdpt, pssmlt, mlt, sppm, photon-map, vcm) send the light of the whole image all the same, most of them in as much time, and
-    /// irradiance-cache fills its cache for it
+    /// Render only these pixels: half-open, origin top left. Integrators that trace paths from lights, and irradiance-cache, still do the work of the
+    /// whole image
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
@@ -111,22 +110,22 @@ pub(in crate::cli) struct RenderArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Ask another backend too for this share of the rays, and report where they disagree
+    /// Check this share of the rays, 0 to 1, against another backend [default: off]
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub audit_rays: Option<f64>,
 
-    /// Render and build threads, 64 for each processor at most [default: one for each]
+    /// Render and build threads, at most 64 for each processor [default: one for each]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 
     #[command(flatten)]
     pub camera: CameraArgs,
 
-    /// Trace one sample of this pixel alone, and print its rays and what they found
+    /// Trace one sample of this pixel, and print its rays and hits
     #[arg(long, value_name = "X,Y", value_parser = parse_list::<u32, 2>)]
     pub pixel: Option<[u32; 2]>,
 
-    /// Which sample of --pixel [default: 0]
+    /// Index of the sample of --pixel [default: 0]
     #[arg(long, value_name = "K", requires = "pixel")]
     pub sample: Option<u32>,
 
@@ -138,7 +137,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
-    /// Warnings to print: all, several of one kind as one line (summary), or none
+    /// Warnings to print: all, one line for each kind (summary), or none
     #[arg(long, value_name = "NAME", value_parser = NameParser::<ShownWarnings>::new(), default_value = "summary")]
     pub warnings: ShownWarnings,
 
@@ -146,7 +145,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(short, long)]
     pub quiet: bool,
 
-    /// More words
+    /// Verbose output
     #[arg(short, long, conflicts_with = "quiet")]
     pub verbose: bool,
 }

@@ -1,6 +1,6 @@
 //! Significance tests: do two images differ by more than their noise, where both have variances?
 //!
-//! docs/compare.md says what is tested at the four scales (pixel, tile, region, whole) and how often the answer is wrong. The scales follow from how
+//! docs/guide/reference/compare.md says what is tested at the four scales (pixel, tile, region, whole) and how often the answer is wrong. The scales follow from how
 //! errors are correlated. Pixels that share paths have errors in common, so a tile allows for sixteen times the variance of its pixels. Scales larger
 //! than a tile are judged by the variance between its tiles, which share nothing. That variance is right under any sampler, whereas the variance
 //! channel is too large for low-discrepancy points.

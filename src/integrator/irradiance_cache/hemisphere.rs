@@ -17,7 +17,7 @@ pub struct Strata {
 pub struct Seen {
     /// Radiance that comes from there.
     pub radiance: Spectrum,
-    /// How far away that is, scene units; infinite where nothing is.
+    /// Distance, scene units; infinite where the ray meets nothing.
     pub distance: f32,
 }
 

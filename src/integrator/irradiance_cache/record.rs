@@ -10,7 +10,7 @@ pub struct Record {
     pub p: Vec3,
     /// Unit normal, on the side from which the light comes.
     pub n: Vec3,
-    /// How far away it would be wrong by as much as it is, about: scene units.
+    /// Distance at which the estimated error is 100 %: scene units.
     pub radius: f32,
     /// What was found, W·m⁻².
     pub irradiance: Spectrum,
@@ -35,6 +35,7 @@ impl Record {
     /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `most`, or where
     /// the point lies behind the record's place and so may not see what that does.
     #[inline(always)]
+    // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, most: f32) -> Option<f32> {
         let d = p - self.p;
         let reach = most * self.radius;
@@ -47,6 +48,7 @@ impl Record {
         let is_behind = d.dot(n + self.n) < -2.0 * BEHIND * reach;
         (error < most && !is_behind).then_some(error)
     }
+    // ANCHOR_END: error
 
     /// What the record says of the point `p` with normal `n`: its irradiance, changed as the gradients say (Ward and Heckbert 1992). May be
     /// negative.

@@ -181,6 +181,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
             if out.is_cancelled() {
                 return;
             }
+            // ANCHOR: step
             let step = numbers.propose(large_step_probability);
             let mut proposal = self.state(length, &numbers, out);
             let acceptance = match current.target > 0.0 {
@@ -194,6 +195,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
                 std::mem::swap(&mut current, &mut proposal);
             }
             self.add(&proposal, scale, out);
+            // ANCHOR_END: step
             let count = &mut counts[usize::from(step == Step::Small)];
             *count = [count[0] + 1, count[1] + u64::from(is_accepted)];
         }

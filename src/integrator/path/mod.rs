@@ -2,7 +2,7 @@
 //!
 //! `integrator` is the path tracer and `reuse` shares its paths between pixels. They stand on `direct` (direct light at a vertex), `strategy` (how
 //! directions are drawn and how light is found) and `roulette`. The other modules are simpler estimators of the same light from the same parts, for
-//! comparison: docs/ladder.md compares them. `tree` is what `whitted` and `distributed` share.
+//! comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
 
 pub(crate) mod ambient_occlusion;
 pub(crate) mod debug;

@@ -49,6 +49,7 @@ impl<'v, R: Gathered> Density<'v, R> {
     }
 
     /// Adds the light of `photon`, if it is one of the surface. Light that has come to the other side counts where the surface lets it pass.
+    // ANCHOR: estimate
     pub fn add(&mut self, photon: &Photon) {
         if !self.is_of_surface(photon) {
             return;
@@ -60,9 +61,11 @@ impl<'v, R: Gathered> Density<'v, R> {
             self.sum += R::of_light(f * photon.power() * factor, photon.light, self.scene);
         }
     }
+    // ANCHOR_END: estimate
 
     /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`; nothing where that is a point, about
     /// which photons tell nothing.
+    // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> R {
         let density = 1.0 / (PI * squared * paths as f32);
         match density.is_finite() {
@@ -70,4 +73,5 @@ impl<'v, R: Gathered> Density<'v, R> {
             false => R::default(),
         }
     }
+    // ANCHOR_END: radiance
 }

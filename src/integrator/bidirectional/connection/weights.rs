@@ -200,6 +200,7 @@ impl Densities {
             t if t == n => !is_delta_light,
             _ => !self.is_delta[t - 1] && !self.is_delta[t],
         };
+        // ANCHOR: sum
         let mut sum = 1.0;
         let mut add = |other: usize, product: f64| {
             if self.acceptance[other - 1] > 0.0 && !(is_merged && other == t) {
@@ -225,6 +226,7 @@ impl Densities {
             product /= ratio(other - 1);
             add(other, product);
         }
+        // ANCHOR_END: sum
         // A strategy that is no match for others at all counts nothing.
         let weight = (1.0 / sum) as f32;
         if weight.is_finite() { weight } else { 0.0 }

@@ -62,7 +62,7 @@ impl<'a> Surface<'a> {
         }
         let point = world.scene.surface_point(&hit, ray.time);
         let footprint = world.footprint(&point);
-        let point = world.scene.with_relief(&hit, point, footprint);
+        let point = world.scene.with_bumps(&hit, point, footprint);
         Self {
             hit,
             frame: world.scene.frame(&hit, &point),

@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
 ///
-/// It is a point of path space (Veach 1997, §8.2): all that is asked of it is computed from its vertices, whoever has made it. A path keeps which of
+/// It is a point of path space (Veach 1997, §8.2): all that is asked of it is computed from its vertices, not from how it was made. A path keeps which of
 /// its vertices scatter by delta lobes. Such paths are on a surface in path space; the deltas of what they contribute and of the
 /// densities with which they are made are the same, and cancel.
 #[derive(Clone, Debug)]

@@ -12,7 +12,7 @@ use crate::math::{UVec2, Vec3};
 use crate::sampler::Independent;
 use crate::scene::{Scene, SceneBuilder};
 
-/// Nobody asks how many rays there were.
+/// A sink that counts no rays.
 struct Uncounted;
 
 impl RaySink for Uncounted {

@@ -1,0 +1,56 @@
+use super::args::RenderArgs;
+use super::error::CliError;
+use crate::io::{Checkpoint, FileError, Metadata, Output, OutputLock, read_checkpoint};
+use crate::session::{RenderState, Renderer};
+
+/// Default of the seconds between checkpoints.
+const USUAL_INTERVAL: f64 = 60.0;
+
+/// Writes checkpoints and reads them: `--checkpoint` and `--resume`.
+pub(super) struct Checkpointer {
+    output: Output,
+    /// Lock of the file against other runs.
+    _lock: OutputLock,
+    /// The checkpoint of an earlier run.
+    found: Option<Checkpoint>,
+    /// Seconds between two checkpoints.
+    pub interval: f64,
+}
+
+impl Checkpointer {
+    /// At `output`, if the arguments name one. What is there already is not overwritten, unless the render goes on from it.
+    pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
+        let Some(output) = output else {
+            return Ok(None);
+        };
+        // Nobody writes it from here on.
+        let lock = output.lock()?;
+        let path = output.path();
+        let is_there = path.exists();
+        if is_there && !args.resume {
+            return Err(CliError::Usage(format!(
+                "--checkpoint {} exists already\n  help: add --resume to go on from it, or delete it to start anew",
+                path.display()
+            )));
+        }
+        Ok(Some(Self {
+            found: is_there.then(|| read_checkpoint(path)).transpose()?,
+            _lock: lock,
+            interval: args.checkpoint_interval.unwrap_or(USUAL_INTERVAL),
+            output,
+        }))
+    }
+
+    /// What the render goes on from, if anything is there.
+    pub fn restore(&mut self, renderer: &Renderer) -> Result<Option<RenderState>, CliError> {
+        let Some(found) = self.found.take() else {
+            return Ok(None);
+        };
+        Ok(Some(renderer.resume(found)?))
+    }
+
+    /// Writes all that is known.
+    pub fn keep(&self, state: &RenderState, metadata: &Metadata) -> Result<(), FileError> {
+        state.keep(&self.output, metadata)
+    }
+}

@@ -168,9 +168,9 @@ pub(super) struct DirectionTerms {
     pub share: f32,
     /// Rough lobes: density with which light of several scatterings is drawn.
     pub several_pdf: f32,
-    /// Rough mirrors: energy of the facets.
+    /// Rough conductors: energy of the facets.
     pub energy: ConductorEnergy,
-    /// Rough mirrors: [`Ggx::stretched`] of the direction.
+    /// Rough conductors: [`Ggx::stretched`] of the direction.
     pub stretched: f32,
 }
 

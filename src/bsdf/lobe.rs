@@ -37,7 +37,7 @@ impl Lobe {
         matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_))
     }
 
-    /// Whether it is drawn from in parts, between which a number of its own chooses.
+    /// Whether the lobe is drawn from in parts, between which a number of its own chooses.
     pub fn has_parts(&self) -> bool {
         matches!(self, Self::RoughMirror(_) | Self::RoughDielectric(_))
     }

@@ -5,7 +5,7 @@ use crate::math::Vec3;
 /// A sheet of a dielectric so thin that light leaves it straight on, after all reflections between its faces.
 ///
 /// Each face reflects `R`, so the sheet reflects `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3 §8.2.2). With an index of 1 it is
-/// a veil that lets light pass.
+/// a filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
     /// Factor of what is reflected.

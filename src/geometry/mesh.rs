@@ -50,7 +50,7 @@ pub struct SurfacePoint {
     /// When that is so.
     pub time: f32,
     /// How far along the normal a ray must start from `p` to clear the surface: a bound on rounding errors.
-    pub clearance: f32,
+    pub ray_offset: f32,
     /// What rays to the front and to the back add to that where the triangle stands for a curved surface, which passes before or
     /// behind it.
     pub lift: [f32; 2],
@@ -183,8 +183,8 @@ impl Facet {
             .fold(0.0, f32::max);
         let width = (2.0 * triangle_area(p0, p1, p2) / longest as f64) as f32;
         let rounding = gamma(6) * extent;
-        let clearance = rounding.max((rounding * (longest / width)).min(0.5 * width));
-        Self(triangle_normal(p0, p1, p2).extend(clearance))
+        let ray_offset = rounding.max((rounding * (longest / width)).min(0.5 * width));
+        Self(triangle_normal(p0, p1, p2).extend(ray_offset))
     }
 
     /// Unit geometric normal, by the winding.
@@ -195,7 +195,7 @@ impl Facet {
 
     /// How far from a point of the plane an intersector may find the triangle.
     #[inline(always)]
-    fn clearance(self) -> f32 {
+    fn ray_offset(self) -> f32 {
         self.0.w
     }
 }
@@ -205,7 +205,7 @@ impl SurfacePoint {
     ///
     /// Rounding puts `p` into a box around the true point; its half-width is `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25) and two more
     /// roundings for the move off the surface. A plane of normal `n` clears it by the half-width's `|n|`-weighted sum, to which
-    /// the facet's own clearance is added.
+    /// the facet's own ray offset is added.
     #[inline(always)]
     pub fn new([p0, p1, p2]: [Vec3; 3], facet: Facet, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
@@ -215,7 +215,7 @@ impl SurfacePoint {
             p: t0 + t1 + t2,
             time: 0.0,
             // The components of a unit vector sum to √3 at most.
-            clearance: gamma(9) * ng.abs().dot(magnitude) + facet.clearance(),
+            ray_offset: gamma(9) * ng.abs().dot(magnitude) + facet.ray_offset(),
             lift: [0.0; 2],
             ng,
             ns: ng,
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn surface_points_are_nearer_to_the_plane_than_their_clearance() {
+    fn surface_points_are_nearer_to_the_plane_than_their_ray_offset() {
         let mesh = Mesh {
             positions: vec![
                 Vec3::new(-3.1, 100.7, 2.3),
@@ -359,8 +359,8 @@ mod tests {
         for (b1, b2) in [(0.0f32, 0.0f32), (0.3, 0.6), (0.123_456_7, 0.2), (1.0, 0.0)] {
             let s = mesh.surface_point(PrimId(0), b1, b2);
             let off = (s.p.as_dvec3() - d[0]).dot(normal).abs();
-            assert!(off < s.clearance as f64, "{off} against {}", s.clearance);
-            assert!(s.clearance < 2e-4, "{}", s.clearance);
+            assert!(off < s.ray_offset as f64, "{off} against {}", s.ray_offset);
+            assert!(s.ray_offset < 2e-4, "{}", s.ray_offset);
         }
     }
 }

@@ -175,7 +175,7 @@ impl PlacedTriangle {
             b = inside(self.corners, b, error.length());
             point = SurfacePoint::new(self.corners, facet, b[1], b[2]);
         }
-        point.clearance += point.ng.abs().dot(error);
+        point.ray_offset += point.ng.abs().dot(error);
         match self.normals {
             Some(normals) => point.curved(self.corners, normals, b),
             None => point,

@@ -40,8 +40,8 @@ impl Side {
 #[inline(always)]
 pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
     match side {
-        Side::Front => s.p + s.ng * (s.clearance + s.lift[0]),
-        Side::Back => s.p - s.ng * (s.clearance + s.lift[1]),
+        Side::Front => s.p + s.ng * (s.ray_offset + s.lift[0]),
+        Side::Back => s.p - s.ng * (s.ray_offset + s.lift[1]),
     }
 }
 
@@ -95,9 +95,9 @@ mod tests {
         // Up to the rounding of the sum, half a unit in the last place of 1000.
         for distance in [left, right] {
             assert!(
-                (distance - s.clearance).abs() <= 3.1e-5 && distance > 0.0,
+                (distance - s.ray_offset).abs() <= 3.1e-5 && distance > 0.0,
                 "{distance} against {}",
-                s.clearance
+                s.ray_offset
             );
         }
         // On a plane through the origin too.

@@ -18,7 +18,7 @@ const MAX_FLOORS: usize = 24;
 /// Eye height as a share of the room's height, and at most of the scene's width.
 const EYE: [f32; 2] = [0.5, 0.2];
 /// Distance to the nearest surface around the eye, as a share of the eye height.
-const CLEARANCE: f32 = 0.3;
+const FREE_DISTANCE: f32 = 0.3;
 /// Eye heights below which a surface stands in the way of a view.
 const NEAR: f32 = 0.8;
 
@@ -117,7 +117,7 @@ pub(super) fn best_direction(
     width: f32,
 ) -> Option<View> {
     let panorama = Panorama::take(looker, horizon, position);
-    if panorama.nearest() < CLEARANCE * height {
+    if panorama.nearest() < FREE_DISTANCE * height {
         return None;
     }
     (0..COLUMNS)

@@ -123,7 +123,7 @@ pub(super) fn soft_cosine(cos: f32, spread: f32) -> f32 {
 pub(super) struct Cluster {
     /// The first one.
     pub first: u32,
-    /// How many there are.
+    /// Number of lights.
     pub count: u32,
     /// What they send to the region that the cluster was made for.
     pub irradiance: f32,

@@ -31,8 +31,8 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
-    /// The largest clearance of its points: each is no further from the origin than a corner.
-    clearance: f32,
+    /// The largest ray offset of its points: each is no further from the origin than a corner.
+    ray_offset: f32,
     area: f32,
     radiance: Spectrum,
     sampling: TriangleSampling,
@@ -45,11 +45,11 @@ impl TriangleLight {
     pub fn new(corners: [Vec3; 3], radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let [p0, p1, p2] = corners;
         let facet = Facet::new(corners);
-        let clearance = |b1, b2| SurfacePoint::new(corners, facet, b1, b2).clearance;
+        let ray_offset = |b1, b2| SurfacePoint::new(corners, facet, b1, b2).ray_offset;
         Self {
             corners,
             normal: facet.normal(),
-            clearance: clearance(0.0, 0.0).max(clearance(1.0, 0.0)).max(clearance(0.0, 1.0)),
+            ray_offset: ray_offset(0.0, 0.0).max(ray_offset(1.0, 0.0)).max(ray_offset(0.0, 1.0)),
             area: triangle_area(p0, p1, p2) as f32,
             radiance,
             sampling,
@@ -60,7 +60,7 @@ impl TriangleLight {
     /// The same of a triangle that has been put in its region.
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
-        light.clearance += triangle.rounding();
+        light.ray_offset += triangle.rounding();
         light.is_mirrored = triangle.is_mirrored();
         light
     }
@@ -117,7 +117,7 @@ impl TriangleLight {
         let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
         Emission {
             p,
-            origin: p + self.normal * self.clearance,
+            origin: p + self.normal * self.ray_offset,
             ng: self.normal,
             w,
             radiance: self.radiance,
@@ -169,7 +169,7 @@ impl TriangleLight {
             pdf,
             is_delta: false,
             // Off the front, where the lit point is
-            target: Some(q + self.normal * self.clearance),
+            target: Some(q + self.normal * self.ray_offset),
         })
     }
 

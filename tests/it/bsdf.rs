@@ -646,7 +646,7 @@ fn paths_from_both_ends_agree_on_shading_normals() {
     let ns = Vec3::new(0.4, -0.3, 0.8).normalize();
     let point = SurfacePoint {
         p: Vec3::ZERO,
-        clearance: 0.0,
+        ray_offset: 0.0,
         lift: [0.0; 2],
         ng: Vec3::Z,
         ns,

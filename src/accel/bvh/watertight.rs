@@ -112,7 +112,7 @@ impl Sheared {
     }
 
     /// Where the ray crosses the plane of the triangle, in f64: a ray that leaves a sliver would find it again by the errors of
-    /// f32, which the length of the sliver over its width makes larger than any clearance.
+    /// f32, which the length of the sliver over its width makes larger than any ray offset.
     fn distance(&self, triangle: &Triangle) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);

@@ -20,13 +20,13 @@ const _: () = assert!(LANES == SAMPLES_AT_ONCE);
 pub(super) struct Workspace<'v> {
     pub firsts: [Option<First<'v>>; SAMPLES_AT_ONCE],
     directions: Directions,
-    /// BSDFs of first vertices, and which of them the lanes hold.
-    first_bsdfs: BsdfLanes,
+    /// BSDFs of first vertices, and which of them the lanes hold. They are large, and matte scenes have none.
+    first_bsdfs: Option<Box<BsdfLanes>>,
     is_held: [bool; SAMPLES_AT_ONCE],
     candidates: [Candidate; SAMPLES_AT_ONCE],
-    /// The BSDF of the end as each of the viewers sees it.
-    lanes: BsdfLanes,
-    views: [Option<BsdfView<'v>>; SAMPLES_AT_ONCE],
+    /// The BSDF of the end as each of the viewers sees it, in lanes or by views, where an end has needed them.
+    lanes: Option<Box<BsdfLanes>>,
+    views: Option<Box<[Option<BsdfView<'v>>; SAMPLES_AT_ONCE]>>,
 }
 
 /// A first vertex as one that could have found the end.
@@ -87,11 +87,11 @@ impl<'v> Workspace<'v> {
         let mut work = Self {
             firsts,
             directions,
-            first_bsdfs: BsdfLanes::empty(),
+            first_bsdfs: None,
             is_held: [false; SAMPLES_AT_ONCE],
             candidates: [Candidate::default(); SAMPLES_AT_ONCE],
-            lanes: BsdfLanes::empty(),
-            views: [None; SAMPLES_AT_ONCE],
+            lanes: None,
+            views: None,
         };
         let vertices = work.firsts.iter().enumerate();
         let vertices = vertices.filter_map(|(i, first)| Some((i, &first.as_ref()?.vertex)));
@@ -100,7 +100,7 @@ impl<'v> Workspace<'v> {
             .peekable();
         if directions == Directions::Bsdf && of_lobes.peek().is_some() {
             let bsdfs = of_lobes.map(|(i, vertex)| (i, vertex.bsdf, vertex.wo));
-            work.is_held = work.first_bsdfs.hold_each(bsdfs);
+            work.is_held = empty_lanes(&mut work.first_bsdfs).hold_each(bsdfs);
         }
         work
     }
@@ -136,7 +136,8 @@ impl<'v> Workspace<'v> {
         }
 
         // Values and densities of their BSDFs
-        let values = self.is_held.contains(&true).then(|| self.first_bsdfs.eval_pdf(&lanes));
+        let held = self.first_bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
+        let values = held.map(|held| held.eval_pdf(&lanes));
         let mut kept = 0;
         for (k, geometry) in geometry[..count].iter().enumerate() {
             let candidate = self.candidates[k];
@@ -169,15 +170,22 @@ impl<'v> Workspace<'v> {
             for (i, candidate) in candidates.iter().enumerate() {
                 wo.set(i, candidate.wo);
             }
-            if self.lanes.hold(bsdf, &wo) {
+            if empty_lanes(&mut self.lanes).hold(bsdf, &wo) {
                 return EndBsdf::Lanes;
             }
         }
-        for (view, candidate) in self.views.iter_mut().zip(candidates) {
+        let views = self.views.get_or_insert_with(|| Box::new([None; SAMPLES_AT_ONCE]));
+        for (view, candidate) in views.iter_mut().zip(candidates) {
             *view = Vertex::needs_view(bsdf).then(|| BsdfView::new(bsdf, candidate.wo));
         }
         EndBsdf::Views
     }
+}
+
+/// The lanes, made where there are none yet.
+#[inline(always)]
+fn empty_lanes(lanes: &mut Option<Box<BsdfLanes>>) -> &mut BsdfLanes {
+    lanes.get_or_insert_with(|| Box::new(BsdfLanes::empty()))
 }
 
 impl Viewers {
@@ -266,15 +274,18 @@ impl Viewers {
                 return Scattered { f, pdf };
             }
             EndBsdf::Lanes => {
-                let values = work.lanes.eval_pdf(&DirectionLanes::splat(wi));
-                (0..self.count).for_each(|i| add(i, values.get(i)));
+                if let Some(lanes) = &work.lanes {
+                    let values = lanes.eval_pdf(&DirectionLanes::splat(wi));
+                    (0..self.count).for_each(|i| add(i, values.get(i)));
+                }
             }
             EndBsdf::Views => {
                 let bsdf = end.vertex.bsdf;
                 let terms = (work.directions == Directions::Bsdf && Vertex::needs_view(bsdf))
                     .then(|| BsdfDirection::new(bsdf, wi));
-                for (i, candidate) in candidates.iter().enumerate() {
-                    let value = match (&terms, &work.views[i]) {
+                let views = work.views.iter().flat_map(|views| views.iter());
+                for (i, (candidate, view)) in candidates.iter().zip(views).enumerate() {
+                    let value = match (&terms, view) {
                         (Some(terms), Some(view)) => view.eval_pdf_with(terms),
                         (_, view) => {
                             let vertex = Vertex {

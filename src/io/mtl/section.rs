@@ -6,6 +6,10 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
+#[cfg(feature = "tobj")]
+use crate::math::list;
+#[cfg(feature = "tobj")]
+use std::collections::BTreeMap;
 
 /// Phong exponent of a `Ks` without `Ns`.
 const DEFAULT_EXPONENT: f32 = 10.0;
@@ -36,7 +40,7 @@ impl Remark {
 
 /// What an MTL file says of one material.
 #[derive(Default)]
-pub(super) struct Section {
+pub(crate) struct Section {
     pub name: String,
     pub diffuse: Option<Spectrum>,
     pub specular: Option<Spectrum>,
@@ -47,7 +51,7 @@ pub(super) struct Section {
     pub ior: Option<f32>,
     /// Whether the last `Ni` is 0.
     has_no_ior: bool,
-    pub dissolve: Dissolve,
+    pub(super) dissolve: Dissolve,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
     pub clearcoat: f32,
@@ -71,7 +75,7 @@ pub(super) struct Section {
 }
 
 /// What is wrong, and the remedy.
-pub(super) type Complaint = (String, &'static str);
+pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
     /// The section that begins in this line; a full coat has `Pc max_clearcoat`.
@@ -140,8 +144,46 @@ impl Section {
         found.map_or(self.line, |&(_, line)| line)
     }
 
+    /// All that the statements say, as keywords with their values: equal texts are equal bits.
+    #[cfg(feature = "tobj")]
+    pub fn values(&self) -> BTreeMap<String, String> {
+        let colors = [
+            ("Kd", self.diffuse),
+            ("Ks", self.specular),
+            ("Ka", self.ambient),
+            ("Ke", self.emission),
+            ("Tf", self.filter),
+        ];
+        let numbers = [
+            ("Ns", self.exponent),
+            ("Ni", self.ior.or(self.has_no_ior.then_some(0.0))),
+            ("d", self.dissolve.d),
+            ("Tr", self.dissolve.tr),
+            ("Pr", self.roughness),
+            ("Pm", self.metallic),
+            ("Pc", Some(self.clearcoat)),
+            ("Pcr", Some(self.clearcoat_roughness)),
+            ("Ps", Some(self.sheen)),
+            ("aniso", Some(self.anisotropy)),
+            ("anisor", Some(self.anisotropy_rotation)),
+            ("illum", self.illum.map(|n| n as f32)),
+        ];
+        let colors = colors
+            .into_iter()
+            .filter_map(|(key, color)| Some((key, list(&color?.to_array()))));
+        let numbers = numbers
+            .into_iter()
+            .filter_map(|(key, number)| Some((key, number?.to_string())));
+        let maps = self
+            .maps
+            .iter()
+            .map(|map| (map.statement.slot.keyword(), map.statement.text()));
+        let all = colors.chain(numbers).chain(maps);
+        all.map(|(key, value)| (key.to_string(), value)).collect()
+    }
+
     /// What is taken in some way though the file says it otherwise, or not at all.
-    pub fn assumed(&self) -> Vec<Remark> {
+    pub(super) fn assumed(&self) -> Vec<Remark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {
             let severity = Severity::Note;
@@ -244,7 +286,7 @@ impl Section {
     }
 
     /// The material, and what of it was assumed.
-    pub fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
+    pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);

@@ -18,7 +18,7 @@ use crate::material::Material;
 pub use dialect::MtlDialect;
 pub(crate) use map::{MapSlot, MapStatement};
 pub(super) use section::{Complaint, Section};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use writer::{Reading, Signature};
 
@@ -202,6 +202,7 @@ impl Library {
     pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
         let reading = Reading::new(self.dialect, self.signature.as_ref(), &sections);
         let mut is_read_otherwise = false;
+        let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());
         for mut section in sections {
             // A guess is told where the letter of the format says something else.
@@ -209,6 +210,11 @@ impl Library {
             let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
             let (material, remarks) = section.material(reading.tr);
+            for key in section.idle_numbers(&material) {
+                idle.entry(key)
+                    .or_default()
+                    .push(section.line_of(&key.to_ascii_lowercase()));
+            }
             is_read_otherwise |= by_letter != (material.clone(), slots(&section));
             for remark in remarks.into_iter().chain(section.assumed()) {
                 let message = format!("material `{}`: {}", section.name, remark.words);
@@ -226,6 +232,21 @@ impl Library {
                 library: path.to_path_buf(),
                 line: section.line,
             });
+        }
+        for (key, lines) in idle {
+            let why = match key {
+                "Ns" => "there is no highlight",
+                "Ni" => "nothing refracts",
+                _ => "ambient light is computed",
+            };
+            let number = lines.len() as u64;
+            let noun = if number == 1 { "material" } else { "materials" };
+            let message = format!("{key} of {number} {noun} has no effect: {why}; the first is here");
+            let mut places = lines.into_iter().map(Position::line);
+            if let Some(first) = places.next() {
+                let error = FileError::new(path, message).at(first);
+                findings.push(Finding::new(Severity::Note, "idle-number", error).repeated(number, places));
+            }
         }
         if let Some((line, words)) = reading.guess.filter(|_| is_read_otherwise) {
             let error = FileError::new(path, words).at(Position::line(line));

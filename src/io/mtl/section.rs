@@ -1,3 +1,5 @@
+mod effects;
+
 use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
 use super::reflectance::ior_of_dielectric;
@@ -210,13 +212,7 @@ impl Section {
             note("exponent-range", "ns", words);
         }
         match self.illum {
-            Some(model @ (0 | 1)) if shines => {
-                note(
-                    "illum",
-                    "illum",
-                    format!("illum {model} has no highlight: Ks has no effect"),
-                );
-            }
+            Some(0 | 1) => {}
             Some(model @ (3 | 5)) if !shines => {
                 note(
                     "illum",
@@ -352,17 +348,22 @@ impl Section {
         let (opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
         match self.illum {
-            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left.
+            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left: a Phong lobe with Ns, but for illum 7, whose
+            // reflections are traced.
             Some(4 | 6 | 7) => {
                 let dissolved = (opacity < 1.0).then(|| Spectrum::splat(1.0 - opacity));
                 material.transmission = self.filter.or(dissolved).unwrap_or(Spectrum::ONE);
                 material.ior = self.ior.unwrap_or(DEFAULT_IOR);
-                material.gloss = Gloss::Mirror(Fresnel::Full);
+                let has_exponent = self.exponent.is_some() || self.has_map(MapSlot::Exponent);
+                let is_phong = has_exponent && self.illum != Some(7) && !material.specular.is_black();
                 let all = material.diffuse + material.specular + material.transmission;
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
                     let words = "glass reflects by its index of refraction; Ks is left out";
                     remarks.push(Remark::warning("glass-reflection", "ks", words));
+                }
+                if !is_phong || material.specular.is_black() {
+                    material.gloss = Gloss::Mirror(Fresnel::Full);
                 }
             }
             // A coloured veil: part of the light goes straight on, tinted.
@@ -380,9 +381,15 @@ impl Section {
                     (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
                 }
             }
+            // A mixture of Kd, Ks and Tf
+            _ if self.is_mixture(&material) => {
+                material.transmission = self.filter.unwrap_or(Spectrum::ZERO);
+                (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
+            }
             // A surface with holes
             _ => material.opacity = opacity,
         }
+        remarks.extend(self.lost_numbers(&material));
         (material, remarks)
     }
 

@@ -230,7 +230,7 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
         (
             "no highlight",
             "newmtl m\nKd 0.5\nKs 0.5\nNs 5\nillum 1\n",
-            &["note idle-number a.mtl:4:0", "warning no-effect a.mtl:3:0"],
+            &["warning no-effect a.mtl:3:0", "note idle-number a.mtl:4:0"],
         ),
         (
             "a black mirror",

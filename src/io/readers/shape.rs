@@ -216,9 +216,9 @@ impl Shape<'_> {
         let Some(first) = fan.first() else { return true };
         let from_first = |corner: &Corner| (corner.p.as_dvec3() - first[0].p.as_dvec3()).length_squared();
         let extent = fan.iter().flatten().map(from_first).fold(0.0, f64::max);
-        // Written so that values that are not finite count as the same.
+        // Values that are not finite count as the same.
         let error = (area(own) - area(fan)).length();
-        !(error > ROUNDING * extent * own.len() as f64)
+        error.is_nan() || error <= ROUNDING * extent * own.len() as f64
     }
 
     /// Compares a corner of an own triangle with one of tobj.

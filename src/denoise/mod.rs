@@ -6,7 +6,9 @@
 //! All filters work on what the film says of each pixel, and give the same bits with any number of threads. docs/denoise.md compares them.
 
 mod atrous;
+mod bilateral;
 mod gaussian;
+mod nlm;
 #[cfg(feature = "oidn")]
 mod oidn;
 
@@ -23,6 +25,10 @@ pub enum Denoiser {
     Atrous,
     /// A plain blur.
     Gaussian,
+    /// A blur that stops at differences of colour.
+    Bilateral,
+    /// Non-local means: the mean of pixels whose surroundings are alike, by the variance.
+    Nlm,
 }
 
 /// Why an image could not be denoised.
@@ -69,6 +75,8 @@ impl Denoiser {
             Self::Oidn => Err(DenoiseError::NotBuilt),
             Self::Atrous => Ok("atrous".into()),
             Self::Gaussian => Ok("gaussian".into()),
+            Self::Bilateral => Ok("bilateral".into()),
+            Self::Nlm => Ok("nlm".into()),
         }
     }
 
@@ -77,18 +85,37 @@ impl Denoiser {
         let per_pixel = match self {
             Self::Oidn => 1100,
             Self::Atrous => 200,
-            Self::Gaussian => 60,
+            Self::Gaussian | Self::Bilateral => 60,
+            Self::Nlm => 120,
         };
         per_pixel * pixels
+    }
+
+    /// The radius in pixels of a filter that has one, where the user gives none: the standard deviation of `gaussian` and `bilateral`, half the width of the
+    /// window of `nlm`.
+    pub fn default_radius(self) -> Option<f32> {
+        match self {
+            Self::Oidn | Self::Atrous => None,
+            Self::Gaussian => Some(gaussian::RADIUS),
+            Self::Bilateral => Some(bilateral::RADIUS),
+            Self::Nlm => Some(nlm::RADIUS),
+        }
+    }
+
+    /// Does what [`Denoiser::apply_with`] does, with the default radius.
+    pub fn apply(self, image: &mut Image) -> Result<(), DenoiseError> {
+        self.apply_with(image, None)
     }
 
     /// Puts the denoised picture into `R G B` of `image` and the raw one into `raw.R raw.G raw.B`. Other channels stay: `variance` is that of
     /// the raw picture. An image that was denoised before is denoised anew, from its raw picture.
     ///
-    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both, `Z` and `variance`.
+    /// Open Image Denoise does without albedo and normals where one of them is missing; the wavelet filter needs both, `Z` and `variance`,
+    /// and non-local means `variance`. Filters without a radius take no notice of `radius`.
     ///
     /// Works with the threads of rayon's pool, Open Image Denoise with as many of its own. On an error the image stays as it was.
-    pub fn apply(self, image: &mut Image) -> Result<(), DenoiseError> {
+    pub fn apply_with(self, image: &mut Image, radius: Option<f32>) -> Result<(), DenoiseError> {
+        let radius = radius.or(self.default_radius()).unwrap_or_default();
         let raw = vectors(image, RAW).or_else(|_| vectors(image, COLOR))?;
         let size = image.crop.size();
         let size = [size.x as usize, size.y as usize];
@@ -104,7 +131,9 @@ impl Denoiser {
             #[cfg(not(feature = "oidn"))]
             Self::Oidn => return Err(DenoiseError::NotBuilt),
             Self::Atrous => atrous::denoise(atrous::Input::new(image, &raw, size)?),
-            Self::Gaussian => gaussian::denoise(&raw, size),
+            Self::Gaussian => gaussian::denoise(&raw, size, radius),
+            Self::Bilateral => bilateral::denoise(&raw, size, radius),
+            Self::Nlm => nlm::denoise(image, &raw, size, radius)?,
         };
         put(image, RAW, &raw);
         put(image, COLOR, &denoised);
@@ -182,9 +211,14 @@ mod tests {
 
     /// Filters of this build.
     fn built() -> impl Iterator<Item = Denoiser> {
-        [Denoiser::Oidn, Denoiser::Atrous, Denoiser::Gaussian]
-            .into_iter()
-            .filter(|d| d.version().is_ok())
+        let all = [
+            Denoiser::Oidn,
+            Denoiser::Atrous,
+            Denoiser::Gaussian,
+            Denoiser::Bilateral,
+            Denoiser::Nlm,
+        ];
+        all.into_iter().filter(|d| d.version().is_ok())
     }
 
     #[test]

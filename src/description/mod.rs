@@ -45,5 +45,5 @@ pub use scene_options::SceneOptions;
 // What the modules here need of the formats
 use crate::io::{
     DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, MemoryLimit, Position,
-    Severity, Warning, environment, find_file, input, memory, mtl, obj, statements, texture,
+    Severity, Warning, environment, find_file, input, load_obj, memory, mtl, obj, statements, texture,
 };

@@ -31,7 +31,7 @@ const DIGEST: &str = "embrasure.stateDigest";
 /// The one of what has been counted.
 const STATISTICS: &str = "embrasure.statistics";
 
-/// All that a render knows, to be written beside its picture: whoever has it can go on, or join it with what others have.
+/// All that a render knows, to be written beside its picture: from it the render can be resumed, or merged with other parts.
 #[derive(Clone, Copy, Debug)]
 pub struct State<'a> {
     /// The sums.
@@ -228,7 +228,7 @@ impl Opened {
             .ok_or_else(|| damaged(path, &"it has no layer"))?;
         let stateless = || {
             FileError::new(path, "this file holds a picture, but not the sums that it is made of").help(
-                "give one that --checkpoint has written, or -o with --samples or --crop: a picture alone cannot be gone on with",
+                "give one that --checkpoint has written, or -o with --samples or --crop: a picture alone cannot be resumed",
             )
         };
         let attributes = &header.own_attributes;

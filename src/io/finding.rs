@@ -44,7 +44,7 @@ pub struct Finding {
     pub code: &'static str,
     /// What it is, where it is for the first time, and the remedy.
     pub error: FileError,
-    /// How many there are of it.
+    /// Number of findings of this kind.
     pub count: u64,
     /// Places of the next ones in the same file, not all of them if there are many.
     pub more: Vec<Position>,

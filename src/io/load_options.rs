@@ -1,4 +1,5 @@
 use super::{MtlDialect, Severity};
+use crate::options::names::named;
 use crate::options::{Named, Range, parameters};
 use crate::scene::Panes;
 use crate::texture::TextureFilter;
@@ -10,6 +11,10 @@ parameters! {
         ///
         /// `auto`: the one that wrote the file; `spec`: none, the letter of the format.
         mtl_dialect: MtlDialect = MtlDialect::Auto;
+        /// Reader of OBJ and MTL files: the program's own, or the crate tobj
+        ///
+        /// See docs/guide/reference/readers.md.
+        obj_reader: ObjReader = ObjReader::Own;
         /// Angle in degrees below which edges are smoothed, in place of the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);
         /// Texture filter: in levels as coarse as samples see them, or at the finest
@@ -19,6 +24,19 @@ parameters! {
         /// `straight`: shadow rays pass, and flat panes count as thin; `refract`: light is found by scattered rays alone, and panes are bodies.
         panes: Panes = Panes::Straight;
     }
+}
+
+/// Reader of OBJ and MTL files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObjReader {
+    /// This crate's own.
+    Own,
+    /// The tobj crate; feature `tobj`. Values, faces and materials are those that it reads.
+    Tobj,
+}
+
+named! {
+    ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
 }
 
 impl Named for Panes {

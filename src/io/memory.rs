@@ -18,7 +18,7 @@ pub trait LoadObserver: Sync {
     fn advance(&self, units: u64);
 }
 
-/// Nobody is told.
+/// Discards all reports.
 impl LoadObserver for () {
     fn begin(&self, _: &str, _: u64) {}
 

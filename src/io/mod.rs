@@ -17,6 +17,7 @@ mod guard;
 mod header_limits;
 mod identity;
 pub(crate) mod input;
+pub(crate) mod load_obj;
 mod load_options;
 pub(crate) mod memory;
 mod memory_limit;
@@ -30,9 +31,13 @@ mod read_image;
 mod read_layers;
 mod read_picture;
 mod read_rendering;
+#[cfg(feature = "tobj")]
+mod readers;
 pub(crate) mod statements;
 mod temporary;
 pub(crate) mod texture;
+#[cfg(feature = "tobj")]
+mod tobj_reader;
 mod write_picture;
 
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
@@ -48,7 +53,7 @@ pub(crate) use guard::guarded;
 pub use guard::is_guarded;
 pub use identity::FileId;
 pub use input::read_text;
-pub use load_options::{LoadOptions, LoadParameters};
+pub use load_options::{LoadOptions, LoadParameters, ObjReader};
 pub use memory::LoadObserver;
 pub use memory_limit::{LimitSource, MemoryLimit, in_words};
 pub use metadata::{FeatureNames, Metadata};
@@ -59,6 +64,8 @@ pub use output::Output;
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};
+#[cfg(feature = "tobj")]
+pub use readers::{ComparedFile, Kind as ReaderDifference, Lines, Notes, Unexplained, compare_readers};
 pub use temporary::OutputLock;
 pub use texture::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 pub use write_picture::Format;

@@ -61,6 +61,10 @@ parameters! {
         ///
         /// See docs/denoise.md.
         denoise: Denoising = Denoising::Off, default "off; without a name: oidn", bare "oidn";
+        /// Radius in pixels of the denoisers gaussian, bilateral and nlm
+        ///
+        /// The standard deviation of `gaussian` and `bilateral`, half the width of the window of `nlm`.
+        denoise_radius: f32, default "0.7 of gaussian, 1.5 of bilateral, 7 of nlm", in Range::FromTo(0.1, 50.0);
     }
 }
 
@@ -144,6 +148,6 @@ impl Backend {
 
 named! {
     Denoising: "off" => Self::Off, "oidn" => Self::By(Denoiser::Oidn), "atrous" => Self::By(Denoiser::Atrous),
-        "gaussian" => Self::By(Denoiser::Gaussian);
+        "gaussian" => Self::By(Denoiser::Gaussian), "bilateral" => Self::By(Denoiser::Bilateral), "nlm" => Self::By(Denoiser::Nlm);
     Backend: "embree" => Self::Embree, "obvhs" => Self::Obvhs, "brute" => Self::Brute;
 }

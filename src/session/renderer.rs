@@ -226,7 +226,8 @@ impl<'a> Renderer<'a> {
     pub fn denoise(&self, image: &mut Image, metadata: &mut Metadata) -> Result<(), DenoiseError> {
         if let Some(denoiser) = self.session.settings().denoiser {
             let by = denoiser.version()?;
-            self.session.install(|| denoiser.apply(image))?;
+            let radius = self.session.settings().denoise_radius;
+            self.session.install(|| denoiser.apply_with(image, radius))?;
             metadata.denoiser = Some(by);
         }
         Ok(())
@@ -248,13 +249,13 @@ impl<'a> Renderer<'a> {
         let Some(denoiser) = self.session.settings().denoiser else {
             return Ok(image);
         };
-        let threads = self.session.settings().threads;
+        let (threads, radius) = (self.session.settings().threads, self.session.settings().denoise_radius);
         let (sender, receiver) = channel();
         thread::spawn(move || {
             let done = guarded(|| {
                 let by = denoiser.version()?;
                 let pool = thread_pool(threads).map_err(|error| DenoiseError::Failed(error.to_string()))?;
-                pool.install(|| denoiser.apply(&mut image))?;
+                pool.install(|| denoiser.apply_with(&mut image, radius))?;
                 Ok((image, by))
             });
             let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));

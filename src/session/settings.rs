@@ -53,6 +53,8 @@ pub struct Settings {
     pub backend: Backend,
     /// What takes noise out of the picture.
     pub denoiser: Option<Denoiser>,
+    /// Radius of the denoiser in pixels; `None` for its own.
+    pub denoise_radius: Option<f32>,
     /// Threads that load, build and render.
     pub threads: usize,
     /// Whether to take less memory and more time.
@@ -119,6 +121,7 @@ impl Settings {
             aovs: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
+            denoise_radius: sampling.denoise_radius(),
             threads: all_threads(),
             compact: false,
             tone: options.tone.tone_settings(),
@@ -193,6 +196,14 @@ impl Settings {
         self.denoiser.map(Denoiser::version).transpose()?;
         let method = self.method();
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
+        if let (Some(radius), None) = (self.denoise_radius, self.denoiser.and_then(Denoiser::default_radius)) {
+            let help = "leave it out, or render with --denoise=gaussian, bilateral or nlm";
+            return refused(
+                "denoise-radius",
+                format!("{radius}: the denoiser has no radius"),
+                help.into(),
+            );
+        }
         if self.aovs.contains(&Aov::Lights) && !method.gathers_light() {
             let does = match method.kind() {
                 IntegratorKind::IrradianceCache => "tells no lights apart",

@@ -230,7 +230,7 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
         (
             "no highlight",
             "newmtl m\nKd 0.5\nKs 0.5\nNs 5\nillum 1\n",
-            &["note illum a.mtl:5:0"],
+            &["warning no-effect a.mtl:3:0", "note idle-number a.mtl:4:0"],
         ),
         (
             "a black mirror",
@@ -251,6 +251,26 @@ fn each_mistake_of_a_material_is_found_at_its_line() {
     for (what, mtl, expected) in cases {
         assert_found(what, &square, mtl, expected);
     }
+}
+
+/// A material of a library that the scene file replaces, or patches, is used where faces name it.
+#[test]
+fn overridden_materials_are_not_unused() {
+    let mtl = "newmtl m\nKd 0.5\nnewmtl patched\nKd 0.5\nnewmtl idle\nKd 0.5\n";
+    let obj = format!("{SQUARE}f 1 2 3\nusemtl patched\nf 1 3 4\n");
+    let scene = "version = 1\n[[object]]\nobj = \"a.obj\"\n[material.m]\ndiffuse = [0.1, 0.2, 0.3]\n[patch.patched]\nroughness = 0.3\n\
+                 [material.idle]\ndiffuse = [1, 1, 1]\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl), ("a.toml", scene)]);
+    let (report, _) = check(folder.path(), "a.toml");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    let unused: Vec<&String> = found.iter().filter(|f| f.contains("unused")).collect();
+    assert_eq!(
+        unused,
+        [
+            "note unused-definition a.mtl:5:0",
+            "warning unused-material a.toml:8:11"
+        ]
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Denoising by the real program: errors against a reference, what is written, and what is refused.
 #![cfg(feature = "embree")]
 
-use crate::support::program::{done, folder, joined, refused};
+use crate::support::program::{done, folder, joined, refused, split};
 use crate::support::{read_channel, read_rgb, rel_mse};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -18,16 +18,16 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Of the Cornell box with 8 samples a pixel. A fifth is asked of Open Image Denoise, and half of the wavelets, which
-/// do better the larger a picture is.
+/// Of the Cornell box with 8 samples a pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
+/// larger a picture is, and less of filters without guides.
 #[test]
 fn denoising_leaves_a_fraction_of_the_error() {
     let folder = folder(&[]);
     let reference = read_rgb(&render(&folder, "reference.exr", &["--spp", "256", "--seed", "1"]));
     let denoisers: &[(&str, f64)] = if cfg!(feature = "oidn") {
-        &[("atrous", 0.5), ("oidn", 0.2)]
+        &[("atrous", 0.5), ("nlm", 0.7), ("bilateral", 0.9), ("oidn", 0.2)]
     } else {
-        &[("atrous", 0.5)]
+        &[("atrous", 0.5), ("nlm", 0.7), ("bilateral", 0.9)]
     };
     for (name, most) in denoisers {
         let denoise = format!("--denoise={name}");
@@ -37,6 +37,59 @@ fn denoising_leaves_a_fraction_of_the_error() {
         println!("{name}: relMSE {before:.5} becomes {after:.5}");
         assert!(after < most * before, "{name}: relMSE {before} becomes {after}");
     }
+}
+
+/// With few samples the wavelets brought lamps and their reflections down, and lost up to a fifth of the light.
+#[test]
+fn wavelets_lose_no_light() {
+    let folder = folder(&[]);
+    for name in ["cornell-box", "veach-plates", "spheres"] {
+        let scene = format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let args = "render -q --size 128x128 --spp 4 --denoise=atrous -o image.exr";
+        done(folder.path(), &joined(&split(args), &[&scene]));
+        let image = folder.path().join("image.exr");
+        let mean = |name: &str| {
+            let values = read_channel(&image, name);
+            values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
+        };
+        let left = mean("G") / mean("raw.G");
+        println!("{name}: {left:.4}");
+        assert!((left - 1.0).abs() < 0.02, "{name}: {left} of the light is left");
+    }
+}
+
+/// A radius widens the filters that have one, and is refused with others.
+#[test]
+fn radii_are_those_of_filters_that_have_one() {
+    let folder = folder(&[]);
+    for name in ["gaussian", "bilateral", "nlm"] {
+        let denoise = format!("--denoise={name}");
+        let flags = ["--spp", "2", &denoise];
+        let usual = render(&folder, "usual.exr", &flags);
+        let wide = render(&folder, "wide.exr", &joined(&flags, &["--denoise-radius", "4"]));
+        assert!(read_channel(&usual, "G") != read_channel(&wide, "G"), "{name}");
+        // `develop` makes the same pixels of it.
+        let args = format!("develop -q usual.exr {denoise} --denoise-radius 4 -o later.exr");
+        done(folder.path(), &split(&args));
+        let later = folder.path().join("later.exr");
+        assert!(read_channel(&later, "G") == read_channel(&wide, "G"), "{name}");
+    }
+    for flags in [
+        &["--denoise=atrous", "--denoise-radius", "2"][..],
+        &["--denoise-radius", "2"],
+    ] {
+        let said = refused(folder.path(), &cornell("x.exr", flags), 2);
+        assert!(
+            said.contains("--denoise-radius 2: the denoiser has no radius"),
+            "{said}"
+        );
+    }
+    let said = refused(
+        folder.path(),
+        &cornell("x.exr", &["--denoise=nlm", "--denoise-radius", "99"]),
+        2,
+    );
+    assert!(said.contains("--denoise-radius 99"), "{said}");
 }
 
 #[test]

@@ -43,6 +43,8 @@ mod mtl;
 mod panes;
 mod patches;
 mod photons;
+#[cfg(feature = "tobj")]
+mod readers;
 mod reuse;
 mod rooms;
 mod same_pictures;

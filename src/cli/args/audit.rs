@@ -9,14 +9,20 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 The rays are those of a render. A disagreement is explained where the ray passes an edge, or a plane, or an end of its interval
-more closely than roundings can tell; the exit code is 1 where one is not.
+more closely than roundings can tell; the exit code is 1 where one is not. --readers compares the readers of OBJ and MTL files
+instead; docs/guide/reference/readers.md lists the differences that are known.
 Examples:
   embrasure audit scenes/cornell-box.toml
   embrasure audit room.obj --rays 100000000 -o room-audit.json
-  embrasure audit room.obj --replay room-audit.json")]
+  embrasure audit room.obj --replay room-audit.json
+  embrasure audit room.obj --readers")]
 pub(in crate::cli) struct AuditArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
+
+    /// Compare the own reader of the scene's OBJ and MTL files with tobj
+    #[arg(long, conflicts_with_all = ["rays", "replay", "backend", "against", "size", "seed"])]
+    pub readers: bool,
 
     /// About so many rays, spread evenly over the image
     #[arg(long, value_name = "N", default_value = "1000000")]

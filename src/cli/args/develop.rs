@@ -40,9 +40,13 @@ pub(in crate::cli) struct DevelopArgs {
     #[command(flatten)]
     pub tone: Flags<ToneOptions>,
 
-    /// Denoiser: oidn, atrous or gaussian [default: off; without a name: the best one built in]
+    /// Denoiser: oidn, atrous, gaussian, bilateral or nlm [default: off; without a name: the best one built in]
     #[arg(long, value_name = "NAME", num_args = 0..=1, require_equals = true, value_parser = NameParser::<Denoising>::new())]
     pub denoise: Option<Option<Denoising>>,
+
+    /// Radius in pixels of the denoisers gaussian, bilateral and nlm [default: 0.7, 1.5 and 7]
+    #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
+    pub denoise_radius: Option<f32>,
 
     /// Pixels of the full image to keep: half-open, origin top left
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
@@ -74,6 +78,11 @@ impl fmt::Display for Scale {
             Self::Size([width, height]) => write!(f, "{width}x{height}"),
         }
     }
+}
+
+fn parse_radius(text: &str) -> Result<f32, String> {
+    let radius = text.parse().ok().filter(|radius| (0.1..=50.0).contains(radius));
+    radius.ok_or_else(|| "a number from 0.1 to 50 is expected".into())
 }
 
 fn parse_scale(text: &str) -> Result<Scale, String> {

@@ -48,7 +48,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     let denoiser = denoiser(args, &found)?;
     if let Some(denoiser) = denoiser {
         let by = denoiser.version().map_err(|error| CliError::Usage(error.to_string()))?;
-        let done = denoiser.apply(&mut image);
+        let done = denoiser.apply_with(&mut image, args.denoise_radius);
         done.map_err(|error| FileError::new(&args.input, error.to_string()))?;
         steps.push(format!("denoiser={by}"));
     }
@@ -163,6 +163,9 @@ fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliEr
             wanted.text(),
             found.title()
         ))),
+        Some(denoiser) if args.denoise_radius.is_some() && denoiser.default_radius().is_none() => Err(CliError::Usage(
+            "--denoise-radius: this denoiser has no radius\n  help: leave it out, or use --denoise=gaussian, bilateral or nlm".into(),
+        )),
         denoiser => Ok(denoiser),
     }
 }

@@ -7,9 +7,10 @@ mod materials;
 mod objects;
 mod textures;
 
+use super::load_obj::load_obj;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, MapRequest};
-use super::obj::{ObjFile, load_obj};
+use super::obj::ObjFile;
 use super::object_section::ObjectSection;
 use super::patches::PatchList;
 use super::scene_file::SceneFile;

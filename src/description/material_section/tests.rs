@@ -219,7 +219,7 @@ const LIBRARY: &str = "newmtl matte\nKd 0.5 0.4 0.3\nmap_Kd -s 2 2 -o 0.5 0 -cla
     newmtl metal\nKd 0.9 0.6 0.2\nPr 0.3\nPm 1\nNi 1.6\naniso 0.5\nmap_Pr r.png\nmap_Pm m.png\n\
     newmtl painted\nKd 0.2 0 0\nPr 0.4\nPc 0.5\nPcr 0.1\nPs 0.2\n\
     newmtl leaf\nKd 0.1 0.5 0.1\nd 0.5\nmap_d a.png\nnorm nn.png\n\
-    newmtl veil\nKd 0.1 0.5 0.1\nd 0.5\nTf 1 0.5 0.5\n\
+    newmtl filter\nKd 0.1 0.5 0.1\nd 0.5\nTf 1 0.5 0.5\n\
     newmtl filter\nTf 0.5 0.5 0.5\n\
     newmtl lamp\nKe 5 4 3\nmap_Ke e.png\n";
 

@@ -212,6 +212,20 @@ impl SceneFile {
         !self.light_group.is_empty() || self.light.iter().any(|light| light.group.is_some())
     }
 
+    /// The OBJ files of all objects, each once, in the order of the objects.
+    pub fn obj_files(&self) -> Vec<PathBuf> {
+        let mut files = Vec::new();
+        for object in &self.object {
+            for name in [Some(&object.obj), object.obj_close.as_ref()].into_iter().flatten() {
+                let path = self.resolve(name.get_ref());
+                if !files.contains(&path) {
+                    files.push(path);
+                }
+            }
+        }
+        files
+    }
+
     /// A path in the scene file, which is relative to its folder.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.source.resolve(relative)

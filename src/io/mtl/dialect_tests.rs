@@ -167,8 +167,8 @@ fn maya_writes_glass_for_everything() {
     let opaque = auto(&lambert("1.00 1.00 1.00"));
     assert_eq!((opaque.diffuse, opaque.opacity), (Spectrum::splat(0.5), 1.0));
     assert!(opaque.transmission.is_black() && opaque.specular.is_black());
-    let veil = auto(&lambert("0.25 0.25 0.25"));
-    assert_eq!((veil.opacity, veil.transmission), (0.25, Spectrum::ZERO));
+    let filter = auto(&lambert("0.25 0.25 0.25"));
+    assert_eq!((filter.opacity, filter.transmission), (0.25, Spectrum::ZERO));
     let phong = auto(&(lambert("1.00 1.00 1.00") + "Ks 0.50 0.50 0.50\nNs 20.00\n"));
     assert_eq!(phong.gloss, Gloss::Metallic(0.0));
     assert!(

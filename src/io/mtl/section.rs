@@ -1,3 +1,5 @@
+mod effects;
+
 use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
 use super::reflectance::ior_of_dielectric;
@@ -6,6 +8,10 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::io::Severity;
 use crate::material::{Gloss, Material};
+#[cfg(feature = "tobj")]
+use crate::math::list;
+#[cfg(feature = "tobj")]
+use std::collections::BTreeMap;
 
 /// Phong exponent of a `Ks` without `Ns`.
 const DEFAULT_EXPONENT: f32 = 10.0;
@@ -36,7 +42,7 @@ impl Remark {
 
 /// What an MTL file says of one material.
 #[derive(Default)]
-pub(super) struct Section {
+pub(crate) struct Section {
     pub name: String,
     pub diffuse: Option<Spectrum>,
     pub specular: Option<Spectrum>,
@@ -47,7 +53,7 @@ pub(super) struct Section {
     pub ior: Option<f32>,
     /// Whether the last `Ni` is 0.
     has_no_ior: bool,
-    pub dissolve: Dissolve,
+    pub(super) dissolve: Dissolve,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
     pub clearcoat: f32,
@@ -71,7 +77,7 @@ pub(super) struct Section {
 }
 
 /// What is wrong, and the remedy.
-pub(super) type Complaint = (String, &'static str);
+pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
     /// The section that begins in this line; a full coat has `Pc max_clearcoat`.
@@ -140,8 +146,46 @@ impl Section {
         found.map_or(self.line, |&(_, line)| line)
     }
 
+    /// All that the statements say, as keywords with their values: equal texts are equal bits.
+    #[cfg(feature = "tobj")]
+    pub fn values(&self) -> BTreeMap<String, String> {
+        let colors = [
+            ("Kd", self.diffuse),
+            ("Ks", self.specular),
+            ("Ka", self.ambient),
+            ("Ke", self.emission),
+            ("Tf", self.filter),
+        ];
+        let numbers = [
+            ("Ns", self.exponent),
+            ("Ni", self.ior.or(self.has_no_ior.then_some(0.0))),
+            ("d", self.dissolve.d),
+            ("Tr", self.dissolve.tr),
+            ("Pr", self.roughness),
+            ("Pm", self.metallic),
+            ("Pc", Some(self.clearcoat)),
+            ("Pcr", Some(self.clearcoat_roughness)),
+            ("Ps", Some(self.sheen)),
+            ("aniso", Some(self.anisotropy)),
+            ("anisor", Some(self.anisotropy_rotation)),
+            ("illum", self.illum.map(|n| n as f32)),
+        ];
+        let colors = colors
+            .into_iter()
+            .filter_map(|(key, color)| Some((key, list(&color?.to_array()))));
+        let numbers = numbers
+            .into_iter()
+            .filter_map(|(key, number)| Some((key, number?.to_string())));
+        let maps = self
+            .maps
+            .iter()
+            .map(|map| (map.statement.slot.keyword(), map.statement.text()));
+        let all = colors.chain(numbers).chain(maps);
+        all.map(|(key, value)| (key.to_string(), value)).collect()
+    }
+
     /// What is taken in some way though the file says it otherwise, or not at all.
-    pub fn assumed(&self) -> Vec<Remark> {
+    pub(super) fn assumed(&self) -> Vec<Remark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {
             let severity = Severity::Note;
@@ -160,7 +204,7 @@ impl Section {
             note(
                 "opacity",
                 "d",
-                "what emits has no holes: d and map_d have no effect".into(),
+                "surfaces that emit are opaque: d and map_d have no effect".into(),
             );
         }
         if let Some(ns) = self.exponent.filter(|&ns| ns > MAX_EXPONENT) {
@@ -168,13 +212,7 @@ impl Section {
             note("exponent-range", "ns", words);
         }
         match self.illum {
-            Some(model @ (0 | 1)) if shines => {
-                note(
-                    "illum",
-                    "illum",
-                    format!("illum {model} has no highlight: Ks has no effect"),
-                );
-            }
+            Some(0 | 1) => {}
             Some(model @ (3 | 5)) if !shines => {
                 note(
                     "illum",
@@ -244,7 +282,7 @@ impl Section {
     }
 
     /// The material, and what of it was assumed.
-    pub fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
+    pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
         // A material that names any colour means the others to be black; one that names none is a plain surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
@@ -310,20 +348,25 @@ impl Section {
         let (opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
         match self.illum {
-            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left.
+            // Glass; its reflection is Fresnel's, and Ks adds to that where there is energy left: a Phong lobe with Ns, but for illum 7, whose
+            // reflections are traced.
             Some(4 | 6 | 7) => {
                 let dissolved = (opacity < 1.0).then(|| Spectrum::splat(1.0 - opacity));
                 material.transmission = self.filter.or(dissolved).unwrap_or(Spectrum::ONE);
                 material.ior = self.ior.unwrap_or(DEFAULT_IOR);
-                material.gloss = Gloss::Mirror(Fresnel::Full);
+                let has_exponent = self.exponent.is_some() || self.has_map(MapSlot::Exponent);
+                let is_phong = has_exponent && self.illum != Some(7) && !material.specular.is_black();
                 let all = material.diffuse + material.specular + material.transmission;
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
                     let words = "glass reflects by its index of refraction; Ks is left out";
                     remarks.push(Remark::warning("glass-reflection", "ks", words));
                 }
+                if !is_phong || material.specular.is_black() {
+                    material.gloss = Gloss::Mirror(Fresnel::Full);
+                }
             }
-            // A coloured veil: part of the light goes straight on, tinted.
+            // A coloured filter: part of the light goes straight on, tinted.
             _ if opacity < 1.0 && self.filter.is_some_and(|filter| filter != Spectrum::ONE) => {
                 material.diffuse *= opacity;
                 material.specular *= opacity;
@@ -338,9 +381,15 @@ impl Section {
                     (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
                 }
             }
+            // A mixture of Kd, Ks and Tf
+            _ if self.is_mixture(&material) => {
+                material.transmission = self.filter.unwrap_or(Spectrum::ZERO);
+                (material.thin, material.ior) = self.ior.map_or((true, 1.0), |ior| (false, ior));
+            }
             // A surface with holes
             _ => material.opacity = opacity,
         }
+        remarks.extend(self.lost_numbers(&material));
         (material, remarks)
     }
 

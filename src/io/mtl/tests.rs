@@ -51,6 +51,23 @@ fn keys_become_lobes() {
     }
     // A file that leaves energy for Ks keeps it.
     assert_eq!(one("Kd 0\nKs 0.3\nTf 0.1\nillum 7").specular, grey(0.3));
+    // With its exponent it is a Phong lobe, but for the model whose reflections are traced.
+    for (model, gloss) in [
+        (4, Gloss::Phong(30.0)),
+        (6, Gloss::Phong(30.0)),
+        (7, Gloss::Mirror(Fresnel::Full)),
+    ] {
+        let mixed = one(&format!("Kd 0.3\nKs 0.2\nNs 30\nTf 0.4\nNi 1.5\nillum {model}"));
+        assert_eq!(mixed.gloss, gloss, "illum {model}");
+        assert_eq!((mixed.specular, mixed.transmission), (grey(0.2), grey(0.4)));
+    }
+    // A mixture of all three, which refracts with an index
+    for (statements, thin) in [("", true), ("Ni 1.5\n", false)] {
+        let mixed = one(&format!("Kd 0.7\nKs 0.2\nNs 30\nTf 0.1\n{statements}illum 2"));
+        assert_eq!((mixed.diffuse, mixed.specular), (grey(0.7), grey(0.2)));
+        assert_eq!((mixed.transmission, mixed.thin), (grey(0.1), thin));
+        assert_eq!((mixed.gloss, mixed.opacity), (Gloss::Phong(30.0), 1.0));
+    }
     // Exporters write a filter of 1 for opaque surfaces.
     assert!(one("Kd 0.7\nTf 1 1 1\nillum 2").transmission.is_black());
     assert!(one("Kd 0.7\nTf 1 1 1\nd 1").transmission.is_black());
@@ -61,9 +78,9 @@ fn keys_become_lobes() {
     let holes = one("Kd 0.8\nd 0.25\nillum 2");
     assert_eq!((holes.diffuse, holes.opacity), (grey(0.8), 0.25));
     assert!(holes.transmission.is_black());
-    let veil = one("Kd 0.8\nTf 0.5\nd 0.25\nillum 2");
-    assert_eq!((veil.diffuse, veil.transmission), (grey(0.2), grey(0.375)));
-    assert!(veil.thin && veil.ior == 1.0 && veil.opacity == 1.0);
+    let filter = one("Kd 0.8\nTf 0.5\nd 0.25\nillum 2");
+    assert_eq!((filter.diffuse, filter.transmission), (grey(0.2), grey(0.375)));
+    assert!(filter.thin && filter.ior == 1.0 && filter.opacity == 1.0);
 }
 
 #[test]
@@ -193,6 +210,68 @@ fn a_texture_of_emission_is_a_color_too() {
     assert_eq!(one("Ke 2\nmap_Ke a.png").emission, Spectrum::splat(2.0));
     let (_, warnings) = load("newmtl m\nKe 0 0 0\nmap_Ke a.png").unwrap();
     assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
+}
+
+/// Each number that is lost is a warning at its line, whether the model, the opacity or the sum of the shares loses it.
+#[test]
+fn numbers_without_effect_are_told() {
+    let cases = [
+        (
+            "Kd 0.7\nKs 0.2\nTf 0.3\nillum 2",
+            "t.mtl:4: material `m`: Tf has no effect: Kd + Ks + Tf is 1.2",
+        ),
+        (
+            "Kd 0.7\nTf 0.3\nd 1\nillum 2",
+            "t.mtl:3: material `m`: Tf has no effect: d or Tr",
+        ),
+        (
+            "Ks 0.7\nTf 0.3\nillum 3",
+            "t.mtl:3: material `m`: Tf has no effect with illum 3",
+        ),
+        (
+            "Tf 0.3\nd 0.5\nNi 1.5\nillum 6",
+            "t.mtl:3: material `m`: d has no effect with illum 6",
+        ),
+        (
+            "Kd 0.5\nKs 0.4\nNs 9\nillum 1",
+            "t.mtl:3: material `m`: Ks has no effect: illum 1",
+        ),
+        (
+            "Kd 0.5\nKs 0.4\nPr 0.5",
+            "t.mtl:3: material `m`: Ks has no effect with Pr",
+        ),
+        (
+            "Ks 0.4\nNs 9\nillum 5",
+            "t.mtl:3: material `m`: Ns has no effect: with illum 5",
+        ),
+        (
+            "Ks 0.4\nNs 9\nTf 0.5\nNi 1.5\nillum 7",
+            "t.mtl:3: material `m`: Ns has no effect: with illum 7",
+        ),
+        ("Tf 1\nNi 1.5\nPm 1\nillum 7", "t.mtl:4: material `m`: Pm has no effect"),
+        ("Kd 0.5\nPcr 0.5", "t.mtl:3: material `m`: Pcr has no effect"),
+        (
+            "Kd 0.5\nPr 0.5\nanisor 0.5",
+            "t.mtl:4: material `m`: anisor has no effect",
+        ),
+    ];
+    for (text, expected) in cases {
+        let (_, warnings) = load(&format!("newmtl m\n{text}")).unwrap();
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(expected),
+            "{text}: {warnings:?}"
+        );
+    }
+    // What exporters write of every surface, and mixtures, lose nothing.
+    for text in [
+        "Kd 0.7\nKs 0.2\nNs 30\nTf 0.1\nillum 2",
+        "Kd 0.7\nTf 1 1 1\nd 1\nNi 1.5\nNs 10\nKs 0\nillum 2",
+        "Ks 0.95\nNs 1000\nillum 5",
+        "Kd 0.3\nKs 0.2\nNs 30\nTf 0.4\nNi 1.5\nillum 6",
+    ] {
+        let (_, warnings) = load(&format!("newmtl m\n{text}")).unwrap();
+        assert!(warnings.is_empty(), "{text}: {warnings:?}");
+    }
 }
 
 #[test]

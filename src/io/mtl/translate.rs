@@ -33,7 +33,7 @@ pub(super) const BLENDER_COAT: f32 = 4.0;
 
 impl Section {
     /// Replaces what `writer` wrote by what it meant.
-    pub fn translate(&mut self, writer: Writer) {
+    pub(super) fn translate(&mut self, writer: Writer) {
         match writer {
             Writer::Unknown => {}
             Writer::Blender(export) => self.translate_blender(export),

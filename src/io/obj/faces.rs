@@ -40,6 +40,8 @@ pub struct Face<'a> {
     pub positions: &'a [u32],
     /// Index of each corner's normal, out of range where it has none; empty where no corner has one.
     pub normals: &'a [u32],
+    /// Index of each corner's texture coordinates, out of range where it has none; empty where no corner has any.
+    pub uvs: &'a [u32],
     /// Whether every corner has texture coordinates.
     pub has_uvs: bool,
 }
@@ -105,6 +107,7 @@ impl ObjFaces {
                 material: *material,
                 positions: section.positions(corners.clone()),
                 normals: section.normals(corners.clone()),
+                uvs: section.uvs(corners.clone()),
                 has_uvs: section.have_uvs(corners),
             })
         })

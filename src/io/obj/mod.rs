@@ -16,7 +16,6 @@ use super::find_file::{case_differs, count_alike, find_file};
 use super::input;
 use super::memory::Allowance;
 use super::mtl::{FileMaterial, library_path, load_mtl};
-use super::normals::smooth_by_angle;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::geometry::Mesh;
 pub use faces::{Face, FaceMaterial, ObjFaces};
@@ -55,15 +54,30 @@ pub(crate) struct ObjFile {
 }
 
 impl ObjFile {
+    /// What a reader makes of a file and its libraries.
+    pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
+        let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
+        Self {
+            groups,
+            last_named: named.collect(),
+            materials,
+            libraries,
+        }
+    }
+
     /// The material of this name; the last definition counts.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
         self.last_named.get(name).and_then(|&i| self.materials.get(i))
     }
 }
 
-/// Reads an OBJ file and the libraries it names, in the current rayon pool. An error is that there is nothing to go on with;
-/// everything else that is wrong, missing or assumed is among the findings.
-pub(crate) fn load_obj(
+/// The error of a file without faces.
+pub(super) fn no_faces(path: &Path) -> FileError {
+    FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
+}
+
+/// Reads an OBJ file and its libraries by the reader of this module, without the options that change what was read.
+pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,
     allowance: Allowance,
@@ -88,25 +102,11 @@ pub(crate) fn load_obj(
     let (materials, libraries) = load_libraries(path, &outline.libraries, options, findings);
     findings.extend(outline.remarks.findings(path));
     let is_wrong = outline.wrong_count > 0;
-
-    let mut groups = into_groups(outline);
-    if let Some(degrees) = options.parameters.smooth() {
-        groups
-            .par_iter_mut()
-            .for_each(|g| smooth_by_angle(&mut g.mesh, degrees));
-    }
+    let groups = into_groups(outline);
     if groups.is_empty() && !is_wrong {
-        return Err(
-            FileError::new(path, "no faces in this OBJ file").help("export the mesh with its faces (`f` lines)")
-        );
+        return Err(no_faces(path));
     }
-    let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
-    Ok(ObjFile {
-        groups,
-        last_named: named.collect(),
-        materials,
-        libraries,
-    })
+    Ok(ObjFile::new(groups, materials, libraries))
 }
 
 fn read_text(path: &Path) -> Result<String, FileError> {
@@ -178,8 +178,8 @@ fn load_libraries(
     (materials, files)
 }
 
-/// Names between blanks; a `\` before a blank makes it a part of the name.
-fn split_names(names: &str) -> Vec<String> {
+/// Names of libraries between blanks; a `\` before a blank makes it a part of the name.
+pub(super) fn split_names(names: &str) -> Vec<String> {
     let hidden = names.replace("\\ ", "\0");
     hidden.split_whitespace().map(|name| name.replace('\0', " ")).collect()
 }

@@ -144,6 +144,11 @@ impl Section {
         part(&self.vn, corners)
     }
 
+    /// Indices of the texture coordinates of these corners, [`NONE`] where one has none; empty where none has any.
+    pub fn uvs(&self, corners: Range<usize>) -> &[u32] {
+        part(&self.vt, corners)
+    }
+
     /// Whether all of these corners have texture coordinates.
     pub fn have_uvs(&self, corners: Range<usize>) -> bool {
         let uvs = part(&self.vt, corners);

@@ -7,6 +7,7 @@ mod statements;
 
 use super::*;
 use crate::geometry::PrimId;
+use crate::io::load_obj::load_obj;
 use crate::math::Vec3;
 
 /// A file that was read, and its warnings.

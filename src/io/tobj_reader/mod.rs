@@ -1,0 +1,260 @@
+//! OBJ and MTL files read by the tobj crate: a second implementation, against which the program's own reader is checked (`readers`).
+//!
+//! Values, faces, and the statements of materials are those that tobj reads, by its rules: polygons are fans, smoothing groups and continued lines are
+//! unknown, and a library is found by its very name. What statements of materials mean is the matter of `mtl`, whichever reader has read them.
+//! tobj tells no line, and panics on some files; its panics are caught. docs/guide/reference/readers.md lists the differences.
+
+mod materials;
+
+use super::input::Input;
+use super::memory::Allowance;
+use super::mtl::{FileMaterial, library_path};
+use super::obj::{Group, ObjFile, no_faces};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Severity, guarded};
+use crate::geometry::{Mesh, triangle_normal};
+use crate::math::{Vec2, Vec3};
+pub(super) use materials::sections;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::io::BufRead;
+use std::path::{Path, PathBuf};
+
+const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
+    single_index: true,
+    triangulate: true,
+    ignore_points: true,
+    ignore_lines: true,
+};
+
+/// Triangles that follow each other in the file and share a material.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// Name of the material; `None` where there is none, or where no library before the `usemtl` defines it.
+    pub material: Option<String>,
+    /// The triangles. Texture coordinates or normals that some corners lack are left out.
+    pub mesh: Mesh,
+}
+
+/// What tobj reads of a library: materials, and their indices by name.
+pub(super) type Materials = tobj::MTLLoadResult;
+
+/// Reads an OBJ file; `library` reads the library of a name. An error says why tobj refuses the file.
+pub(super) fn read_parts(
+    reader: &mut impl BufRead,
+    library: &dyn Fn(&Path) -> Materials,
+) -> Result<(Vec<Part>, Vec<tobj::Material>), String> {
+    let (models, materials) = guarded(|| tobj::load_obj_buf(reader, &OPTIONS, library))
+        .map_err(panicked)?
+        .map_err(|error| error.to_string())?;
+    // Without a material that is read, the error of the last library stands in their place.
+    let materials = materials.unwrap_or_default();
+    let name = |id: usize| materials.get(id).map(|material| material.name.clone());
+    let parts = models.into_iter().map(|model| Part {
+        material: model.mesh.material_id.and_then(name),
+        mesh: mesh(model.mesh),
+    });
+    let parts = parts.filter(|part| !part.mesh.triangles.is_empty()).collect();
+    Ok((parts, materials))
+}
+
+/// Reads a library. An error says why tobj refuses it.
+pub(super) fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
+    let read = guarded(|| tobj::load_mtl_buf(reader)).map_err(panicked)?;
+    match read {
+        Ok(read) => Ok(Ok(read)),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn panicked(message: String) -> String {
+    format!("it panics: {message}")
+}
+
+/// A mesh of tobj. Its lists of values are as long as that of the positions where no corner lacks one.
+fn mesh(read: tobj::Mesh) -> Mesh {
+    let positions: Vec<Vec3> = read.positions.chunks_exact(3).map(Vec3::from_slice).collect();
+    let mut uvs: Vec<Vec2> = read.texcoords.chunks_exact(2).map(Vec2::from_slice).collect();
+    for uv in uvs.iter_mut().filter(|uv| !uv.is_finite()) {
+        *uv = Vec2::ZERO;
+    }
+    let unit = |n: &[f32]| Vec3::from_slice(n).as_dvec3().normalize_or_zero().as_vec3a();
+    let mut normals: Vec<Vec3> = read.normals.chunks_exact(3).map(unit).collect();
+    if uvs.len() != positions.len() {
+        uvs.clear();
+    }
+    if normals.len() != positions.len() || normals.contains(&Vec3::ZERO) {
+        normals.clear();
+    }
+    let triangle = |t: &[u32]| [t[0], t[1], t[2]];
+    Mesh {
+        positions,
+        triangles: read.indices.chunks_exact(3).map(triangle).collect(),
+        normals,
+        uvs,
+        ..Mesh::default()
+    }
+}
+
+/// Reads an OBJ file and the libraries it names, without the options that change what was read.
+pub(super) fn read_obj(
+    path: &Path,
+    options: &LoadOptions,
+    allowance: Allowance,
+    observer: &dyn LoadObserver,
+    findings: &mut Findings,
+) -> Result<ObjFile, FileError> {
+    allowance.check(path, forecast(path)?)?;
+    let input = Input::open(path, "the OBJ file")?;
+    let (length, failure) = (input.length(), input.failure());
+    observer.begin(&format!("reading {} by tobj", path.display()), length);
+    // Libraries in the order of their lines, each with its materials.
+    let libraries: RefCell<Vec<(PathBuf, Vec<tobj::Material>)>> = RefCell::default();
+    let lacks: RefCell<Findings> = RefCell::default();
+    let library = |name: &Path| {
+        let path = library_path(path, &name.to_string_lossy());
+        match open_library(path.clone(), options, &mut lacks.borrow_mut()) {
+            Some(read) => {
+                if let Ok((materials, _)) = &read {
+                    libraries.borrow_mut().push((path, materials.clone()));
+                }
+                read
+            }
+            None => Ok(Default::default()),
+        }
+    };
+    let read = read_parts(&mut std::io::BufReader::new(input), &library);
+    let (parts, _) = read.map_err(|refusal| failure.or(path, refused(path, &refusal)))?;
+    observer.advance(length);
+    findings.extend(lacks.into_inner());
+    let (mut materials, mut files): (Vec<FileMaterial>, Vec<PathBuf>) = Default::default();
+    for (file, read) in libraries.into_inner() {
+        if !files.contains(&file) {
+            materials.extend(materials::load(
+                &file,
+                &read,
+                options.parameters.mtl_dialect(),
+                findings,
+            ));
+            files.push(file);
+        }
+    }
+    let groups = into_groups(parts);
+    if groups.is_empty() {
+        return Err(no_faces(path));
+    }
+    let is_finite = |group: &Group| group.mesh.positions.iter().all(|p| p.is_finite());
+    if !groups.iter().all(is_finite) {
+        let error = FileError::new(path, "a coordinate of a vertex is not finite");
+        return Err(error.help(HELP));
+    }
+    Ok(ObjFile::new(groups, materials, files))
+}
+
+const HELP: &str =
+    "--obj-reader own names the line, and reads more; `embrasure audit SCENE --readers` says where both differ";
+
+fn refused(path: &Path, refusal: &str) -> FileError {
+    FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)
+}
+
+/// What tobj reads of the library `path`; `None` where that cannot be read, which is among the findings then.
+fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -> Option<Materials> {
+    if !path.metadata().is_ok_and(|metadata| !metadata.is_dir()) {
+        let missing = FileError::new(&path, "this material library is missing");
+        let help = "put the file there; until then its materials are replaced by the default one";
+        findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
+        return None;
+    }
+    let opened = Input::open(&path, "the material library");
+    let read = opened.and_then(|input| {
+        let failure = input.failure();
+        let read = read_library(&mut std::io::BufReader::new(input));
+        read.map_err(|refusal| failure.or(&path, refused(&path, &refusal)))
+    });
+    read.map_err(|error| findings.add(Severity::Error, "unreadable-file", error))
+        .ok()
+}
+
+/// About how many bytes tobj takes for a file at most: 104 for each face, values, and a map of vertices; and the meshes made of these.
+fn forecast(path: &Path) -> Result<u64, FileError> {
+    let mut reader = std::io::BufReader::with_capacity(1 << 16, Input::open(path, "the OBJ file")?);
+    let (mut faces, mut values, mut line) = (0, [0; 3], Vec::new());
+    loop {
+        line.clear();
+        let read = reader.read_until(b'\n', &mut line);
+        let read = read.map_err(|error| FileError::system(path, "cannot read it", &error))?;
+        match (read, line.trim_ascii_start()) {
+            (0, _) => break,
+            (_, [b'f', b' ' | b'\t', ..]) => faces += 1,
+            (_, [b'v', b' ' | b'\t', ..]) => values[0] += 1,
+            (_, [b'v', b't', ..]) => values[1] += 1,
+            (_, [b'v', b'n', ..]) => values[2] += 1,
+            _ => {}
+        }
+    }
+    let vertices = values.into_iter().max().unwrap_or(0);
+    let [v, vt, vn] = values;
+    Ok(104 * faces + 12 * v + 8 * vt + 12 * vn + 64 * faces + 120 * vertices)
+}
+
+/// The triangles of each material, in the order of first use.
+fn into_groups(parts: Vec<Part>) -> Vec<Group> {
+    let mut members: Vec<Vec<Part>> = Vec::new();
+    let mut index_of: HashMap<Option<String>, usize> = HashMap::new();
+    for part in parts {
+        let index = *index_of.entry(part.material.clone()).or_insert(members.len());
+        match members.get_mut(index) {
+            Some(members) => members.push(part),
+            None => members.push(vec![part]),
+        }
+    }
+    members.into_iter().map(joined).collect()
+}
+
+/// Parts of one material as a group. Parts without normals among others get those of their triangles, and texture coordinates that are missing are 0.
+fn joined(parts: Vec<Part>) -> Group {
+    let material = parts.first().and_then(|part| part.material.clone());
+    let has_uvs = parts.iter().any(|part| !part.mesh.uvs.is_empty());
+    let has_normals = parts.iter().any(|part| !part.mesh.normals.is_empty());
+    let mut meshes = parts.into_iter().map(|part| completed(part.mesh, has_uvs, has_normals));
+    let mut mesh = meshes.next().unwrap_or_default();
+    for mut more in meshes {
+        let first = mesh.positions.len() as u32;
+        mesh.triangles
+            .extend(more.triangles.iter().map(|t| t.map(|v| first + v)));
+        mesh.positions.append(&mut more.positions);
+        mesh.normals.append(&mut more.normals);
+        mesh.uvs.append(&mut more.uvs);
+    }
+    Group {
+        material,
+        line: 0,
+        mesh,
+    }
+}
+
+/// The mesh with texture coordinates and normals where it should have them.
+fn completed(mut mesh: Mesh, has_uvs: bool, has_normals: bool) -> Mesh {
+    if has_uvs && mesh.uvs.is_empty() {
+        mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
+    }
+    if !has_normals || !mesh.normals.is_empty() {
+        return mesh;
+    }
+    let mut flat = Mesh::default();
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        let [a, b, c] = corners;
+        let normal = Some(triangle_normal(a, b, c)).filter(|&n| n != Vec3::ZERO);
+        let first = flat.positions.len() as u32;
+        flat.triangles.push([first, first + 1, first + 2]);
+        flat.positions.extend(corners);
+        flat.normals.extend([normal.unwrap_or(Vec3::Z); 3]);
+        flat.uvs
+            .extend(triangle.iter().filter_map(|&v| mesh.uvs.get(v as usize)));
+    }
+    flat
+}
+
+#[cfg(test)]
+mod tests;

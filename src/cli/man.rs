@@ -12,8 +12,8 @@ use std::process::ExitCode;
 
 /// Writes a page for the program and one for each command to a folder, or prints that of the program.
 pub(super) fn man(args: &ManArgs) -> Result<ExitCode, CliError> {
-    // Without the command `help`, which needs no page; `build` names the others in full, as in `embrasure-render`.
-    let mut program = Args::command().disable_help_subcommand(true);
+    // `build` names the commands in full, as in `embrasure-render`.
+    let mut program = Args::command();
     program.build();
     let Some(folder) = &args.output else {
         print_bytes(&page(&program)?);

@@ -23,6 +23,7 @@ mod documentation;
 mod dump;
 mod error;
 mod explain;
+mod help;
 mod info;
 mod init;
 mod job;
@@ -32,6 +33,7 @@ mod merge;
 mod outputs;
 mod pixel;
 mod progress;
+mod reference;
 mod run;
 mod stats;
 mod stop;
@@ -121,6 +123,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Explain(args)) => explain::explain(&args),
         Some(Command::Completions(args)) => completions::completions(&args),
         Some(Command::Man(args)) => man::man(&args),
+        Some(Command::Help(args)) => help::help(&args),
         None => Err(CliError::Usage(
             "no command given\n  help: embrasure --help lists them".into(),
         )),

@@ -201,6 +201,7 @@ fn mistakes_are_named_and_leave_no_files() {
     let cases: &[(&[&str], Change, i32, &[&str])] = &[
         (&["render", "gone.toml"], keep, 1, &["gone.toml", "cannot read"]),
         (&["render", "gone.obj"], keep, 1, &["gone.obj", "help:"]),
+        (&["help", "scen"], keep, 2, &["`scen`", "help: did you mean scene?"]),
         (&["render", "."], keep, 1, &["directory", "help:"]),
         (&["render", "a.mtl"], keep, 1, &["a.mtl", "help:"]),
         (&["render"], keep, 2, &["Usage"]),

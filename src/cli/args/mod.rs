@@ -11,6 +11,7 @@ mod explain;
 mod exr;
 mod flags;
 mod ground;
+mod help;
 mod init;
 mod lab;
 mod light;
@@ -29,6 +30,7 @@ pub(super) use completions::CompletionsArgs;
 pub(super) use develop::{DevelopArgs, Scale};
 pub(super) use explain::ExplainArgs;
 pub(super) use flags::Flags;
+pub(super) use help::HelpArgs;
 pub(super) use init::InitArgs;
 pub(super) use lab::LabArgs;
 pub(super) use load::LoadArgs;
@@ -44,12 +46,18 @@ use std::ffi::OsString;
 
 /// A path tracer over Intel Embree.
 #[derive(Debug, Parser)]
-#[command(name = "embrasure", disable_version_flag = true, arg_required_else_help = true)]
+#[command(
+    name = "embrasure",
+    disable_version_flag = true,
+    disable_help_subcommand = true,
+    arg_required_else_help = true
+)]
 #[command(after_help = "\
 Examples:
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png
   embrasure check room.obj
-  embrasure help render")]
+  embrasure help render
+  embrasure help mtl")]
 pub(super) struct Args {
     /// Print version, backends built in, and the instruction set in use
     #[arg(short = 'V', long)]
@@ -149,7 +157,28 @@ Examples:
     Completions(CompletionsArgs),
     /// Print the manual page, or write those of all commands
     Man(ManArgs),
+    /// Print the help of a command, a page of the reference, or what a code of `check` means
+    Help(HelpArgs),
 }
+
+/// Names of all commands.
+const COMMANDS: [&str; 15] = [
+    "render",
+    "lab",
+    "audit",
+    "bench",
+    "merge",
+    "develop",
+    "info",
+    "views",
+    "init",
+    "check",
+    "explain",
+    "compare",
+    "completions",
+    "man",
+    "help",
+];
 
 #[cfg(test)]
 mod tests {
@@ -159,7 +188,9 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
+        let command = Args::command();
+        assert!(command.get_subcommands().map(|command| command.get_name()).eq(COMMANDS));
+        command.debug_assert();
     }
 
     #[test]

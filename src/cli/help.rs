@@ -1,0 +1,53 @@
+//! `embrasure help`: the help of a command, a page of the reference, or what a code of `check` means.
+
+use super::args::{Args, HelpArgs};
+use super::error::CliError;
+use super::reference::{TOPICS, Topic, meaning};
+use clap::CommandFactory;
+use std::process::ExitCode;
+
+/// Prints the help that is asked for.
+pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
+    let mut program = Args::command();
+    program.build();
+    let Some(topic) = args.topic.as_deref() else {
+        outln!("{}", program.render_help());
+        outln!("Pages of the reference (embrasure help PAGE):");
+        for topic in TOPICS {
+            outln!("  {:<12} {}", topic.names[0], topic.title());
+        }
+        outln!("\nembrasure help CODE tells what a code of `embrasure check` means.");
+        return Ok(ExitCode::SUCCESS);
+    };
+    if let Some(command) = program.find_subcommand_mut(topic) {
+        out!("{}", command.render_long_help());
+    } else if let Some(page) = Topic::of(topic) {
+        out!("{}", page.plain());
+    } else if let Some(meaning) = meaning(topic) {
+        out!("{meaning}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::reference::codes;
+
+    #[test]
+    fn every_page_is_a_topic_of_its_own() {
+        for topic in TOPICS {
+            let text = topic.plain();
+            assert!(text.starts_with(topic.title()), "{}", topic.names[0]);
+            assert!(!text.contains("]("), "{}", topic.names[0]);
+        }
+        let names: Vec<&str> = TOPICS.iter().flat_map(|topic| topic.names).copied().collect();
+        let program = Args::command();
+        let mut all: Vec<&str> = names.into_iter().chain(codes()).collect();
+        all.extend(program.get_subcommands().map(|command| command.get_name()));
+        let count = all.len();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), count, "a name stands for two topics");
+    }
+}

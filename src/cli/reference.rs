@@ -1,0 +1,194 @@
+//! Pages of the reference, as they are in the program: docs/guide/reference, which an installed program has no folder of.
+
+/// Width of the text, in characters.
+const WIDTH: usize = 96;
+
+/// A page of the reference.
+pub(super) struct Topic {
+    /// What it is asked for by; the first name is listed.
+    pub names: &'static [&'static str],
+    /// Markdown.
+    text: &'static str,
+}
+
+macro_rules! topics {
+    ($($($name:literal)+ = $page:literal,)+) => {
+        &[$(Topic {
+            names: &[$($name),+],
+            text: include_str!(concat!("../../docs/guide/reference/", $page)),
+        }),+]
+    };
+}
+
+/// All pages, in the order of the guide.
+pub(super) const TOPICS: &[Topic] = topics! {
+    "scene" "toml" = "scene-file.md",
+    "guesses" = "guesses.md",
+    "materials" = "materials.md",
+    "mtl" "obj" = "obj-mtl.md",
+    "readers" = "readers.md",
+    "integrators" = "integrators.md",
+    "background" "ground" = "background.md",
+    "exr" "png" = "output.md",
+    "comparing" = "compare.md",
+    "checks" "codes" = "checks.md",
+    "json" = "json.md",
+    "units" = "units.md",
+    "glossary" = "glossary.md",
+};
+
+/// The page of codes.
+const CODES: &str = include_str!("../../docs/guide/reference/checks.md");
+
+/// Cells of a row of a Markdown table.
+fn cells(row: &str) -> impl Iterator<Item = &str> {
+    row.trim().trim_matches('|').split(" | ").map(str::trim)
+}
+
+/// Rows of the tables of codes: the codes of each, and the row.
+fn rows_of_codes() -> impl Iterator<Item = (Vec<&'static str>, &'static str)> {
+    let mut is_table_of_codes = false;
+    CODES.lines().filter_map(move |line| {
+        is_table_of_codes = line.starts_with("| code |") || is_table_of_codes && line.starts_with('|');
+        let first = cells(line)
+            .next()
+            .filter(|_| is_table_of_codes && line.starts_with("| `"))?;
+        Some((first.split('`').skip(1).step_by(2).collect(), line))
+    })
+}
+
+/// All codes of errors, warnings and notes, but `scene`, which is a page.
+pub(super) fn codes() -> impl Iterator<Item = &'static str> {
+    let codes = rows_of_codes().flat_map(|(codes, _)| codes);
+    codes.filter(|code| !TOPICS.iter().any(|topic| topic.names.contains(code)))
+}
+
+/// What the code of an error, warning or note means, as text.
+pub(super) fn meaning(code: &str) -> Option<String> {
+    let (_, row) = rows_of_codes().find(|(codes, _)| codes.contains(&code))?;
+    Some(plain(&format!("| code | meaning | remedy |\n|---|---|---|\n{row}\n")))
+}
+
+impl Topic {
+    /// The page of that name.
+    pub fn of(name: &str) -> Option<&'static Self> {
+        TOPICS.iter().find(|topic| topic.names.contains(&name))
+    }
+
+    /// Title of the page.
+    pub fn title(&self) -> &'static str {
+        title(self.text)
+    }
+
+    /// The page as text for a terminal.
+    pub fn plain(&self) -> String {
+        plain(self.text)
+    }
+}
+
+fn title(text: &str) -> &str {
+    text.lines().next().unwrap_or_default().trim_start_matches("# ")
+}
+
+/// Markdown as text for a terminal: a row of a table is its first cell, and below it the others, from the third on with the head of their column.
+fn plain(markdown: &str) -> String {
+    let mut text = String::new();
+    let mut heads: Vec<String> = Vec::new();
+    let mut is_code = false;
+    let mut paragraph = String::new();
+    for line in markdown.lines().chain([""]) {
+        let is_part = !is_code && line.starts_with(|c: char| c.is_alphanumeric() || "`*([\"".contains(c));
+        if is_part && !line.starts_with("```") {
+            paragraph += &format!("{}{line}", if paragraph.is_empty() { "" } else { " " });
+            continue;
+        }
+        if !paragraph.is_empty() {
+            wrap(&mut text, "", "", &std::mem::take(&mut paragraph));
+        }
+        if line.starts_with("```") {
+            is_code = !is_code;
+        } else if is_code {
+            text += &format!("    {line}\n");
+        } else if line.starts_with("<!--") {
+        } else if let Some(title) = line.strip_prefix("# ").or_else(|| line.strip_prefix("## ")) {
+            let rule = if line.starts_with("##") { "-" } else { "=" };
+            text += &format!("{}\n{}\n", title, rule.repeat(title.chars().count()));
+        } else if line.starts_with('#') {
+            text += &format!("{}\n", line.trim_start_matches(['#', ' ']));
+        } else if line.starts_with('|') {
+            let row: Vec<&str> = cells(line).collect();
+            if heads.is_empty() {
+                heads = row.into_iter().map(String::from).collect();
+            } else if !line.starts_with("|--") {
+                for (column, cell) in row.iter().enumerate().filter(|(_, cell)| !cell.is_empty()) {
+                    match (column, heads.get(column).filter(|head| !head.is_empty())) {
+                        (0, _) => wrap(&mut text, "  ", "  ", cell),
+                        (2.., Some(head)) => wrap(&mut text, "      ", "      ", &format!("{head}: {cell}")),
+                        _ => wrap(&mut text, "      ", "      ", cell),
+                    }
+                }
+            }
+            continue;
+        } else if let Some(item) = line.trim_start().strip_prefix("- ") {
+            let indent = " ".repeat(line.len() - line.trim_start().len());
+            wrap(&mut text, &format!("{indent}- "), &format!("{indent}  "), item);
+        } else if !line.is_empty() {
+            wrap(&mut text, "", "  ", line);
+        } else if !text.ends_with("\n\n") && !text.is_empty() {
+            text.push('\n');
+        }
+        heads.clear();
+    }
+    text.truncate(text.trim_end().len());
+    text + "\n"
+}
+
+/// Appends `words` in lines of [`WIDTH`], the first after `first` and the others after `later`.
+fn wrap(text: &mut String, first: &str, later: &str, words: &str) {
+    let words = without_links(words);
+    let mut line = String::from(first);
+    let mut is_empty = true;
+    for word in words.split_whitespace() {
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            text.push_str(line.trim_end());
+            text.push('\n');
+            line = later.into();
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line += word;
+        is_empty = false;
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
+}
+
+/// Text of Markdown without the targets of links, and without marks of emphasis.
+fn without_links(words: &str) -> String {
+    let mut text = String::new();
+    let mut rest = words;
+    while let Some((before, after)) = rest.split_once("](") {
+        let Some((label_start, (_, behind))) = before.rfind('[').zip(after.split_once(')')) else {
+            break;
+        };
+        text += before[..label_start].trim_end_matches('!');
+        text += &before[label_start + 1..];
+        rest = behind;
+    }
+    text += rest;
+    text.replace("**", "")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markdown_becomes_plain_text() {
+        let page = "# Title\n\nSome [words](a.md#b) of\n**text**.\n\n| code | meaning | remedy |\n|---|---|---|\n| `a`, `b` | first | do |\n\n- item\n\n```toml\nkey = 1\n```\n";
+        let expected = "Title\n=====\n\nSome words of text.\n\n  `a`, `b`\n      first\n      remedy: do\n\n- item\n\n    key = 1\n";
+        assert_eq!(plain(page), expected);
+    }
+}

@@ -137,16 +137,12 @@ impl Light {
 
 impl Guide {
     /// Whether the pixel that lies so far off shows about the same surface.
-    fn is_alike(&self, other: &Self, offset: [isize; 2]) -> bool {
-        self.distance(other, offset) <= 1.0
-    }
-
-    /// How much the surface of the pixel that lies so far off differs, by all guides.
-    fn distance(&self, other: &Self, [dx, dy]: [isize; 2]) -> f32 {
+    fn is_alike(&self, other: &Self, [dx, dy]: [isize; 2]) -> bool {
         let plane = self.disparity + self.gradient[0] * dx as f32 + self.gradient[1] * dy as f32;
-        (other.normal - self.normal).length_squared() / (SIGMA_NORMAL * SIGMA_NORMAL)
+        let distance = (other.normal - self.normal).length_squared() / (SIGMA_NORMAL * SIGMA_NORMAL)
             + (other.albedo - self.albedo).length_squared() / (SIGMA_ALBEDO * SIGMA_ALBEDO)
-            + (other.disparity - plane).abs() / (SIGMA_DEPTH * self.disparity).max(f32::MIN_POSITIVE)
+            + (other.disparity - plane).abs() / (SIGMA_DEPTH * self.disparity).max(f32::MIN_POSITIVE);
+        distance <= 1.0
     }
 
     /// What light is divided by.

@@ -10,6 +10,8 @@ use super::{DenoiseError, VARIANCE, vectors};
 use crate::film::Image;
 use crate::math::Vec3;
 use rayon::prelude::*;
+use std::iter::Sum;
+use std::ops::Div;
 
 /// Half the width of the window in pixels where none is given.
 pub(super) const RADIUS: f32 = 7.0;
@@ -45,17 +47,17 @@ fn filter(color: &[Vec3], variance: &[Vec3], size: [usize; 2], reach: isize) -> 
                 let y = (i / width).checked_add_signed(dy).filter(|&y| y < height)?;
                 Some(y * width + x)
             };
-            let distances: Vec<Vec3> = (0..color.len())
+            let distances: Vec<f32> = (0..color.len())
                 .into_par_iter()
                 .map(|i| match other(i) {
-                    Some(j) => Vec3::splat(distance([color[i], color[j]], [variance[i], variance[j]])),
-                    None => Vec3::ZERO,
+                    Some(j) => distance([color[i], color[j]], [variance[i], variance[j]]),
+                    None => 0.0,
                 })
                 .collect();
             let distances = box_mean(&distances, size, PATCH);
             sums.par_iter_mut().enumerate().for_each(|(i, (sum, weights))| {
                 if let Some(j) = other(i) {
-                    let weight = (-distances[i].x.max(0.0)).exp();
+                    let weight = (-distances[i].max(0.0)).exp();
                     // Differences are summed, so that a constant stays to the bit.
                     *sum += weight * (color[j] - color[i]);
                     *weights += weight;
@@ -76,13 +78,17 @@ fn distance([a, b]: [Vec3; 2], [of_a, of_b]: [Vec3; 2]) -> f32 {
 }
 
 /// The mean over the pixels up to `reach` both ways, as far as they are inside.
-fn box_mean(values: &[Vec3], size: [usize; 2], reach: usize) -> Vec<Vec3> {
+fn box_mean<T: Copy + Send + Sync + Sum + Div<f32, Output = T>>(
+    values: &[T],
+    size: [usize; 2],
+    reach: usize,
+) -> Vec<T> {
     let [width, height] = size;
-    let along = |values: &[Vec3], place: &(dyn Fn(usize) -> [usize; 2] + Sync), stride: usize| -> Vec<Vec3> {
+    let along = |values: &[T], place: &(dyn Fn(usize) -> [usize; 2] + Sync), stride: usize| -> Vec<T> {
         let pixel = |i: usize| {
             let [x, len] = place(i);
             let (first, last) = (x.saturating_sub(reach), (x + reach).min(len - 1));
-            let sum: Vec3 = (first..=last).map(|at| values[i + at * stride - x * stride]).sum();
+            let sum: T = (first..=last).map(|at| values[i + at * stride - x * stride]).sum();
             sum / (last - first + 1) as f32
         };
         (0..values.len()).into_par_iter().map(pixel).collect()

@@ -65,7 +65,7 @@ impl SceneFile {
         ));
         text +=
             &comment("A line that begins with # and no blank is a setting as it is: take the # away, and change it.");
-        text += &comment("docs/guide/reference/scene-file.md of embrasure lists all keys.");
+        text += &comment("`embrasure help scene` lists all keys.");
         let usual = usual_settings(options);
         for line in file.to_toml(path)?.lines() {
             if let Some((_, words)) = COMMENTS

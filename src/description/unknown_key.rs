@@ -2,7 +2,7 @@
 
 use crate::options::nearest;
 
-const REFERENCE: &str = "docs/guide/reference/scene-file.md lists every key of a scene file";
+const REFERENCE: &str = "`embrasure help scene` lists every key of a scene file";
 
 /// Message and help for an unknown `key` of `[section]`, whose keys are `known`.
 pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator<Item = &'a str>) -> (String, String) {

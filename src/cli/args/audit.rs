@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 The rays are those of a render. A disagreement is explained where the ray passes an edge, or a plane, or an end of its interval
 more closely than roundings can tell; the exit code is 1 where one is not. --readers compares the readers of OBJ and MTL files
-instead; docs/guide/reference/readers.md lists the differences that are known.
+instead; `embrasure help readers` lists the known differences.
 Examples:
   embrasure audit scenes/cornell-box.toml
   embrasure audit room.obj --rays 100000000 -o room-audit.json

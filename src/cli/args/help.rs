@@ -2,9 +2,9 @@
 
 use crate::cli::reference::{TOPICS, codes};
 use crate::options::nearest;
-use clap::Parser;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{Error, ErrorKind};
+use clap::{CommandFactory, Parser};
 use std::ffi::OsStr;
 
 #[derive(Debug, Parser)]
@@ -24,9 +24,11 @@ pub(in crate::cli) struct HelpArgs {
 struct TopicParser;
 
 /// Names of all topics.
-fn topics() -> impl Iterator<Item = &'static str> {
+fn topics() -> Vec<String> {
+    let program = super::Args::command();
+    let commands = program.get_subcommands().map(|command| command.get_name().to_string());
     let pages = TOPICS.iter().flat_map(|topic| topic.names).copied();
-    super::COMMANDS.iter().copied().chain(pages).chain(codes())
+    commands.chain(pages.chain(codes()).map(String::from)).collect()
 }
 
 impl TypedValueParser for TopicParser {
@@ -34,15 +36,17 @@ impl TypedValueParser for TopicParser {
 
     fn parse_ref(&self, _: &clap::Command, _: Option<&clap::Arg>, value: &OsStr) -> Result<String, Error> {
         let name = value.to_string_lossy();
-        if topics().any(|topic| topic == name) {
+        let topics = topics();
+        if topics.iter().any(|topic| *topic == name) {
             return Ok(name.into_owned());
         }
-        let near = nearest(&name, topics()).map_or(String::new(), |near| format!("did you mean {near}? "));
+        let near = nearest(&name, topics.iter().map(String::as_str))
+            .map_or(String::new(), |near| format!("did you mean {near}? "));
         let refusal = format!("no topic is called `{name}`\n  help: {near}`embrasure help` lists all topics\n");
         Err(Error::raw(ErrorKind::ValueValidation, refusal))
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(topics().map(PossibleValue::new)))
+        Some(Box::new(topics().into_iter().map(PossibleValue::new)))
     }
 }

@@ -161,25 +161,6 @@ Examples:
     Help(HelpArgs),
 }
 
-/// Names of all commands.
-const COMMANDS: [&str; 15] = [
-    "render",
-    "lab",
-    "audit",
-    "bench",
-    "merge",
-    "develop",
-    "info",
-    "views",
-    "init",
-    "check",
-    "explain",
-    "compare",
-    "completions",
-    "man",
-    "help",
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,9 +169,7 @@ mod tests {
 
     #[test]
     fn the_command_line_is_consistent() {
-        let command = Args::command();
-        assert!(command.get_subcommands().map(|command| command.get_name()).eq(COMMANDS));
-        command.debug_assert();
+        Args::command().debug_assert();
     }
 
     #[test]

@@ -258,7 +258,7 @@ impl Library {
     }
 }
 
-/// How much of a statement has an effect.
+/// The part of a statement that has an effect.
 pub(super) enum Effect {
     /// All of it.
     Full,

@@ -21,7 +21,7 @@ pub(super) struct Outline {
     pub remarks: Remarks,
     /// Statements that are wrong, the first ones of the file. What they name is left out; a wrong `v`, `vt` or `vn` is 0.
     pub wrong: Vec<FileError>,
-    /// How many those are in all.
+    /// Number of all of them.
     pub wrong_count: usize,
 }
 

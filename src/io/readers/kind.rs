@@ -61,10 +61,10 @@ kinds! {
 BeforeMaterial, "before-material", "statements before the first newmtl have no effect, whatever they say; tobj refuses those that make no sense";
 }
 
-/// Where something is.
+/// Lines in which a difference is found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Lines {
-    /// How often.
+    /// Number of places.
     pub count: u64,
     /// The first lines.
     pub first: Vec<usize>,

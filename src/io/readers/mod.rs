@@ -44,7 +44,7 @@ pub struct ComparedFile {
     pub explained: Notes,
     /// Differences that are not, the first ones.
     pub unexplained: Vec<Unexplained>,
-    /// How many those are in all.
+    /// Number of all of them.
     pub unexplained_count: u64,
 }
 

@@ -143,7 +143,7 @@ def measure(arguments: argparse.Namespace) -> list[dict]:
                 for repeat in range(arguments.repeat):
                     for seed in (2 * repeat, 2 * repeat + 1):
                         for setting, most in suite.settings.items():
-                            if spp <= most:
+                            if spp <= most and (not arguments.renderers or setting[0] in arguments.renderers):
                                 runs[setting].append(render(setting, toml, description, spp, seed, arguments.embrasure))
                 for setting, results in runs.items():
                     row = figures(name, scene, setting, spp, results, reference)
@@ -246,6 +246,7 @@ def main() -> None:
     parser.add_argument("--embrasure", type=Path, required=True, help="our program")
     parser.add_argument("--suites", nargs="+", choices=SUITES, default=list(SUITES))
     parser.add_argument("--scenes", nargs="+", help="only these scenes")
+    parser.add_argument("--renderers", nargs="+", choices=[US, *PACKAGES], help="only these renderers")
     parser.add_argument("--spp", nargs="+", type=int, default=[16, 64, 256, 1024])
     parser.add_argument("--repeat", type=int, default=1, help="pairs of renders of each")
     parser.add_argument("--json", type=Path, help="write the figures here")

@@ -7,7 +7,7 @@ use super::words;
 use crate::accel::Dispatch;
 use crate::camera::Camera;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
-use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
+use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint::{self, Forecast};
 use crate::math::UVec2;
 use crate::options::Backend;
@@ -95,7 +95,15 @@ impl Report {
             .iter()
             .any(|f| matches!(f.code, "degenerate-face" | "repeated-vertex"));
         let told = |f: &Finding| !(names_faces && f.code == "degenerate-triangles");
-        self.findings.extend(findings.into_iter().filter(told));
+        // Of a bare OBJ the command `render` chooses the light.
+        let is_bare = matches!(kind_of(&args.scene), Ok(SceneKind::Obj));
+        let reworded = |mut f: Finding| {
+            if is_bare && f.code == DEFAULT_LIGHT {
+                f.error = file.whole("nothing in the scene emits light; `embrasure render` adds a studio, daylight through openings, or a lamp");
+            }
+            f
+        };
+        self.findings.extend(findings.into_iter().filter(told).map(reworded));
         self.findings.extend(linted);
 
         let args = RenderArgs {

@@ -4,8 +4,12 @@
 //! search radius in `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
 
 use super::{IntegratorKind, Range, Value, names::named, parameters};
-use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
+use crate::integrator::{
+    Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
+    Survival,
+};
 use crate::light::{SelectionMode, TriangleSampling};
+use crate::sampler::CubePoints;
 use std::fmt;
 
 parameters! {
@@ -17,10 +21,27 @@ parameters! {
         max_depth: MaxDepth = MaxDepth(Some(16));
         /// Scattering events before Russian roulette may end a path; 1 at least with reuse
         roulette_depth: u32 = 1;
+        /// Survival by throughput, luminance, constant:P or threshold:T in Russian roulette
+        ///
+        /// `throughput` is the largest channel of the throughput, and `luminance` its luminance; both are 0.95 at most. With `constant:P` all paths survive
+        /// with the probability P, from above 0 to 1; at 1 `max_depth` alone ends paths. With `threshold:T` a path survives while its largest channel is T or
+        /// more, and below with its ratio to T.
+        roulette: Survival = Survival::LargestChannel;
         /// Distribution from which directions are sampled at surfaces
         ///
-        /// `perturbed-qmc` is the cosine by low-discrepancy points on the sphere, each jittered.
+        /// `perturbed-qmc` (by the cosine) and `perturbed-qmc-uniform` take low-discrepancy points of the cube that lie in the ball, and move each on a disk.
+        /// `fibonacci` takes spherical Fibonacci points, by the cosine.
         directions: Directions = Directions::Bsdf;
+        /// Points in the cube of which perturbed-qmc makes directions
+        direction_points: CubePoints = CubePoints::Halton;
+        /// Radius of the disks of perturbed-qmc; 0 leaves points, 1 is a point's share
+        ///
+        /// A disk of size 1 is as large as the part of the sphere that one point owns.
+        direction_perturbation: f32 = 1.0, in Range::FromTo(0.0, 16.0);
+        /// Random rotation of the points of perturbed-qmc in each pixel; off is biased
+        ///
+        /// With `off` all pixels have the same points, which `direction_perturbation` moves: at 0 their error is a pattern.
+        direction_scrambling: Scrambling = Scrambling::On;
         /// Direct light: sampling lights, following rays (none), or both (mis)
         direct: DirectLight = DirectLight::Mis;
         /// Heuristic of multiple importance sampling
@@ -41,6 +62,16 @@ parameters! {
         clamp_indirect: Clamp = Clamp(None);
         /// Light samples at the first vertex of a path; 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
+        /// Surfaces at which naive flips a coin between emission and reflection
+        emission_coin: EmissionCoin = EmissionCoin::Emitters;
+        /// Probability that the coin of naive chooses emission
+        emission_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
+        /// Absorption in naive: a factor of the throughput (weight), or by chance
+        ///
+        /// With `chance` a lobe is chosen by its albedo, and the path ends with the probability that remains.
+        absorption: Absorption = Absorption::Weight;
+        /// Probability that a vertex of one-sample takes direct light rather than indirect
+        direct_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
         /// Rays that leave each vertex of distributed
         branching: u32 = 4, in Range::AtLeast(1);
         /// Distance in scene units within which surfaces occlude, for ao
@@ -82,6 +113,19 @@ parameters! {
     }
 }
 
+/// Whether point sets are turned at random.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scrambling {
+    /// In each pixel and at each vertex.
+    On,
+    /// Not at all.
+    Off,
+}
+
+named! {
+    Scrambling: "on" => Self::On, "off" => Self::Off;
+}
+
 /// Which paths are shared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathReuse {
@@ -118,6 +162,43 @@ impl Value for Clamp {
     /// Whether the limit leaves light: it may have been set by code.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
+    }
+}
+
+impl Value for Survival {
+    const PLACEHOLDER: &'static str = "RULE";
+    const KIND: &'static str =
+        "throughput, luminance, constant:P with P above 0, at most 1, or threshold:T with T above 0";
+    const IS_STRING: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        let number = |text: &str| text.parse().ok();
+        let rule = match text.split_once(':') {
+            None if text == "throughput" => Self::LargestChannel,
+            None if text == "luminance" => Self::Luminance,
+            Some(("constant", probability)) => Self::Constant(number(probability)?),
+            Some(("threshold", threshold)) => Self::Threshold(number(threshold)?),
+            _ => return None,
+        };
+        rule.is_finite().then_some(rule)
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Self::LargestChannel => "throughput".into(),
+            Self::Luminance => "luminance".into(),
+            Self::Constant(probability) => format!("constant:{probability}"),
+            Self::Threshold(threshold) => format!("threshold:{threshold}"),
+        }
+    }
+
+    /// Whether the numbers are in range: they may have been set by code.
+    fn is_finite(&self) -> bool {
+        match *self {
+            Self::LargestChannel | Self::Luminance => true,
+            Self::Constant(probability) => probability > 0.0 && probability <= 1.0,
+            Self::Threshold(threshold) => threshold > 0.0 && threshold.is_finite(),
+        }
     }
 }
 

@@ -3,8 +3,9 @@
 //! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
 //! defaults, the text that files keep, and the warnings of flags that are not read.
 
-use super::integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse, values};
+use super::integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse, Scrambling, values};
 use super::{Named, OptionGroup, Value};
+use crate::integrator::Directions;
 use std::any::Any;
 
 /// The value of a parameter as text, which is kept in files: `auto` where the method finds it.
@@ -125,28 +126,35 @@ macro_rules! methods {
 methods! {
     /// Path tracing with next-event estimation; pixels may share their paths
     Path(PathSettings) = "path" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, clamp_indirect,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette, clamp_indirect,
         reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
     }
     /// Path tracing that meets lights by chance alone
-    Naive(NaiveSettings) = "naive" { max_depth, roulette_depth }
+    Naive(NaiveSettings) = "naive" {
+        directions = Directions::Uniform, direction_points, direction_perturbation, direction_scrambling,
+        emission_coin, emission_probability, absorption, max_depth, roulette_depth, roulette,
+    }
+    /// Path tracing with one sample of direct plus indirect light at each vertex
+    OneSample(OneSampleSettings) = "one-sample" { light_selection, triangle_sampling, direct_probability, max_depth }
+    /// Path tracing whose next vertices are uniform over the area of all surfaces
+    Area(AreaSettings) = "area" { light_selection, triangle_sampling, max_depth }
     /// Whitted's ray tracing: mirrors, glass and direct light
     Whitted(WhittedSettings) = "whitted" { light_selection, triangle_sampling, max_depth }
     /// Distributed ray tracing, which branches at every vertex
     Distributed(DistributedSettings) = "distributed" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth = MaxDepth(Some(4)), branching,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth = MaxDepth(Some(4)), branching,
     }
     /// Light that is scattered once at most
-    Direct(DirectSettings) = "direct" { directions, direct, mis, light_selection, triangle_sampling, light_samples }
+    Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, light_samples }
     /// Ambient occlusion
     AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
     /// Normals, texture coordinates or ids as colours
     Debug(DebugSettings) = "debug" { debug_view }
     /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
-    Light(LightSettings) = "light" { light_selection, triangle_sampling, max_depth, roulette_depth }
+    Light(LightSettings) = "light" { light_selection, triangle_sampling, max_depth, roulette_depth, roulette }
     /// Bidirectional path tracing
     Bidirectional(BidirectionalSettings) = "bdpt" {
-        mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
     }
     /// Multiplexed Metropolis light transport in primary sample space
     PrimarySpace(PrimarySpaceSettings) = "pssmlt" {
@@ -155,17 +163,17 @@ methods! {
     }
     /// Stochastic progressive photon mapping; biased, and the bias shrinks with samples
     ProgressivePhotons(ProgressivePhotonSettings) = "sppm" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
         photons, photon_radius, photon_alpha,
     }
     /// Photon mapping with final gathering; biased, 10 to 20 times as long a sample
     PhotonMap(PhotonMapSettings) = "photon-map" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
         photons = 1 << 18, photon_radius, photon_count, gather_rays,
     }
     /// Vertex connection and merging: bdpt with sppm; biased, and the bias shrinks
     VertexMerging(VertexMergingSettings) = "vcm" {
-        mis, light_selection, triangle_sampling, max_depth, roulette_depth, photons, photon_radius, photon_alpha,
+        mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette, photons, photon_radius, photon_alpha,
     }
     /// Metropolis light transport in path space
     PathSpace(PathSpaceSettings) = "mlt" {
@@ -174,7 +182,7 @@ methods! {
     }
     /// Irradiance caching of diffuse indirect light; biased
     IrradianceCache(IrradianceCacheSettings) = "irradiance-cache" {
-        directions, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
         light_samples = 2, cache_error, cache_rays,
     }
 }
@@ -193,8 +201,20 @@ impl Method {
 
     /// The parameter that makes the mean of a picture another one than that of all light, as `key=value`, if there is one.
     pub fn bias(&self) -> Option<String> {
-        let clamp: Clamp = self.value("clamp_indirect")?;
-        clamp.0.map(|_| format!("clamp_indirect={}", clamp.text()))
+        let clamp: Option<Clamp> = self.value("clamp_indirect");
+        if let Some(clamp) = clamp.filter(|clamp| clamp.0.is_some()) {
+            return Some(format!("clamp_indirect={}", clamp.text()));
+        }
+        self.repeats_directions().then(|| "direction_scrambling=off".into())
+    }
+
+    /// Whether the method takes the same directions in all pixels.
+    pub(crate) fn repeats_directions(&self) -> bool {
+        let is_perturbed = matches!(
+            self.value("directions"),
+            Some(Directions::PerturbedQmc | Directions::PerturbedQmcUniform)
+        );
+        is_perturbed && self.value("direction_scrambling") == Some(Scrambling::Off)
     }
 
     /// Integrator and parameters as `key=value` pairs: all that decides pixels besides scene, image and random numbers. Files keep it.

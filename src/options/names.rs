@@ -4,9 +4,11 @@ use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
 use crate::guess::View;
-use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
+use crate::integrator::{
+    Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
+};
 use crate::light::{SelectionMode, TriangleSampling};
-use crate::sampler::SamplerKind;
+use crate::sampler::{CubePoints, SamplerKind};
 use crate::texture::TextureFilter;
 
 /// Values each of which has a name, as users type it.
@@ -26,8 +28,12 @@ macro_rules! named {
 pub(crate) use named;
 
 named! {
-    Directions: "bsdf" => Self::Bsdf, "cosine" => Self::Cosine, "uniform" => Self::Uniform, "perturbed-qmc" => Self::PerturbedQmc;
+    Directions: "bsdf" => Self::Bsdf, "cosine" => Self::Cosine, "uniform" => Self::Uniform, "perturbed-qmc" => Self::PerturbedQmc,
+        "perturbed-qmc-uniform" => Self::PerturbedQmcUniform, "fibonacci" => Self::Fibonacci;
+    CubePoints: "halton" => Self::Halton, "hammersley" => Self::Hammersley, "sobol" => Self::Sobol;
     DirectLight: "mis" => Self::Mis, "light" => Self::Light, "none" => Self::None;
+    EmissionCoin: "emitters" => Self::Emitters, "every-hit" => Self::EveryHit;
+    Absorption: "weight" => Self::Weight, "chance" => Self::Chance;
     Heuristic: "power" => Self::Power, "balance" => Self::Balance;
     SelectionMode: "auto" => Self::Auto, "power" => Self::Power, "place" => Self::Place, "visibility" => Self::Visibility, "uniform" => Self::Uniform, "all" => Self::All;
     TriangleSampling: "area" => Self::Area, "solid-angle" => Self::SolidAngle;

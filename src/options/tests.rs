@@ -105,7 +105,7 @@ fn methods_describe_what_they_read() {
         assert!(usual_text.starts_with(&format!("integrator={name}")));
         for parameter in IntegratorOptions::PARAMETERS.iter().filter(|p| p.key != "integrator") {
             // Another value than the default
-            let others = ["7", "77", "0.125", "0.375"]
+            let others = ["7", "77", "0.125", "0.375", "constant:0.5"]
                 .into_iter()
                 .chain(parameter.names().into_iter().rev());
             let other = others.filter_map(|text| {

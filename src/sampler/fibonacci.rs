@@ -1,22 +1,19 @@
-//! Directions from low-discrepancy points on the sphere (`--directions perturbed-qmc`).
+//! Directions from spherical Fibonacci points (`--directions fibonacci`).
 //!
 //! It is a sampler around the chosen one, with a warp of its own in `integrator/path/strategy.rs`. Each can be combined with anything else: whatever
 //! the sampler, the warp has the cosine's density; whatever the warp, the numbers are uniform. It costs more time than its lower error saves
-//! (docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions").
+//! (docs/benchmarks.md, "Fibonacci directions").
 
-use super::hash::{numbered, permute, pixel, unit_f32};
+use super::hash::{numbered, permute, pixel};
+use super::sphere::{moved_on_disk, pair, rotation, set_bits};
 use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
-use crate::math::{Frame, Quat, Vec2, Vec3, hash::mix};
-use crate::sampling::warp::{square_of_sphere, uniform_disk, uniform_sphere};
-use std::f32::consts::TAU;
+use crate::math::{Vec2, Vec3, hash::mix};
+use crate::sampling::warp::{square_of_sphere, uniform_sphere};
 
-/// Points of a set at most, as a power of two.
-const MAX_BITS: u32 = 10;
 /// The golden ratio's fraction.
 const GOLDEN_SECTION: f32 = 0.618_034;
 
-/// Perturbed quasi-Monte Carlo directions: low-discrepancy points on the sphere, each moved at random on a disk in its tangent plane.
-/// All other numbers are another sampler's.
+/// Directions from spherical Fibonacci points, each moved at random on a disk in its tangent plane. All other numbers are another sampler's.
 ///
 /// Of every n samples, each has another point of a spherical Fibonacci set (Marques et al. 2013, "Spherical Fibonacci Point
 /// Sets for Illumination Integrals"), in an order of its own for each decision. n is the largest power of 2 that is no more than the
@@ -26,7 +23,7 @@ const GOLDEN_SECTION: f32 = 0.618_034;
 ///
 /// Points are given as what [`uniform_sphere`] maps to them, and sets are independent of each other.
 #[derive(Clone, Copy, Debug)]
-pub struct PerturbedQmc {
+pub struct Fibonacci {
     others: AnySampler,
     seed: u64,
     /// Of seed, pixel and set.
@@ -36,7 +33,7 @@ pub struct PerturbedQmc {
     bits: u32,
 }
 
-impl PerturbedQmc {
+impl Fibonacci {
     /// Directions for the given seed and number of samples of a pixel; what else is drawn comes from `others`.
     pub fn new(seed: u64, count: u32, others: AnySampler) -> Self {
         Self {
@@ -44,7 +41,7 @@ impl PerturbedQmc {
             seed,
             key: 0,
             sample: 0,
-            bits: count.max(1).ilog2().min(MAX_BITS),
+            bits: set_bits(count),
         }
     }
 
@@ -53,14 +50,13 @@ impl PerturbedQmc {
         let n = 1u32 << self.bits;
         let set = numbered(self.key, dimension.index());
         let index = permute(self.sample % n, self.bits, set);
-        let base = uniform_sphere(fibonacci(index, n));
-        let moved = uniform_disk(pair(numbered(set, index))) / (n as f32).sqrt();
-        let point = Frame::from_z(base).to_world(moved.extend(1.0).into()).normalize();
-        rotation(numbered(set, n)) * point
+        let base = uniform_sphere(spiral(index, n));
+        let radius = 1.0 / (n as f32).sqrt();
+        rotation(numbered(set, n)) * moved_on_disk(base, pair(numbered(set, index)), radius)
     }
 }
 
-impl Sampler for PerturbedQmc {
+impl Sampler for Fibonacci {
     fn start(&mut self, key: SampleKey) {
         self.others.start(key);
         let block = key.sample >> self.bits;
@@ -84,21 +80,8 @@ impl Sampler for PerturbedQmc {
 }
 
 /// Point `index` of `n`, in the unit square.
-fn fibonacci(index: u32, n: u32) -> Vec2 {
+fn spiral(index: u32, n: u32) -> Vec2 {
     Vec2::new((index as f32 + 0.5) / n as f32, (index as f32 * GOLDEN_SECTION).fract())
-}
-
-/// A uniform rotation (Shoemake 1992, "Uniform Random Rotations"), chosen by `key`.
-fn rotation(key: u64) -> Quat {
-    let (share, turns) = (pair(numbered(key, 0)).x, pair(numbered(key, 1)));
-    let xy = (1.0 - share).sqrt() * Vec2::from_angle(TAU * turns.x);
-    let zw = share.sqrt() * Vec2::from_angle(TAU * turns.y);
-    Quat::from_xyzw(xy.x, xy.y, zw.x, zw.y)
-}
-
-/// Two uniform variates of 64 random bits.
-fn pair(bits: u64) -> Vec2 {
-    Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32))
 }
 
 #[cfg(test)]
@@ -109,8 +92,8 @@ mod tests {
 
     const DIRECTION: Bounce = Bounce::Direction;
 
-    fn sampler(seed: u64, count: u32) -> PerturbedQmc {
-        PerturbedQmc::new(seed, count, SamplerKind::Sobol.with_seed(seed, count))
+    fn sampler(seed: u64, count: u32) -> Fibonacci {
+        Fibonacci::new(seed, count, SamplerKind::Sobol.with_seed(seed, count))
     }
 
     fn directions(seed: u64, count: u32) -> Vec<Vec3> {
@@ -162,7 +145,7 @@ mod tests {
             let nearest = pairs.flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)));
             let nearest = nearest.fold(f32::INFINITY, f32::min);
             // The largest hole, as seen from points all over the sphere
-            let all = (0..1000).map(|i| uniform_sphere(fibonacci(i, 1000)));
+            let all = (0..1000).map(|i| uniform_sphere(spiral(i, 1000)));
             let hole = all.map(|w| points.iter().map(|p| p.distance(w)).fold(f32::INFINITY, f32::min));
             let hole = hole.fold(0.0, f32::max);
             assert!(nearest > 1.0 / 8.0 && hole < 4.5 / 8.0, "{nearest} {hole}");

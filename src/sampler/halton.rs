@@ -123,10 +123,21 @@ fn permute_below(n: u32, x: u32, key: u64) -> u32 {
     x
 }
 
+/// The digits of `index` in `base`, mirrored at the point.
+pub(super) fn plain_radical_inverse(base: u32, mut index: u32) -> f64 {
+    let (mut x, mut scale) = (0.0, 1.0);
+    while index > 0 {
+        scale /= base as f64;
+        x += scale * (index % base) as f64;
+        index /= base;
+    }
+    x
+}
+
 /// The digits of `index` in `base`, mirrored at the point, each permuted by a hash of `key` and those before it. (A shift would not do: of
 /// fewer samples than the base there is one digit alone, and two large bases would count in step.)
 // ANCHOR: radical_inverse
-fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
+pub(super) fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
     let (mut x, mut scale, mut key) = (0.0, 1.0, key);
     while scale > 1.0 / (1u32 << 26) as f64 {
         let digit = index % base;

@@ -6,6 +6,8 @@
 
 mod antithetic;
 mod any;
+mod ball;
+mod fibonacci;
 mod halton;
 mod hash;
 mod independent;
@@ -14,15 +16,18 @@ mod perturbed;
 mod primary;
 mod render_sampler;
 mod sobol;
+mod sphere;
 mod stratified;
 mod z_sobol;
 
 pub use antithetic::Antithetic;
 pub use any::{AnySampler, SamplerKind};
+pub use ball::CubePoints;
+pub use fibonacci::Fibonacci;
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;
 pub use orthogonal::Orthogonal;
-pub use perturbed::PerturbedQmc;
+pub use perturbed::{Perturbation, PerturbedQmc};
 pub use primary::{PrimarySampler, Step};
 pub use render_sampler::RenderSampler;
 pub use sobol::Sobol;

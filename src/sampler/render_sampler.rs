@@ -1,12 +1,14 @@
-use super::{AnySampler, Dimension, PerturbedQmc, SampleKey, Sampler};
+use super::{AnySampler, Dimension, Fibonacci, PerturbedQmc, SampleKey, Sampler};
 use crate::math::Vec2;
 
-/// What a render draws from. The first is what most do; the other is kept out of its way.
+/// What a render draws from. Most draw from the first; the others are kept out of its way.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderSampler {
     /// One for all numbers.
     Plain(AnySampler),
-    /// One for directions, and one for all else.
+    /// Spherical Fibonacci points for directions, and another sampler for all else.
+    Fibonacci(Fibonacci),
+    /// Perturbed points for directions, and another sampler for all else.
     PerturbedQmc(PerturbedQmc),
 }
 
@@ -15,6 +17,7 @@ impl Sampler for RenderSampler {
     fn start(&mut self, key: SampleKey) {
         match self {
             Self::Plain(sampler) => sampler.start(key),
+            Self::Fibonacci(sampler) => sampler.start(key),
             Self::PerturbedQmc(sampler) => sampler.start(key),
         }
     }
@@ -23,6 +26,7 @@ impl Sampler for RenderSampler {
     fn get_1d(&self, dimension: Dimension) -> f32 {
         match self {
             Self::Plain(sampler) => sampler.get_1d(dimension),
+            Self::Fibonacci(sampler) => sampler.get_1d(dimension),
             Self::PerturbedQmc(sampler) => sampler.get_1d(dimension),
         }
     }
@@ -31,6 +35,7 @@ impl Sampler for RenderSampler {
     fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self {
             Self::Plain(sampler) => sampler.get_2d(dimension),
+            Self::Fibonacci(sampler) => sampler.get_2d(dimension),
             Self::PerturbedQmc(sampler) => sampler.get_2d(dimension),
         }
     }

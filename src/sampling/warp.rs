@@ -77,7 +77,13 @@ pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     cosine_power_hemisphere(u, 0.0)
 }
 
-/// Density of [`uniform_hemisphere`] per solid angle, `1 / 2π`.
+/// Uniform direction on the upper hemisphere: the point of the unit sphere that [`uniform_sphere`] maps `u` to, mirrored if it is below.
+pub fn uniform_hemisphere_of_sphere(u: Vec2) -> Vec3 {
+    let w = uniform_sphere(u);
+    Vec3::new(w.x, w.y, w.z.abs())
+}
+
+/// Density of [`uniform_hemisphere`] and [`uniform_hemisphere_of_sphere`] per solid angle, `1 / 2π`.
 pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
 
 /// Uniform direction on the unit sphere. Density [`UNIFORM_SPHERE_PDF`].

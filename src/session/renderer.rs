@@ -2,7 +2,7 @@
 //!
 //! `Renderer::resume` compares what a file says of itself with the render: version, build, scene hash, settings, seed, backend with version and
 //! instruction set, size, crop and first sample. Settings name the number of samples only where the sampler depends on it (`zsobol`, `hammersley`,
-//! `orthogonal`, `--directions perturbed-qmc`).
+//! `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
 
 use super::backend::BUILD;
 use super::memory::check_pixels;

@@ -23,7 +23,7 @@ fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<
         world,
         heuristic: Heuristic::Power,
         max_depth: Some(max_depth),
-        roulette: Roulette { depth: 3 },
+        roulette: Roulette::after(3),
     }
 }
 
@@ -31,7 +31,7 @@ fn light_tracer<A>(world: World<A>, max_depth: u32) -> LightIntegrator<A> {
     LightIntegrator {
         world,
         max_depth: Some(max_depth),
-        roulette: Roulette { depth: 3 },
+        roulette: Roulette::after(3),
     }
 }
 

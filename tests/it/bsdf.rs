@@ -5,8 +5,12 @@ use embrasure::bsdf::*;
 use embrasure::color::Spectrum;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{Vec2, Vec3};
-use embrasure::sampler::{Bounce, Dimension, Independent, PerturbedQmc, SampleKey, Sampler, SamplerKind};
-use embrasure::sampling::warp::{cosine_hemisphere_of_sphere, cosine_hemisphere_pdf};
+use embrasure::sampler::{
+    Bounce, CubePoints, Dimension, Fibonacci, Independent, Perturbation, PerturbedQmc, SampleKey, Sampler, SamplerKind,
+};
+use embrasure::sampling::warp::{
+    UNIFORM_HEMISPHERE_PDF, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere_of_sphere,
+};
 
 /// Of each lobe and incidence: [`wrong_densities_are_found`] says what they tell apart. A density of a wrong scale is found by its integral, to 0.4 %.
 const SAMPLES: u32 = 300_000;
@@ -249,17 +253,32 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
 
 /// Directions through the sphere have the cosine's density, each by itself: every one here is of another set, at any place in it.
 #[test]
-fn perturbed_points_follow_the_cosine() {
-    for (seed, count) in [(1, 16), (2, 64), (3, 1024)] {
-        let mut sampler = PerturbedQmc::new(seed, count, SamplerKind::Sobol.with_seed(seed, count));
-        let direction = |i| {
-            sampler.start(SampleKey::new(i, i / 1000, i % 100));
-            Some(cosine_hemisphere_of_sphere(
-                sampler.get_2d(Dimension::bounce(1, Bounce::Direction)),
-            ))
+fn points_on_the_sphere_have_the_densities_of_their_warps() {
+    fn check(what: &str, mut sampler: impl Sampler) {
+        let mut directions = |warp: fn(Vec2) -> Vec3, pdf: &dyn Fn(Vec3) -> f32| {
+            let direction = |i| {
+                sampler.start(SampleKey::new(i, i / 1000, i % 100));
+                Some(warp(sampler.get_2d(Dimension::bounce(1, Bounce::Direction))))
+            };
+            let outcome = chi_square(SAMPLES, direction, |wi| pdf(wi) as f64, false);
+            assert!(outcome.p_value > sidak(0.01, 2 * 12), "{what}: {outcome:?}");
         };
-        let outcome = chi_square(SAMPLES, direction, |wi| cosine_hemisphere_pdf(wi.z) as f64, false);
-        assert!(outcome.p_value > sidak(0.01, 3), "{count}: {outcome:?}");
+        directions(cosine_hemisphere_of_sphere, &|wi| cosine_hemisphere_pdf(wi.z));
+        let upper = |wi: Vec3| if wi.z > 0.0 { UNIFORM_HEMISPHERE_PDF } else { 0.0 };
+        directions(uniform_hemisphere_of_sphere, &upper);
+    }
+    for (seed, count) in [(1, 16), (2, 64), (3, 1024)] {
+        let others = SamplerKind::Sobol.with_seed(seed, count);
+        check("fibonacci", Fibonacci::new(seed, count, others));
+        for points in [CubePoints::Halton, CubePoints::Hammersley, CubePoints::Sobol] {
+            let options = Perturbation {
+                points,
+                size: 1.0,
+                is_scrambled: true,
+            };
+            let what = format!("{points:?}, {count}");
+            check(&what, PerturbedQmc::new(seed, count, options, others));
+        }
     }
 }
 

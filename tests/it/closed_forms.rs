@@ -4,9 +4,10 @@ use crate::support::*;
 use embrasure::camera::Camera;
 use embrasure::color::Spectrum;
 use embrasure::film::{Filter, FilterKind};
-use embrasure::integrator::{PathIntegrator, Roulette, World};
+use embrasure::integrator::{DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
+use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 
@@ -50,13 +51,48 @@ fn roulette_from_the_first_scattering_keeps_the_mean() {
     let resolution = UVec2::splat(96);
     let film = with_world(&scene, camera, resolution, |world| {
         let integrator = PathIntegrator {
-            roulette: Roulette { depth: 0 },
+            roulette: Roulette::after(0),
             ..path_tracer(world, None)
         };
         film_of(&integrator, resolution, 256, 0)
     });
     // e / (1 - ρ)
     assert_unbiased("roulette from 0", &film, 2.0);
+}
+
+/// A path that survives each scattering with probability p carries Σ (ρ/p)ᵏ up to the scattering N that ends it, with P(N ≥ k) = pᵏ. In a room whose walls
+/// emit 1 the second moment is so (1 + ρ) / ((1 − ρ²/p) (1 − ρ)), and the mean 1 / (1 − ρ).
+#[test]
+fn constant_survival_has_its_variance() {
+    let resolution = UVec2::splat(96);
+    let (rho, p) = (0.5, 0.8);
+    let camera = pinhole(Vec3::new(0.1, -0.2, 0.3), Vec3::new(1.0, 0.2, 0.5), 90.0);
+    let film = with_world(&glowing_room(rho as f32, 1.0), camera, resolution, |world| {
+        let integrator = PathIntegrator {
+            strategy: Strategy {
+                direct: DirectLight::None,
+                ..Strategy::default()
+            },
+            roulette: Roulette {
+                depth: 0,
+                survival: Survival::Constant(p as f32),
+            },
+            ..path_tracer(world, None)
+        };
+        film_by(&Independent::new(0), &integrator, resolution, 256)
+    });
+    assert_unbiased("constant survival", &film, 1.0 / (1.0 - rho));
+    let pixels: Vec<f64> = film
+        .pixels()
+        .map(|(_, sums)| 256.0 * sums.variance_of_mean(0))
+        .collect();
+    let variance = pixels.iter().sum::<f64>() / pixels.len() as f64;
+    let expected = (1.0 + rho) / ((1.0 - rho * rho / p) * (1.0 - rho)) - (1.0 - rho).powi(-2);
+    // The standard error of the estimate is 0.06 %.
+    assert!(
+        (variance / expected - 1.0).abs() < 0.003,
+        "{variance}, expected {expected}"
+    );
 }
 
 /// A glass box in uniform light: what it reflects, refracts and totally reflects adds up to what is behind it.

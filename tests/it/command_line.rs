@@ -711,7 +711,15 @@ fn every_integrator_renders() {
         "--integrator path --directions cosine --direct light --roulette-depth 3",
         "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
         "--integrator path --reuse none --sampler independent",
-        "--integrator path --sampler orthogonal --directions perturbed-qmc",
+        "--integrator path --sampler orthogonal --directions fibonacci",
+        "--integrator path --directions perturbed-qmc --direction-points hammersley --direction-perturbation 0.5",
+        "--integrator path --directions perturbed-qmc-uniform --direction-points sobol --direction-scrambling off",
+        "--integrator path --roulette constant:0.8 --roulette-depth 2",
+        "--integrator bdpt --roulette threshold:0.2",
+        "--integrator naive --emission-coin every-hit --emission-probability 0.2 --absorption chance --directions bsdf",
+        "--integrator naive --roulette luminance",
+        "--integrator one-sample --direct-probability 0.3",
+        "--integrator area --max-depth 3",
         "--integrator path --filter mitchell",
         "--integrator whitted --filter gaussian --filter-radius 2",
         "--integrator naive --max-depth none",
@@ -745,7 +753,7 @@ fn every_integrator_renders() {
     let out = run(folder.path(), &["render", "s.toml", "--direct", "light"]);
     assert_eq!(code(&out), 0);
     let data = fs::read(folder.path().join("s.exr")).unwrap();
-    let settings = b"integrator=path directions=bsdf direct=light";
+    let settings = b"direction_scrambling=on direct=light mis=power";
     assert!(data.windows(settings.len()).any(|w| w == settings));
 }
 

@@ -144,11 +144,7 @@ fn all_estimators_agree_on_the_ground() {
             up: Vec3::Y,
         };
         let world = World { backdrop, ..world };
-        let naive = NaiveIntegrator {
-            world,
-            max_depth: Some(1),
-            roulette: Roulette::default(),
-        };
+        let naive = NaiveIntegrator::new(world, Some(1), Roulette::default());
         assert_unbiased("naive", &film_of(&naive, SIZE, 1024, 1), 0.75);
         let whitted = WhittedIntegrator {
             world,

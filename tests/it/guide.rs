@@ -385,6 +385,46 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
+/// The page of all methods: the program understands each command, and each test is there.
+#[test]
+fn methods_have_commands_and_tests() {
+    let text = fs::read_to_string(root().join("docs/guide/reference/methods.md")).unwrap();
+    let (folder, mut wrong, mut count) = (tempfile::tempdir().unwrap(), Vec::new(), 0);
+    for row in text.lines().filter(|line| line.contains("| `embrasure ")) {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let [_, idea, command, _, test, _] = cells[..] else {
+            wrong.push(format!("not four cells: {row}"));
+            continue;
+        };
+        let (command, test) = (command.trim_matches('`'), test.trim_matches('`'));
+        let mut shell = Command::new("sh");
+        shell
+            .args(["-uc", &format!("{READ_ONLY}{command}")])
+            .env("PROGRAM", PROGRAM);
+        shell.current_dir(folder.path()).stdin(Stdio::null()).output().unwrap();
+        if let Ok(refused) = fs::read_to_string(folder.path().join("refused")) {
+            wrong.push(format!("{idea}: {refused}"));
+            fs::remove_file(folder.path().join("refused")).unwrap();
+        }
+        // `module::test` or `module` of tests/it, or `src/file.rs: test`
+        let (file, name) = match test.split_once(": ") {
+            Some((file, name)) => (file.to_owned(), Some(name)),
+            None => {
+                let (module, name) = test.split_once("::").map_or((test, None), |(m, n)| (m, Some(n)));
+                (format!("tests/it/{module}.rs"), name)
+            }
+        };
+        let source = fs::read_to_string(root().join(&file)).unwrap_or_default();
+        let is_there = |name: &str| source.contains("#[test]") && source.contains(&format!("fn {name}()"));
+        if source.is_empty() || !name.is_none_or(is_there) {
+            wrong.push(format!("{idea}: there is no test {test}"));
+        }
+        count += 1;
+    }
+    assert_none(wrong);
+    assert!(count > 70, "{count} methods");
+}
+
 /// A folder in which the project's scenes are, as in the project's own.
 fn folder_with_scenes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();

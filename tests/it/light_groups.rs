@@ -114,9 +114,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
             world,
             strategy: Strategy::default(),
             max_depth: Some(5),
-            roulette: Roulette {
-                depth: u32::from(reuse),
-            },
+            roulette: Roulette::after(u32::from(reuse)),
             light_samples: if reuse { 2 } else { 1 },
             clamp_indirect: None,
         },
@@ -139,11 +137,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
         max_depth: Some(6),
     };
     look("whitted", &by(&whitted));
-    let naive = NaiveIntegrator {
-        world,
-        max_depth: Some(5),
-        roulette: Roulette::default(),
-    };
+    let naive = NaiveIntegrator::new(world, Some(5), Roulette::default());
     look("naive", &by(&naive));
 }
 

@@ -551,11 +551,7 @@ fn a_lone_texel_lights_a_room() {
     let camera = pinhole(Vec3::new(0.0, -0.5, 0.95), Vec3::new(0.0, 0.3, 0.0), 80.0);
     let size = UVec2::splat(8);
     let naive = with_world(&scene, camera, size, |world| {
-        let integrator = NaiveIntegrator {
-            world,
-            max_depth: Some(4),
-            roulette: Roulette::default(),
-        };
+        let integrator = NaiveIntegrator::new(world, Some(4), Roulette::default());
         let film = film_of(&integrator, size, 1 << 15, 6);
         (film_mean(&film, 0), film_error(&film, 0))
     });

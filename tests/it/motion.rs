@@ -156,11 +156,7 @@ fn estimators_agree_on_what_moves() {
     assert_alike("shared paths", &shared, &own);
     let naive = by(
         &|world, seed| {
-            let naive = NaiveIntegrator {
-                world,
-                max_depth: Some(4),
-                roulette: Roulette::default(),
-            };
+            let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
             film_of(&naive, SIZE, 512, 200 + seed)
         },
         16,

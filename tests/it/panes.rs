@@ -58,11 +58,7 @@ fn means(scene: &Scene, camera: CameraParameters) -> Vec<(&'static str, [f64; 3]
     let rgb = |film: Film| [0, 1, 2].map(|c| film_mean(&film, c));
     with_world(scene, camera, SMALL, |world| {
         let path = path_tracer(world, Some(8));
-        let naive = NaiveIntegrator {
-            world,
-            max_depth: Some(8),
-            roulette: Roulette::default(),
-        };
+        let naive = NaiveIntegrator::new(world, Some(8), Roulette::default());
         let bdpt = BidirectionalIntegrator {
             world,
             heuristic: Heuristic::Power,

@@ -92,11 +92,7 @@ fn estimators_agree_on_holes() {
             },
             reuse,
         };
-        let naive = NaiveIntegrator {
-            world,
-            max_depth: Some(4),
-            roulette: Roulette::default(),
-        };
+        let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
         let by = |path: MaybeReusing<'_, Backend>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
         let all = [
             ("mis", by(path(DirectLight::Mis, false), 64)),

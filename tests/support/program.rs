@@ -14,6 +14,8 @@ pub const PROGRAM: &str = env!("CARGO_BIN_EXE_embrasure");
 pub const INTEGRATORS: &[&str] = &[
     "path",
     "naive",
+    "one-sample",
+    "area",
     "whitted",
     "distributed",
     "direct",

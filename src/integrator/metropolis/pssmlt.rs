@@ -234,7 +234,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
 
     /// Joins subpaths of paths that scatter `max_depth` times at most. Their lengths are given: there is nothing for roulette to decide.
     fn connector(&self, max_depth: Option<u32>) -> Connector<'_, 'a, A> {
-        Connector::new(&self.world, self.heuristic, Roulette { depth: u32::MAX }, max_depth)
+        Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
     /// What the path of `length` vertices that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.

@@ -5,13 +5,16 @@
 //! comparison: docs/guide/explanation/estimators.md compares them. `tree` is what `whitted` and `distributed` share.
 
 pub(crate) mod ambient_occlusion;
+pub(crate) mod area;
 pub(crate) mod debug;
 pub(crate) mod direct;
 pub(crate) mod distributed;
 pub(crate) mod integrator;
 pub(crate) mod naive;
+pub(crate) mod one_sample;
 pub(crate) mod reuse;
 pub(crate) mod roulette;
 pub(crate) mod strategy;
+pub(crate) mod surface_areas;
 mod tree;
 pub(crate) mod whitted;

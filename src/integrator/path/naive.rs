@@ -5,16 +5,62 @@ use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Kajiya's path tracing by brute force: directions uniform over the hemisphere, light only where a path happens to meet it
-/// (Kajiya 1986). A surface that emits and reflects does one of the two, by the flip of a coin.
+/// Kajiya's path tracing by brute force: light counts only where a path happens to meet it (Kajiya 1986). A surface emits or reflects, by the flip of a
+/// coin.
+///
+/// Its probabilities are those of textbooks, where each event has a chance of its own. They are free, so that their cost can be seen; the path tracer
+/// keeps them as factors of its throughput, which has less error.
 #[derive(Debug)]
 pub struct NaiveIntegrator<'a, A> {
     /// The scene and the camera.
     pub world: World<'a, A>,
+    /// How directions are drawn.
+    pub directions: Directions,
+    /// Where the coin is flipped that decides between emission and reflection.
+    pub emission_coin: EmissionCoin,
+    /// Probability that the coin chooses emission, in (0, 1).
+    pub emission_probability: f32,
+    /// How absorption counts.
+    pub absorption: Absorption,
     /// Maximum number of scattering events; `None` leaves the end to roulette.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
+}
+
+/// Where a coin decides between emission and reflection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EmissionCoin {
+    /// On surfaces that do both.
+    #[default]
+    Emitters,
+    /// On all surfaces: where the coin chooses the emission of a surface that has none, the path ends without light.
+    EveryHit,
+}
+
+/// How the light counts that surfaces absorb.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Absorption {
+    /// As a factor of the throughput; lobes are chosen by their shares of what is reflected.
+    #[default]
+    Weight,
+    /// By chance: lobes are chosen by their albedos, and the path ends with the probability that remains (analog Monte Carlo).
+    Chance,
+}
+
+impl<'a, A> NaiveIntegrator<'a, A> {
+    /// Kajiya's own: uniform directions, a fair coin where a surface emits and reflects, and absorption as a weight.
+    pub fn new(world: World<'a, A>, max_depth: Option<u32>, roulette: Roulette) -> Self {
+        Self {
+            world,
+            directions: Directions::Uniform,
+            emission_coin: EmissionCoin::Emitters,
+            emission_probability: 0.5,
+            absorption: Absorption::Weight,
+            max_depth,
+            roulette,
+        }
+    }
 }
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
@@ -40,7 +86,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 world.see((&hit, &vertex), (&ray, beta), false, out);
             }
 
-            // Emit or reflect: certain where one of them is nothing, else a coin decides.
+            // Emit or reflect, by the flip of a coin
             let emitted = world.scene.emitted(
                 &hit,
                 &LightSampleContext::any_side(ray.origin),
@@ -50,22 +96,34 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             );
             let emitted = emitted.filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
-            let chance = match (emitted, reflects) {
-                (None, false) => return,
-                (Some(_), true) => 0.5,
-                _ => 1.0,
+            let probability = match (reflects, self.emission_coin, emitted) {
+                (false, ..) => 1.0,
+                (true, EmissionCoin::Emitters, None) => 0.0,
+                (true, ..) => self.emission_probability,
             };
-            if let (Some(light), true) = (emitted, !reflects || decisions.x < 0.5) {
-                let radiance = beta * light.radiance / chance;
-                out.radiance(Gathered::of_light(radiance, light.id, world.scene));
+            if decisions.x < probability {
+                if let Some(light) = emitted {
+                    let radiance = beta * light.radiance / probability;
+                    out.radiance(Gathered::of_light(radiance, light.id, world.scene));
+                }
                 return;
             }
-            beta = beta / chance;
+            beta = beta / (1.0 - probability);
 
-            // On in a uniform direction
-            let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            // Choose a lobe, or absorption
+            let mut u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
+            if self.absorption == Absorption::Chance {
+                let albedo = vertex.bsdf.albedo().max_component().min(1.0);
+                if u_lobe >= albedo {
+                    return;
+                }
+                u_lobe /= albedo;
+                beta = beta / albedo;
+            }
+
+            // Go on in a direction of that lobe
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
-            let sample = Directions::Uniform.sample(&vertex, u_lobe, direction);
+            let sample = self.directions.sample(&vertex, u_lobe, direction);
             let Some(sample) = sample else { return };
             beta *= sample.weight;
             eta_squared *= sample.eta * sample.eta;

@@ -11,6 +11,7 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::mis::{balance_heuristic, power_heuristic};
 use crate::sampling::warp::{
     UNIFORM_HEMISPHERE_PDF, cosine_hemisphere, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere,
+    uniform_hemisphere_of_sphere,
 };
 use crate::scene::Incident;
 
@@ -21,8 +22,12 @@ pub enum Directions {
     Uniform,
     /// By the cosine with the normal.
     Cosine,
-    /// By the cosine too: the normal plus a point of the sphere, which [`crate::sampler::PerturbedQmc`] distributes well there.
+    /// By the cosine: the normal plus a point of the sphere, from [`crate::sampler::Fibonacci`].
+    Fibonacci,
+    /// By the cosine: the normal plus a point of the sphere, from [`crate::sampler::PerturbedQmc`].
     PerturbedQmc,
+    /// Uniformly over the hemisphere: a point of the sphere, from [`crate::sampler::PerturbedQmc`], on its upper half.
+    PerturbedQmcUniform,
     /// By the BSDF.
     #[default]
     Bsdf,
@@ -107,7 +112,8 @@ impl Directions {
         }
         let mut wi = match self {
             Self::Uniform => uniform_hemisphere(u),
-            Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
+            Self::PerturbedQmcUniform => uniform_hemisphere_of_sphere(u),
+            Self::Fibonacci | Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
         // What lets light pass gets half of the directions on either side.
@@ -140,7 +146,7 @@ impl Directions {
             (Some(_), _) => 0.5,
         };
         let hemisphere = match self {
-            Self::Uniform => UNIFORM_HEMISPHERE_PDF,
+            Self::Uniform | Self::PerturbedQmcUniform => UNIFORM_HEMISPHERE_PDF,
             _ => cosine_hemisphere_pdf(wi.z.abs()),
         };
         bsdf.smooth_probability(wo) * share * hemisphere

@@ -18,6 +18,8 @@ fn shows_background(kind: IntegratorKind) -> bool {
     match kind {
         IntegratorKind::Path
         | IntegratorKind::Naive
+        | IntegratorKind::OneSample
+        | IntegratorKind::Area
         | IntegratorKind::Whitted
         | IntegratorKind::Distributed
         | IntegratorKind::Direct
@@ -182,13 +184,15 @@ impl Method {
     /// directions is another matter ([`Method::check_lights`]).
     pub(crate) fn finds_all_light(&self) -> bool {
         match self.kind() {
-            IntegratorKind::Path => self.bias().is_none(),
-            IntegratorKind::Naive
+            IntegratorKind::Path | IntegratorKind::Naive => self.bias().is_none(),
+            IntegratorKind::OneSample
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
             | IntegratorKind::PathSpace => true,
             // What mirrors and glass show is missing.
             IntegratorKind::Light
+            // Its variance has no bound.
+            | IntegratorKind::Area
             // Paths are shorter.
             | IntegratorKind::Distributed
             | IntegratorKind::Direct

@@ -7,9 +7,12 @@ impl Method {
     /// Which errors pixels of a picture have in common.
     pub(crate) fn common_errors(&self) -> CommonErrors {
         match self {
+            _ if self.repeats_directions() => CommonErrors::Picture,
             Self::Path(settings) if settings.reuse == PathReuse::Pixels => CommonErrors::Tile,
             Self::Path(_)
             | Self::Naive(_)
+            | Self::OneSample(_)
+            | Self::Area(_)
             | Self::Whitted(_)
             | Self::Distributed(_)
             | Self::Direct(_)

@@ -1,7 +1,7 @@
 //! Estimates of the memory that methods take beside the film.
 
 use crate::film::Aov;
-use crate::integrator::{MAX_MERGED_PATHS, visibility_bytes};
+use crate::integrator::{MAX_MERGED_PATHS, SurfaceAreas, visibility_bytes};
 use crate::options::Method;
 use crate::render::{Irradiance, IterationLight, iteration_bytes};
 use crate::scene::Scene;
@@ -80,6 +80,10 @@ impl Method {
                 let seeds = number(settings.bootstrap, pixels / 8) * BYTES_OF_A_SEED;
                 iteration(0, seeds, light_of_chains(settings.chains, pixels))
             }
+            Self::Area(_) => MethodMemory {
+                prepared: scene.placed_triangle_count() * SurfaceAreas::BYTES,
+                iteration: 0,
+            },
             Self::PhotonMap(settings) => MethodMemory {
                 prepared: u64::from(settings.photons) * vertices * BYTES_OF_A_MAPPED_PHOTON,
                 iteration: 0,
@@ -90,6 +94,7 @@ impl Method {
             },
             Self::Path(_)
             | Self::Naive(_)
+            | Self::OneSample(_)
             | Self::Whitted(_)
             | Self::Distributed(_)
             | Self::Direct(_)

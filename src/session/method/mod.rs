@@ -18,7 +18,7 @@ pub(crate) use run::Prepared;
 use crate::integrator::{DirectLight, Directions, strategies};
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::options::{IntegratorKind, MaxDepth, Method};
-use crate::sampler::{PerturbedQmc, RenderSampler, SamplerKind};
+use crate::sampler::{Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::SceneBuilder;
 
 impl Method {
@@ -41,7 +41,8 @@ impl Method {
     /// learned visibility would seldom find light that no ray has seen, and find it bright.
     fn weighs_lights(&self) -> bool {
         let has_choice = self.value::<SelectionMode>("light_selection").is_some();
-        let samples_alone = matches!(self.kind(), IntegratorKind::Light | IntegratorKind::Whitted);
+        use IntegratorKind::{Area, Light, OneSample, Whitted};
+        let samples_alone = matches!(self.kind(), Light | Whitted | OneSample | Area);
         has_choice && !samples_alone && self.direct().is_none_or(|direct| direct == DirectLight::Mis)
     }
 
@@ -73,15 +74,24 @@ impl Method {
     /// A sampler of `kind`, for `count` samples of a pixel, as the method's directions want it.
     pub(crate) fn sampler(&self, kind: SamplerKind, seed: u64, count: u32) -> RenderSampler {
         let sampler = kind.with_seed(seed, count);
-        match self.knows_count() {
-            true => RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, sampler)),
-            false => RenderSampler::Plain(sampler),
+        match self.directions() {
+            Some(Directions::Fibonacci) => RenderSampler::Fibonacci(Fibonacci::new(seed, count, sampler)),
+            Some(Directions::PerturbedQmc | Directions::PerturbedQmcUniform) => {
+                let options = Perturbation {
+                    points: self.value("direction_points").unwrap_or_default(),
+                    size: self.value("direction_perturbation").unwrap_or_default(),
+                    is_scrambled: !self.repeats_directions(),
+                };
+                RenderSampler::PerturbedQmc(PerturbedQmc::new(seed, count, options, sampler))
+            }
+            _ => RenderSampler::Plain(sampler),
         }
     }
 
     /// Whether the method's random numbers depend on how many samples a pixel gets in all.
     pub(crate) fn knows_count(&self) -> bool {
-        self.directions() == Some(Directions::PerturbedQmc)
+        use Directions::{Fibonacci, PerturbedQmc, PerturbedQmcUniform};
+        matches!(self.directions(), Some(Fibonacci | PerturbedQmc | PerturbedQmcUniform))
     }
 }
 

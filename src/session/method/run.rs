@@ -4,12 +4,12 @@ use crate::accel::{Accel, Dispatch};
 use crate::color::Spectrum;
 use crate::film::{Film, Filter};
 use crate::integrator::{
-    self, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
+    self, AreaIntegrator, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
     ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, IterationIntegrator, LightIntegrator,
-    MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, PHOTON_PIXELS, PathIntegrator, PathSpaceIntegrator,
-    PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator, ProgressivePhotonIntegrator,
-    ProgressiveRadius, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink, Strategy,
-    VertexMergingIntegrator, VisibilityLearner, WhittedIntegrator, World,
+    MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, OneSampleIntegrator, PHOTON_PIXELS, PathIntegrator,
+    PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, ProgressiveRadius, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink,
+    Strategy, SurfaceAreas, VertexMergingIntegrator, VisibilityLearner, WhittedIntegrator, World,
 };
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
@@ -30,11 +30,12 @@ macro_rules! strategy {
     };
 }
 
-/// Russian roulette of methods with this parameter.
+/// Russian roulette of methods with these parameters.
 macro_rules! roulette {
     ($settings:expr) => {
         Roulette {
             depth: $settings.roulette_depth,
+            survival: $settings.roulette,
         }
     };
 }
@@ -70,6 +71,7 @@ pub(crate) struct Prepared {
     irradiance: Irradiance,
     photons: OnceLock<PhotonMaps>,
     importance: OnceLock<ImportanceImage>,
+    areas: OnceLock<SurfaceAreas>,
 }
 
 impl Prepared {
@@ -79,6 +81,7 @@ impl Prepared {
             irradiance: Irradiance::new(resolution, seed),
             photons: OnceLock::new(),
             importance: OnceLock::new(),
+            areas: OnceLock::new(),
         }
     }
 }
@@ -276,8 +279,22 @@ impl Method {
             Self::Direct(s) => run(world, direct(world, s), direct(any, s), task),
             Self::Naive(s) => task.run(&NaiveIntegrator {
                 world: any,
+                directions: s.directions,
+                emission_coin: s.emission_coin,
+                emission_probability: s.emission_probability,
+                absorption: s.absorption,
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),
+            }),
+            Self::OneSample(s) => task.run(&OneSampleIntegrator {
+                world: any,
+                direct_probability: s.direct_probability,
+                max_depth: s.max_depth.limit(),
+            }),
+            Self::Area(s) => task.run(&AreaIntegrator {
+                world: any,
+                areas: prepared.areas.get_or_init(|| SurfaceAreas::new(any.scene)),
+                max_depth: s.max_depth.limit(),
             }),
             Self::Whitted(s) => task.run(&WhittedIntegrator {
                 world: any,
@@ -356,7 +373,7 @@ impl Method {
             Self::PathSpace(s) => task.run_iterations(&PathSpaceIntegrator {
                 world: any,
                 max_depth: s.max_depth.limit(),
-                roulette: roulette!(s),
+                roulette: Roulette::after(s.roulette_depth),
                 light_samples: s.light_samples,
                 metropolis: metropolis!(s),
                 importance,

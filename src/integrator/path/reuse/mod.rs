@@ -60,6 +60,7 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
         let path = PathIntegrator {
             roulette: Roulette {
                 depth: self.path.roulette.depth.max(1),
+                ..self.path.roulette
             },
             ..self.path
         };

@@ -1,0 +1,68 @@
+//! Points uniform over the area of all surfaces of a scene.
+
+use crate::geometry::{GeomId, Hit, InstanceId, PrimId, triangle_area};
+use crate::math::Vec2;
+use crate::sampling::AliasTable;
+use crate::sampling::warp::uniform_triangle;
+use crate::scene::Scene;
+
+/// All triangles of a scene, those of instances included, to choose from by area.
+#[derive(Debug)]
+pub struct SurfaceAreas {
+    triangles: Vec<(InstanceId, GeomId, PrimId)>,
+    /// Chooses a triangle; `None` in a scene without area.
+    table: Option<AliasTable>,
+}
+
+impl SurfaceAreas {
+    /// Bytes for each triangle.
+    pub const BYTES: u64 = (size_of::<(InstanceId, GeomId, PrimId)>() + 3 * size_of::<u32>()) as u64;
+
+    /// Of `scene`, by the areas at the time 0.
+    pub fn new(scene: &Scene) -> Self {
+        let prims = |geom: GeomId| (0..scene.mesh(geom).triangles.len() as u32).map(PrimId);
+        let of_meshes = |inst: InstanceId, geoms: std::ops::Range<u32>| {
+            geoms.flat_map(move |geom| prims(GeomId(geom)).map(move |prim| (inst, GeomId(geom), prim)))
+        };
+        let standing = of_meshes(InstanceId::NONE, scene.standing());
+        let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
+            let geoms = scene.prototypes()[instance.prototype as usize].clone();
+            of_meshes(InstanceId(id as u32), geoms)
+        });
+        let triangles: Vec<_> = standing.chain(instances).collect();
+        let areas: Vec<f64> = triangles.iter().map(|&id| area(scene, &hit(id), 0.0)).collect();
+        Self {
+            triangles,
+            table: AliasTable::new(&areas),
+        }
+    }
+
+    /// A surface point at `time`, and its density per area; `choice` chooses the triangle and `u` the point. `None` where there is no area.
+    pub fn sample(&self, scene: &Scene, choice: f32, u: Vec2, time: f32) -> Option<(Hit, f32)> {
+        let (index, pmf) = self.table.as_ref()?.sample(choice);
+        let hit = hit(*self.triangles.get(index)?);
+        let (b1, b2) = uniform_triangle(u);
+        let hit = Hit { b1, b2, ..hit };
+        // Of a triangle that moves, the area at `time` counts.
+        let area = area(scene, &hit, time) as f32;
+        (area > 0.0).then(|| (hit, pmf / area))
+    }
+}
+
+/// The triangle `id`, at its first corner.
+fn hit((inst, geom, prim): (InstanceId, GeomId, PrimId)) -> Hit {
+    Hit {
+        t: 0.0,
+        b1: 0.0,
+        b2: 0.0,
+        prim,
+        geom,
+        inst,
+    }
+}
+
+/// Area of the triangle of `hit` at `time`, in squared scene units.
+fn area(scene: &Scene, hit: &Hit, time: f32) -> f64 {
+    let [p0, p1, p2] = scene.corners(hit, time);
+    triangle_area(p0, p1, p2)
+}

@@ -1,0 +1,255 @@
+//! Perturbed quasi-Monte Carlo directions (`--directions perturbed-qmc`), as Kim proposed them for hemispheres.
+//!
+//! A low-discrepancy point set on the sphere (`ball.rs`) has the same points in each pixel: by itself its error is a pattern, which eyes find at once. Kim
+//! moves each point on a disk in its tangent plane, by another low-discrepancy sequence that runs over the pixels: patterns become noise, and the points
+//! stay well distributed. `integrator/path/strategy.rs` maps the sphere to the hemisphere, uniformly or by the cosine.
+//!
+//! Random scrambling, here a rotation of the set for each pixel and vertex, makes every direction exactly uniform, and the estimate unbiased whatever the
+//! points and disks. Without it the estimate converges with the number of points and of pixels that are looked at, and no further.
+//!
+//! docs/benchmarks.md, "Perturbed quasi-Monte Carlo directions", compares it with Owen-scrambled Sobol points, which win.
+
+use super::ball::CubePoints;
+use super::halton::radical_inverse;
+use super::hash::{numbered, permute, pixel};
+use super::sphere::{moved_on_disk, rotation, set_bits};
+use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
+use crate::math::{Vec2, Vec3, hash::mix};
+use crate::sampling::warp::square_of_sphere;
+
+/// Options of [`PerturbedQmc`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Perturbation {
+    /// Points in the cube, of which directions are made.
+    pub points: CubePoints,
+    /// Radius of the disks, as a multiple of 2/√n: at 1 a disk is as large as the part of the sphere that one of n points owns. At 0 points stay.
+    pub size: f32,
+    /// Whether the set is turned at random for each pixel and vertex.
+    pub is_scrambled: bool,
+}
+
+/// Perturbed quasi-Monte Carlo directions; all other numbers are another sampler's.
+///
+/// Of every n samples each takes another of n points, in an order of its own for each vertex. n is the largest power of 2 that is no more than the count of
+/// samples, up to 1024. Points are given as what [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to them.
+#[derive(Clone, Copy, Debug)]
+pub struct PerturbedQmc {
+    others: AnySampler,
+    seed: u64,
+    options: Perturbation,
+    points: &'static [Vec3],
+    /// Number of points, as a power of two.
+    bits: u32,
+    key: SampleKey,
+}
+
+impl PerturbedQmc {
+    /// Directions for the given seed and number of samples of a pixel; all other numbers come from `others`.
+    pub fn new(seed: u64, count: u32, options: Perturbation, others: AnySampler) -> Self {
+        let bits = set_bits(count);
+        Self {
+            others,
+            seed,
+            options,
+            points: options.points.directions(bits),
+            bits,
+            key: SampleKey::new(0, 0, 0),
+        }
+    }
+
+    /// The sample's point on the unit sphere.
+    fn point(&self, dimension: Dimension) -> Vec3 {
+        // The same order of points in all pixels and for all seeds
+        let (sample, n) = (self.key.sample, self.points.len() as u32);
+        let index = permute(sample % n, self.bits, mix(dimension.index().into()));
+        let mut point = self.points[index as usize];
+
+        // Move it on a disk, whose points are well distributed over the pixels
+        if self.options.size > 0.0 {
+            let set = numbered(numbered(mix(self.seed), dimension.index()), sample);
+            let place = morton(self.key);
+            let u = Vec2::new(radical_inverse(2, place, set), radical_inverse(3, place, mix(set)));
+            point = moved_on_disk(point, u, 2.0 * self.options.size / (n as f32).sqrt());
+        }
+
+        // Turn the set
+        if self.options.is_scrambled {
+            let block = numbered(pixel(self.seed, self.key), sample >> self.bits);
+            point = rotation(numbered(block, dimension.index())) * point;
+        }
+        point
+    }
+}
+
+impl Sampler for PerturbedQmc {
+    fn start(&mut self, key: SampleKey) {
+        self.others.start(key);
+        self.key = key;
+    }
+
+    #[inline(never)]
+    fn get_1d(&self, dimension: Dimension) -> f32 {
+        self.others.get_1d(dimension)
+    }
+
+    #[inline(never)]
+    fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        if dimension.is(Bounce::Direction) {
+            square_of_sphere(self.point(dimension))
+        } else {
+            self.others.get_2d(dimension)
+        }
+    }
+}
+
+/// Number of a pixel along the Morton curve, of the lower 16 bits of its coordinates.
+fn morton(key: SampleKey) -> u32 {
+    let spread = |v: u32| {
+        let v = v & 0xffff;
+        let v = (v | v << 8) & 0x00ff_00ff;
+        let v = (v | v << 4) & 0x0f0f_0f0f;
+        let v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(key.x) | spread(key.y) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::sphere::cap_discrepancy;
+    use crate::sampler::{SamplerKind, points};
+    use crate::sampling::warp::uniform_sphere;
+
+    const ALL: [CubePoints; 3] = [CubePoints::Halton, CubePoints::Hammersley, CubePoints::Sobol];
+
+    fn sampler(seed: u64, count: u32, options: Perturbation) -> PerturbedQmc {
+        PerturbedQmc::new(seed, count, options, SamplerKind::Sobol.with_seed(seed, count))
+    }
+
+    fn options(points: CubePoints, size: f32, is_scrambled: bool) -> Perturbation {
+        Perturbation {
+            points,
+            size,
+            is_scrambled,
+        }
+    }
+
+    const DIMENSION: fn(u32) -> Dimension = |depth| Dimension::bounce(depth, Bounce::Direction);
+
+    #[test]
+    fn any_sample_can_be_replayed_and_all_else_is_the_others() {
+        for options in [
+            options(CubePoints::Halton, 1.0, true),
+            options(CubePoints::Sobol, 0.5, false),
+        ] {
+            let of = |seed, x, depth, samples| points(sampler(seed, 100, options), x, DIMENSION(depth), samples);
+            let whole = of(5, 2, 3, 0..200);
+            for sample in [0, 1, 63, 64, 99, 100, 199] {
+                assert_eq!(of(5, 2, 3, sample..sample + 1)[0], whole[sample as usize]);
+            }
+            for other in [of(6, 2, 3, 0..200), of(5, 3, 3, 0..200), of(5, 2, 4, 0..200)] {
+                assert!(whole.iter().zip(&other).filter(|(a, b)| a == b).count() < 3);
+            }
+            for dimension in [Dimension::PIXEL, Dimension::bounce(2, Bounce::LightPoint)] {
+                let sobol = points(SamplerKind::Sobol.with_seed(5, 100), 2, dimension, 0..200);
+                assert_eq!(points(sampler(5, 100, options), 2, dimension, 0..200), sobol);
+            }
+        }
+    }
+
+    /// Without perturbation and scrambling all pixels and seeds have the points of the set, in one order.
+    #[test]
+    fn plain_sets_are_the_same_everywhere() {
+        for set in ALL {
+            let of = |seed, x| points(sampler(seed, 64, options(set, 0.0, false)), x, DIMENSION(0), 0..64);
+            assert_eq!(of(1, 2), of(3, 40));
+            let mut found: Vec<_> = of(1, 2).into_iter().map(uniform_sphere).collect();
+            for point in set.directions(6) {
+                let nearest =
+                    (0..found.len()).min_by(|&a, &b| found[a].distance(*point).total_cmp(&found[b].distance(*point)));
+                let nearest = found.swap_remove(nearest.unwrap());
+                assert!(nearest.distance(*point) < 2e-3, "{nearest} {point}");
+            }
+        }
+    }
+
+    /// Disks have the radius that they should, and points are uniform on them.
+    #[test]
+    fn points_move_on_their_disks() {
+        let [still, moved] = [0.0, 1.0].map(|size| {
+            let options = options(CubePoints::Halton, size, false);
+            let of_seed = |seed| points(sampler(seed, 64, options), 3, DIMENSION(0), 0..64);
+            let all = (0..256).flat_map(of_seed).map(uniform_sphere);
+            all.collect::<Vec<_>>()
+        });
+        // Squared tangents of the angles: on a disk their mean is half the radius squared, with a standard error of 0.45 %.
+        let squared = 0.25f32 * 0.25;
+        let tangents = still
+            .iter()
+            .zip(&moved)
+            .map(|(a, b)| (*b / a.dot(*b) - *a).length_squared());
+        let tangents: Vec<f32> = tangents.collect();
+        assert!(tangents.iter().all(|&t| t < 1.02 * squared));
+        let mean = tangents.iter().sum::<f32>() / tangents.len() as f32;
+        assert!((mean / (0.5 * squared) - 1.0).abs() < 0.02, "{mean}");
+    }
+
+    /// χ² of single samples over 16 × 16 cells of equal area, each of another seed and pixel: with scrambling, exactly uniform.
+    #[test]
+    fn scrambled_directions_are_uniform() {
+        for (set, sample, count) in [
+            (CubePoints::Halton, 0, 64),
+            (CubePoints::Hammersley, 70, 64),
+            (CubePoints::Sobol, 5, 1),
+        ] {
+            let mut counts = [0.0f64; 256];
+            for i in 0..51_200 {
+                let mut sampler = sampler(i / 7, count, options(set, 1.0, true));
+                sampler.start(SampleKey::new(i as u32 % 7, 3, sample));
+                let u = sampler.get_2d(DIMENSION(2));
+                assert!(u.cmpge(Vec2::ZERO).all() && u.cmplt(Vec2::ONE).all());
+                counts[(u.x * 16.0) as usize * 16 + (u.y * 16.0) as usize] += 1.0;
+            }
+            let chi2: f64 = counts.iter().map(|c| (c - 200.0).powi(2) / 200.0).sum();
+            // 255 degrees of freedom: standard deviation 22.6
+            assert!(chi2 < 255.0 + 5.0 * 22.6, "{sample} of {count}: χ² = {chi2}");
+        }
+    }
+
+    /// Prints the discrepancies of docs/benchmarks.md: means over pixels of one seed.
+    #[test]
+    #[ignore = "prints a table of docs/benchmarks.md"]
+    fn discrepancies() {
+        let mean = |count: u32, sampler: &dyn Fn(u32) -> Vec<Vec2>| {
+            let of_pixel = |x| {
+                let directions: Vec<Vec3> = sampler(x).into_iter().map(uniform_sphere).collect();
+                cap_discrepancy(&directions)
+            };
+            let pixels = 4096 / count;
+            (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64
+        };
+        for count in [16, 64, 256] {
+            for kind in [SamplerKind::Independent, SamplerKind::Sobol] {
+                let of = |x| points(kind.with_seed(1, count), x, DIMENSION(0), 0..count);
+                println!("{count} {kind:?}: {:.4}", mean(count, &of));
+            }
+            let others = SamplerKind::Sobol.with_seed(1, count);
+            let of = |x| {
+                points(
+                    crate::sampler::Fibonacci::new(1, count, others),
+                    x,
+                    DIMENSION(0),
+                    0..count,
+                )
+            };
+            println!("{count} Fibonacci: {:.4}", mean(count, &of));
+            for set in ALL {
+                for size in [0.0, 0.5, 1.0] {
+                    let of = |x| points(sampler(1, count, options(set, size, false)), x, DIMENSION(0), 0..count);
+                    println!("{count} {set:?}, perturbed by {size}: {:.4}", mean(count, &of));
+                }
+            }
+        }
+    }
+}

@@ -74,6 +74,8 @@ parameters! {
         direct_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
         /// Rays that leave each vertex of distributed
         branching: u32 = 4, in Range::AtLeast(1);
+        /// Maximum number of scattering events of distributed, besides max_depth
+        tree_depth: u32 = 4, in Range::FromTo(1, 1024);
         /// Distance in scene units within which surfaces occlude, for ao
         ao_distance: f32, default "diameter of the scene", in Range::Above(0.0);
         /// Photon paths per iteration of sppm and vcm; of photon-map in all

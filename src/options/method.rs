@@ -3,7 +3,7 @@
 //! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
 //! defaults, the text that files keep, and the warnings of flags that are not read.
 
-use super::integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse, Scrambling, values};
+use super::integrator_parameters::{Clamp, IntegratorOptions, PathReuse, Scrambling, values};
 use super::{Named, OptionGroup, Value};
 use crate::integrator::Directions;
 use std::any::Any;
@@ -142,7 +142,7 @@ methods! {
     Whitted(WhittedSettings) = "whitted" { light_selection, triangle_sampling, max_depth }
     /// Distributed ray tracing, which branches at every vertex
     Distributed(DistributedSettings) = "distributed" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth = MaxDepth(Some(4)), branching,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, tree_depth, branching,
     }
     /// Light that is scattered once at most
     Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, light_samples }
@@ -184,6 +184,15 @@ methods! {
     IrradianceCache(IrradianceCacheSettings) = "irradiance-cache" {
         directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
         light_samples = 2, cache_error, cache_rays,
+    }
+}
+
+impl DistributedSettings {
+    /// Maximum number of scattering events: the smaller of both limits. Scene files set a `max_depth` for paths, which a tree cannot have.
+    pub fn depth(&self) -> u32 {
+        self.max_depth
+            .limit()
+            .map_or(self.tree_depth, |max| max.min(self.tree_depth))
     }
 }
 

@@ -396,7 +396,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["sometimes", "mis, light, none"],
         ),
         (
-            &["render", "s.toml", "--integrator", "distributed", "--max-depth", "none"],
+            &["render", "s.toml", "--integrator", "distributed", "--tree-depth", "30"],
             keep,
             2,
             &["distributed", "--branching"],

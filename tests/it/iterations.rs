@@ -131,7 +131,7 @@ fn what_cannot_be_is_refused_at_once() {
         ),
         (
             "--integrator irradiance-cache --aov lights",
-            "use one of path, naive, whitted, distributed, direct, light, bdpt, pssmlt, sppm, photon-map, vcm, mlt",
+            "use one of path, naive, one-sample, area, whitted, distributed, direct, light, bdpt, pssmlt, sppm, photon-map, vcm, mlt",
         ),
     ] {
         let said = refused(folder.path(), &joined(&split("render s.toml -q"), &split(args)), 2);

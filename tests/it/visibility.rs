@@ -173,7 +173,7 @@ fn pictures_by_visibility_are_unbiased() {
             "--spp 512",
             "--spp 512 --reuse none",
             "--spp 256 --integrator bdpt",
-            "--spp 64 --integrator distributed --max-depth 16 --branching 1",
+            "--spp 64 --integrator distributed --tree-depth 16 --branching 1",
         ] {
             render(&format!("{flags} --light-selection visibility --seed 2 -o visible.exr"));
             // The exit code says whether they differ by more than noise.

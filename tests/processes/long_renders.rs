@@ -436,7 +436,7 @@ fn branches_between_mirrors_end() {
     for method in [
         "whitted --max-depth none",
         "whitted --max-depth 1024",
-        "distributed --branching 1 --max-depth 1024",
+        "distributed --branching 1 --max-depth none --tree-depth 1024",
     ] {
         let line = format!("render f.toml -q --size 16x16 --spp 1 -o a.png --integrator {method}");
         done(mirrors.path(), &split(&line));

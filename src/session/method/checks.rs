@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::integrator::{Background, DirectLight, strategies};
-use crate::options::{DistributedSettings, IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
+use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 use crate::session::{Error, InvalidSetting};
 
@@ -63,21 +63,17 @@ impl Method {
 
     /// Refuses branching trees with more than [`MAX_BRANCHES`] rays to their last vertices.
     pub(crate) fn check_branches(&self) -> Result<(), Error> {
-        let Self::Distributed(DistributedSettings {
-            branching, max_depth, ..
-        }) = self
-        else {
+        let Self::Distributed(settings) = self else {
             return Ok(());
         };
-        let Some(rays) = max_depth.limit().map(|depth| f64::from(*branching).powf(depth as f64)) else {
-            return Ok(());
-        };
+        let (branching, depth) = (settings.branching, settings.depth());
+        let rays = f64::from(branching).powf(depth.into());
         if rays <= MAX_BRANCHES {
             return Ok(());
         }
         Err(Error::Refused(format!(
-            "--integrator distributed with --branching {branching} and --max-depth {max_depth} traces {rays:.1e} rays for one sample\n  \
-             help: lower --branching or --max-depth: branching ^ depth of {MAX_BRANCHES:.0} at most"
+            "--integrator distributed with --branching {branching} and a depth of {depth} traces {rays:.1e} rays for one sample\n  \
+             help: lower --branching, --tree-depth or --max-depth: branching ^ depth of {MAX_BRANCHES:.0} at most"
         )))
     }
 

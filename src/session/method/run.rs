@@ -303,7 +303,7 @@ impl Method {
             Self::Distributed(s) => task.run(&DistributedIntegrator {
                 world: any,
                 strategy: strategy!(s),
-                max_depth: s.max_depth.limit().unwrap_or(u32::MAX),
+                max_depth: s.depth(),
                 branching: s.branching,
             }),
             Self::AmbientOcclusion(s) => task.run(&integrator::AmbientOcclusion {

@@ -80,7 +80,7 @@ pub mod session;
 pub mod texture;
 
 pub use description::SceneFile;
-pub use film::{Aov, Image, Rect};
+pub use film::{Aov, Image, PathPart, Rect};
 pub use io::{
     Checkpoint, Compression, ExrFormat, FileError, FileId, Format, LoadObserver, LoadOptions, Metadata, Output,
     OutputLock, read_checkpoint,

@@ -37,6 +37,15 @@ impl Lobe {
         matches!(self, Self::Mirror(_) | Self::Dielectric(_) | Self::ThinDielectric(_))
     }
 
+    /// How sharply it scatters.
+    pub(super) fn scattering(&self) -> Scattering {
+        match self {
+            Self::Lambert(_) | Self::CoatedLambert(_) => Scattering::Diffuse,
+            _ if self.is_delta() => Scattering::Specular,
+            _ => Scattering::Glossy,
+        }
+    }
+
     /// Whether the lobe is drawn from in parts, between which a number of its own chooses.
     pub fn has_parts(&self) -> bool {
         matches!(self, Self::RoughMirror(_) | Self::RoughDielectric(_))
@@ -139,15 +148,11 @@ impl Lobe {
 
     /// The direction `wi`, drawn by this lobe, with the value and the density of all that might have drawn it; `None` where it lies in the surface.
     pub(super) fn smooth_sample(&self, f: Spectrum, wo: Vec3, wi: Vec3, pdf: f32) -> Option<BsdfSample> {
-        let scattering = match self {
-            Self::Lambert(_) | Self::CoatedLambert(_) => Scattering::Diffuse,
-            _ => Scattering::Glossy,
-        };
         let eta = match self {
             Self::RoughDielectric(lobe) if !same_hemisphere(wo, wi) => lobe.eta(wo),
             _ => 1.0,
         };
-        let sample = BsdfSample::new(f, wi, pdf, scattering).with_eta(eta);
+        let sample = BsdfSample::new(f, wi, pdf, self.scattering()).with_eta(eta);
         (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 

@@ -23,6 +23,7 @@ mod blinn;
 mod coated_lambert;
 mod dielectric;
 mod energy;
+mod event;
 mod fresnel;
 mod ggx;
 mod lambert;
@@ -42,6 +43,7 @@ mod words;
 pub use blinn::Blinn;
 pub use coated_lambert::CoatedLambert;
 pub use dielectric::Dielectric;
+pub use event::{EventKind, ScatteringEvent};
 pub use fresnel::Fresnel;
 pub use ggx::MIN_ALPHA;
 pub use lambert::Lambert;
@@ -238,13 +240,20 @@ impl Bsdf {
     /// [`Bsdf::eval`] of BSDFs that are not matte. The value alone needs no lobe probabilities.
     #[inline(never)]
     fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        self.lobe_values(wo, wi).fold(Spectrum::ZERO, |sum, (_, f)| sum + f)
+    }
+
+    /// The lobes, each with its share of [`Bsdf::eval`].
+    #[inline(always)]
+    fn lobe_values(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = (&Lobe, Spectrum)> {
         let [o, i] = [wo, wi].map(|w| self.passed(w));
-        self.places().fold(Spectrum::ZERO, |f, (place, lobe)| {
-            let lobe_f = lobe.eval(wo, wi);
-            f + match (self, o, i) {
-                (Self::Layered(layered), Some(o), Some(i)) => lobe_f * layered.through(lobe, o[place], i[place]),
-                _ => lobe_f,
-            }
+        self.places().map(move |(place, lobe)| {
+            let f = lobe.eval(wo, wi);
+            let f = match (self, o, i) {
+                (Self::Layered(layered), Some(o), Some(i)) => f * layered.through(lobe, o[place], i[place]),
+                _ => f,
+            };
+            (lobe, f)
         })
     }
 

@@ -1,17 +1,35 @@
 use super::error::CliError;
 use crate::description::SceneFile;
-use crate::film::Aov;
+use crate::film::{Aov, LightPathError, PathPart};
 use crate::options::Method;
 
-/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies, which are hundreds of channels. A
-/// channel that cannot be had is an error later.
-pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<Vec<Aov>, CliError> {
+/// The further channels that `--aov` wants.
+#[derive(Default)]
+pub(super) struct AovList {
+    pub aovs: Vec<Aov>,
+    pub light_paths: Vec<PathPart>,
+}
+
+/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies and light paths, which may be
+/// hundreds of channels. A channel that cannot be had is an error later.
+pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
+    let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
+    let mut light_paths = Vec::new();
+    for name in wanted.iter().filter(|name| PathPart::is_name(name)) {
+        let parts = PathPart::parse(name).and_then(|parts| PathPart::add(&mut light_paths, parts));
+        parts.map_err(|LightPathError { message, help }| {
+            CliError::Usage(format!("--aov {name}: {message}\n  help: {help}"))
+        })?;
+    }
+    // In whatever order they were asked for
+    light_paths.sort_by_cached_key(PathPart::describe);
+
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
-    if let Some(unknown) = wanted.iter().find(|name| !is_known(name)) {
-        let known: Vec<&str> = Aov::NAMES.iter().map(|(name, _)| *name).collect();
+    if let Some(unknown) = wanted.iter().find(|name| !is_known(name) && !PathPart::is_name(name)) {
+        let known = Aov::NAMES.iter().map(|(name, _)| *name).chain(PathPart::names());
         return Err(CliError::Usage(format!(
             "--aov {unknown}: no such channels\n  help: use some of {}, or all",
-            known.join(", ")
+            known.collect::<Vec<_>>().join(", ")
         )));
     }
     let is_of_all = |aov: Aov| match aov {
@@ -19,8 +37,37 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
         Aov::Strategies => false,
         _ => true,
     };
-    let is_named = |name: &str| wanted.iter().any(|w| w == name);
+    let is_named = |name: &str| wanted.contains(&name);
     let known = Aov::NAMES.iter();
     let chosen = known.filter(|(name, aov)| is_named(name) || (is_named("all") && is_of_all(*aov)));
-    Ok(chosen.map(|&(_, aov)| aov).collect())
+    Ok(AovList {
+        aovs: chosen.map(|&(_, aov)| aov).collect(),
+        light_paths,
+    })
+}
+
+/// Names of a list, between commas that are in no brackets: expressions have commas in `{1,3}`.
+fn names(list: &str) -> Vec<&str> {
+    let mut depth = 0i32;
+    list.split(|c| {
+        match c {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth -= 1,
+            _ => {}
+        }
+        c == ',' && depth <= 0
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commas_of_expressions_stay() {
+        assert_eq!(names("P,lpe:a=CD{1,3}L,direct"), ["P", "lpe:a=CD{1,3}L", "direct"]);
+        assert_eq!(names("lpe:a=C(D,G)L)x,uv"), ["lpe:a=C(D,G)L)x", "uv"]);
+        assert_eq!(names(""), [""]);
+    }
 }

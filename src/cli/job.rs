@@ -146,7 +146,8 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
             "--samples {first}..{end}\n  help: the whole picture has {spp} samples a pixel: end at {spp}, or raise --spp"
         )));
     }
-    settings.aovs = aovs(&args.aov, scene, &settings.method())?;
+    let wanted = aovs(&args.aov, scene, &settings.method())?;
+    (settings.aovs, settings.light_paths) = (wanted.aovs, wanted.light_paths);
     settings.threads = args.threads.unwrap_or(settings.threads);
     settings.compact = args.load.compact;
     Ok(settings)

@@ -1,6 +1,7 @@
 //! The ladder of estimators on one scene: the lectures' comparison, made executable.
 
 use super::args::{Flags, LabArgs, RenderArgs};
+use super::bounces::write_sheet;
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
@@ -23,6 +24,8 @@ use std::time::Instant;
 
 /// How many times the samples of the best rung the reference has.
 const REFERENCE_FACTOR: u32 = 64;
+/// Samples of a pixel where nothing says how many.
+const USUAL_SAMPLES: u32 = 64;
 /// Pictures in a row of the sheet.
 const COLUMNS: usize = 4;
 
@@ -36,6 +39,9 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
             PathBuf::from(format!("{}-lab", Path::new(stem).display()))
         }
     };
+    if args.bounces {
+        return bounces(args, &prefix);
+    }
     let [sheet, csv, markdown] = ["png", "csv", "md"].map(|e| Output::prepare(&with_extension(&prefix, e)));
     let outputs = [sheet?, csv?, markdown?];
     let mut named = Outputs::default();
@@ -96,7 +102,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         quiet: args.quiet,
         budget: args
             .time
-            .map_or(Budget::Samples(args.spp.unwrap_or(64)), Budget::Seconds),
+            .map_or(Budget::Samples(args.spp.unwrap_or(USUAL_SAMPLES)), Budget::Seconds),
         truth,
         rungs,
     })?;
@@ -122,6 +128,18 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         let words = "interrupted while the reference was made: what is written has no errors in it";
         return Err(CliError::Interrupted(words.into()));
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the sheet of bounces.
+fn bounces(args: &LabArgs, prefix: &Path) -> Result<ExitCode, CliError> {
+    let output = Output::prepare(&with_extension(prefix, "png"))?;
+    let mut named = Outputs::default();
+    named.add("-o", &output)?;
+    named.spare([&*args.scene])?;
+    let mut job = Job::new(&render_args(args))?;
+    job.settings.spp = args.spp.unwrap_or(USUAL_SAMPLES);
+    write_sheet(job, &output, &named, args.quiet)?;
     Ok(ExitCode::SUCCESS)
 }
 

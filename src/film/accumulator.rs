@@ -35,6 +35,11 @@ pub struct Block {
 }
 
 impl Block {
+    /// Sum of the radiance of all samples, by channel.
+    pub fn sum(&self) -> [f64; 3] {
+        self.sum
+    }
+
     /// Adds one sample: its radiance, and the first surface if the camera ray met one.
     pub fn add(&mut self, radiance: Spectrum, surface: Option<&FirstSurface>) {
         for (c, value) in radiance.to_array().into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! One iteration of a method whose light paths light any pixel: one sample of every pixel of a film.
 
-use super::{Film, FirstSurface, Rect};
+use super::{Film, FirstSurface, LightPaths, Rect};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 
@@ -10,7 +10,7 @@ pub struct Iteration {
     crop: Rect,
     /// Row by row.
     pixels: Vec<IterationPixel>,
-    /// Parts of the light that are summed by themselves, and the sums of each, pixel by pixel.
+    /// Parts of the light that are summed by themselves, and classes of paths behind them; and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
     /// Share in which each pixel sees a transparent background; empty where the film does not sum it.
@@ -28,11 +28,12 @@ impl Iteration {
     /// A dark one, for the pixels of `film`.
     pub fn of(film: &Film) -> Self {
         let crop = film.crop();
+        let parts = film.parts_before_paths() + film.light_paths().map_or(0, LightPaths::classes);
         Self {
             crop,
             pixels: vec![IterationPixel::default(); crop.area() as usize],
-            parts: film.parts(),
-            part_sums: vec![[0.0; 3]; crop.area() as usize * film.parts()],
+            parts,
+            part_sums: vec![[0.0; 3]; crop.area() as usize * parts],
             background: match film.has_alpha() {
                 true => vec![0.0; crop.area() as usize],
                 false => Vec::new(),
@@ -40,7 +41,7 @@ impl Iteration {
         }
     }
 
-    /// Bytes that one of this crop takes, with so many parts of the light.
+    /// Bytes that one of this crop takes, with so many parts of the light and classes of paths.
     pub fn bytes(crop: Rect, parts: usize) -> u64 {
         crop.area() * (size_of::<IterationPixel>() + parts * size_of::<[f64; 3]>()) as u64
     }

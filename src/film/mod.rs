@@ -2,7 +2,7 @@
 //!
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
-//! `part_sums` those of light groups and strategies, `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
+//! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`), `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
 //! `metering` finds the exposure of a developed image.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
@@ -14,6 +14,7 @@ mod filter;
 mod fixed;
 mod image;
 mod iteration;
+mod light_paths;
 mod metering;
 mod part_sums;
 mod resample;
@@ -28,6 +29,7 @@ pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};
 pub use iteration::Iteration;
+pub use light_paths::{LightPathError, LightPaths, MAX_CLASSES, MAX_PATH_PARTS, PathLight, PathPart};
 pub use metering::metered;
 pub use part_sums::{PartBlock, PartSum};
 pub use resample::{resample, resample_nearest};
@@ -37,6 +39,7 @@ pub use tile::{Rect, Tile};
 
 use crate::math::UVec2;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Edge of a tile in pixels: its sums (48 KB) stay in the second-level cache while it is worked on.
 pub(crate) const TILE_SIZE: u32 = 16;
@@ -44,7 +47,7 @@ pub(crate) const TILE_SIZE: u32 = 16;
 /// Keeps dark pixels from deciding relative errors, squared radiance.
 pub(crate) const DARK: f64 = 0.01;
 
-/// Parts of the light that can be told apart at most: groups of lights, and strategies of a bidirectional method.
+/// Parts of the light that can be told apart at most: groups of lights, strategies of a bidirectional method, and parts by light paths.
 pub const MAX_PARTS: usize = 128;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
@@ -124,7 +127,7 @@ impl Film {
         self.tile_at(pixel)?.features(pixel)
     }
 
-    /// The same, which also sums so many parts of the light by themselves: those of groups of lights, or of strategies.
+    /// The same, which also sums so many parts of the light by themselves: those of groups of lights, of strategies, or of light paths.
     pub fn with_parts(mut self, parts: usize) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_parts(parts));
         self
@@ -133,6 +136,21 @@ impl Film {
     /// Number of parts of the light that are summed by themselves.
     pub fn parts(&self) -> usize {
         self.tiles.first().map_or(0, Tile::parts)
+    }
+
+    /// Tells the paths of samples apart by `paths`: the last parts of [`Film::with_parts`] are those of its layers.
+    pub fn tell_paths(&mut self, paths: &Arc<LightPaths>) {
+        self.tiles.iter_mut().for_each(|tile| tile.tell_paths(paths.clone()));
+    }
+
+    /// What tells paths apart, if they are told apart.
+    pub fn light_paths(&self) -> Option<&LightPaths> {
+        self.tiles.first()?.light_paths().map(|paths| &**paths)
+    }
+
+    /// Number of parts of the light before those of light paths.
+    pub fn parts_before_paths(&self) -> usize {
+        self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
     /// This film, which also sums the share in which each pixel sees a transparent background: it develops a channel `A`.
@@ -246,9 +264,12 @@ impl Film {
                     block.add(&features);
                     sums.add(&block);
                 }
-                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(iteration.part_sums(pixel)) {
-                    *sum = sum.plus(PartSum(part.map(Fixed::new)));
+                let sums = iteration.part_sums(pixel);
+                let (parts, classes) = sums.split_at_checked(tile.parts_before_paths()).unwrap_or_default();
+                for (sum, part) in tile.part_sums_mut(pixel).iter_mut().zip(parts) {
+                    *sum = sum.plus(PartSum::new(*part));
                 }
+                tile.change_classes(pixel, classes, sample.radiance, PartSum::plus);
                 if let Some(sum) = tile.background_mut(pixel) {
                     *sum = sum.plus(Fixed::new(iteration.background(pixel)));
                 }

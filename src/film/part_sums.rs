@@ -1,4 +1,5 @@
-//! Sums of parts of the light: of each light group, and of each strategy of a bidirectional method. A part takes 48 bytes a pixel.
+//! Sums of parts of the light: of each light group, of each strategy of a bidirectional method, and of each part by light paths. A part takes 48 bytes
+//! a pixel.
 
 use super::Fixed;
 use crate::color::Spectrum;
@@ -22,6 +23,11 @@ impl PartBlock {
         }
     }
 
+    /// Sums of all parts.
+    pub fn sums(&self) -> &[[f64; 3]] {
+        &self.0
+    }
+
     /// Forgets all.
     pub fn clear(&mut self) {
         self.0.fill([0.0; 3]);
@@ -30,14 +36,14 @@ impl PartBlock {
     /// Adds it to the sums of its pixel, part by part.
     pub fn add_to(&self, sums: &mut [PartSum]) {
         for (sum, block) in sums.iter_mut().zip(&self.0) {
-            *sum = sum.plus(PartSum(block.map(Fixed::new)));
+            *sum = sum.plus(PartSum::new(*block));
         }
     }
 
     /// Takes it out of them again.
     pub fn take_back_from(&self, sums: &mut [PartSum]) {
-        for (PartSum(sum), block) in sums.iter_mut().zip(&self.0) {
-            *sum = [0, 1, 2].map(|c| sum[c].minus(Fixed::new(block[c])));
+        for (sum, block) in sums.iter_mut().zip(&self.0) {
+            *sum = sum.minus(PartSum::new(*block));
         }
     }
 }
@@ -47,9 +53,19 @@ impl PartBlock {
 pub struct PartSum(pub(super) [Fixed; 3]);
 
 impl PartSum {
+    /// The exact sum that is nearest towards zero, by channel.
+    pub(super) fn new(sum: [f64; 3]) -> Self {
+        Self(sum.map(Fixed::new))
+    }
+
     /// Both sums.
     pub fn plus(self, other: Self) -> Self {
         Self([0, 1, 2].map(|c| self.0[c].plus(other.0[c])))
+    }
+
+    /// The difference.
+    pub fn minus(self, other: Self) -> Self {
+        Self([0, 1, 2].map(|c| self.0[c].minus(other.0[c])))
     }
 
     /// Mean in channel `c` over so many samples; 0 before the first one.

@@ -1,6 +1,7 @@
-use super::{Accumulator, FeatureSums, Fixed, PartSum};
+use super::{Accumulator, Block, FeatureSums, Fixed, LightPaths, PartBlock, PartSum};
 use crate::math::{UVec2, encode_fields};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A half-open rectangle of pixels, origin at the top left of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +72,8 @@ pub struct Tile {
     /// Parts of the light that are told apart, and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
+    /// What tells paths apart, where the last parts are told apart by them.
+    light_paths: Option<Arc<LightPaths>>,
     /// Sums of the samples that see a transparent background: one a pixel, or none.
     background: Vec<Fixed>,
 }
@@ -87,6 +90,7 @@ impl Tile {
             features: Vec::new(),
             parts: 0,
             part_sums: Vec::new(),
+            light_paths: None,
             background: Vec::new(),
             pixels: vec![Accumulator::default(); bounds.area() as usize],
         }
@@ -137,6 +141,47 @@ impl Tile {
     /// Number of parts of the light that are summed by themselves.
     pub fn parts(&self) -> usize {
         self.parts
+    }
+
+    /// Tells the paths of samples apart, from now on: their parts are the last ones.
+    pub(super) fn tell_paths(&mut self, paths: Arc<LightPaths>) {
+        self.light_paths = Some(paths);
+    }
+
+    /// What tells paths apart, if they are told apart.
+    pub fn light_paths(&self) -> Option<&Arc<LightPaths>> {
+        self.light_paths.as_ref()
+    }
+
+    /// Number of parts before those of light paths.
+    pub fn parts_before_paths(&self) -> usize {
+        let of_paths = self.light_paths.as_ref().map_or(0, |paths| paths.layers().len());
+        self.parts.saturating_sub(of_paths)
+    }
+
+    /// Adds to the parts of `pixel` that light paths tell apart what a block has found: `classes` are its sums by class, and `block` is of all light.
+    pub fn add_classes(&mut self, pixel: UVec2, classes: &PartBlock, block: &Block) {
+        self.change_classes(pixel, classes.sums(), block.sum(), PartSum::plus);
+    }
+
+    /// Takes it out of them again.
+    pub fn take_back_classes(&mut self, pixel: UVec2, classes: &PartBlock, block: &Block) {
+        self.change_classes(pixel, classes.sums(), block.sum(), PartSum::minus);
+    }
+
+    pub(super) fn change_classes(
+        &mut self,
+        pixel: UVec2,
+        classes: &[[f64; 3]],
+        picture: [f64; 3],
+        change: fn(PartSum, PartSum) -> PartSum,
+    ) {
+        let Some(paths) = self.light_paths.clone() else { return };
+        let first = self.parts_before_paths();
+        let sums = self.part_sums_mut(pixel).iter_mut().skip(first);
+        for (sum, term) in sums.zip(paths.terms(classes, picture)) {
+            *sum = change(*sum, term);
+        }
     }
 
     /// Sums of each part of the light at `pixel`; empty where there are none.

@@ -1,24 +1,30 @@
-//! Radiance that an integrator gathers: one spectrum, or a spectrum with shares of light groups beside it.
+//! Radiance that an integrator gathers: one spectrum, or a spectrum with shares of light groups beside it, or also of classes of paths (`by_path`).
 //!
 //! `--aov lights` splits a picture by groups of lights. The type that integrators gather belongs to their sink: [`Spectrum`], or [`ByGroup`], which
 //! takes all factors along the path as the spectrum does. Each light that is sampled, met or escaped to says which light it is, and the scene knows
 //! its group (`light/groups.rs`); shared vertices of `path/reuse` hold their light by group too.
 //!
-//! The integrators are compiled for both types, so that the one without groups has no cost. The sum is carried beside the shares, since adding the
+//! The integrators are compiled for each type, so that the one without groups has no cost. The sum is carried beside the shares, since adding the
 //! shares would round otherwise: `R G B` keep their bits. docs/benchmarks.md, "Overheads", has the cost of groups.
 
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
+use crate::film::LightPaths;
 use crate::light::{LightGroups, LightId};
 use crate::scene::Scene;
 use std::ops::{AddAssign, Mul};
 
-/// Radiance that is gathered along a path: of all lights together ([`Spectrum`]), or also told apart by their groups ([`ByGroup`]).
+/// Radiance that is gathered along a path: of all lights together ([`Spectrum`]), also told apart by their groups ([`ByGroup`]), or
+/// by the classes of paths too ([`ByPath`](super::ByPath)).
 ///
 /// Light transport is linear in the lights, and a path finds the light of each of them with the same factors: what the path tells of one group
 /// is the estimate of a picture that this group alone lights.
 pub trait Gathered:
     Copy + Default + Send + From<Spectrum> + AddAssign + Mul<Spectrum, Output = Self> + Mul<f32, Output = Self>
 {
+    /// Whether the class of a path is told, which depends on its scattering events. Only then are they computed.
+    const TELLS_PATHS: bool = false;
+
     /// What comes from the light `id` of `scene`.
     fn of_light(radiance: Spectrum, id: LightId, scene: &Scene) -> Self;
 
@@ -27,6 +33,37 @@ pub trait Gathered:
 
     /// What comes from the lights of each group, in the order of [`LightGroups::names`]; nothing where groups are not told apart.
     fn by_group(&self) -> &[Spectrum];
+
+    /// What comes by each class of paths; nothing where paths are not told apart.
+    #[inline(always)]
+    fn by_class(&self) -> &[Spectrum] {
+        &[]
+    }
+
+    /// The same light in the classes in which `paths` has it after `event`: that of a surface that scatters it towards the camera. Factors are another
+    /// matter.
+    #[inline(always)]
+    fn scattered(self, _event: impl FnOnce() -> ScatteringEvent, _paths: Option<&LightPaths>) -> Self {
+        self
+    }
+
+    /// Adds `light` times `factor`, [`Gathered::scattered`] by `event`.
+    #[inline(always)]
+    fn add_scattered(
+        &mut self,
+        light: &Self,
+        factor: Spectrum,
+        _event: impl FnOnce() -> ScatteringEvent,
+        _paths: Option<&LightPaths>,
+    ) {
+        *self += *light * factor;
+    }
+
+    /// The same light in the classes that `other` has.
+    #[inline(always)]
+    fn with_classes_of(self, _other: Self) -> Self {
+        self
+    }
 }
 
 impl Gathered for Spectrum {

@@ -5,6 +5,7 @@
 
 mod background;
 mod bidirectional;
+mod by_path;
 mod first_surface;
 mod gathered;
 mod irradiance_cache;
@@ -13,6 +14,7 @@ mod opacity;
 mod path;
 mod photon;
 mod search_radius;
+mod trail;
 mod vertex;
 mod visibility;
 mod world;
@@ -20,6 +22,7 @@ mod world;
 pub use background::{Backdrop, Background, CameraView, Shadow};
 pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
 pub use bidirectional::light_tracing::LightIntegrator;
+pub use by_path::ByPath;
 pub use gathered::{ByGroup, Gathered};
 pub use irradiance_cache::{
     GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker, RecordSite, Seen,
@@ -90,7 +93,7 @@ pub enum RayKind {
 
 /// Takes what an integrator finds in one sample.
 pub trait Sink: RaySink {
-    /// Whether groups of lights are told apart.
+    /// Whether groups of lights, and classes of paths, are told apart.
     type Radiance: Gathered;
 
     /// What all that is found counts in the pixel of the sample: 1 but for filters with negative lobes and the like. Comes first.
@@ -211,6 +214,10 @@ pub trait SplatSink: Sink {
     /// Notes what one of [`IterationIntegrator::strategies`] has found, in the sample's own pixel or where `film` says: as it is weighed against others, and by
     /// itself.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
+
+    /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)), in the sample's own pixel or where `film` says: a part of what
+    /// [`Sink::radiance`] or [`SplatSink::splat`] gets.
+    fn path_class(&mut self, _class: usize, _film: Option<Vec2>, _radiance: Spectrum) {}
 
     /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
     fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}

@@ -321,6 +321,7 @@ mod tests {
                 filter: &Filter::BOX,
                 features: false,
                 strategies: false,
+                paths: None,
                 backdrop: Default::default(),
             });
         };

@@ -1,6 +1,6 @@
 //! A vertex of a path from the camera: a surface point with its BSDF, as its viewer sees it.
 
-use crate::bsdf::{Bsdf, BsdfSample, BsdfView, TransportMode};
+use crate::bsdf::{Bsdf, BsdfSample, BsdfView, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint, offset_to};
 use crate::light::LightSampleContext;
@@ -50,6 +50,11 @@ impl<'a> Vertex<'a> {
             Some(view) => view.sample(u_lobe, u, TransportMode::Radiance),
             None => self.bsdf.sample(self.wo, u_lobe, u, TransportMode::Radiance),
         }
+    }
+
+    /// The event of light from `wi` (local frame), by a delta lobe or by the smooth lobes.
+    pub fn event(&self, wi: Vec3, is_delta: bool) -> ScatteringEvent {
+        self.bsdf.event(self.wo, wi, is_delta)
     }
 
     /// Probability that [`Vertex::sample`] chooses a lobe that is no delta lobe.

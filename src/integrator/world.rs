@@ -14,7 +14,7 @@ use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::color::Spectrum;
-use crate::film::Filter;
+use crate::film::{Filter, LightPaths};
 use crate::geometry::{Hit, SurfacePoint};
 use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
@@ -44,6 +44,8 @@ pub struct World<'a, A> {
     pub features: bool,
     /// Whether bidirectional methods tell their strategies apart.
     pub strategies: bool,
+    /// What tells light paths apart, where they are told apart.
+    pub paths: Option<&'a LightPaths>,
     /// What camera rays see where they leave the scene.
     pub backdrop: Backdrop,
 }
@@ -65,6 +67,7 @@ impl<'a, A: Accel> World<'a, A> {
             filter,
             features,
             strategies,
+            paths,
             backdrop,
             ..
         } = self;
@@ -75,6 +78,7 @@ impl<'a, A: Accel> World<'a, A> {
             filter,
             features,
             strategies,
+            paths,
             backdrop,
         }
     }

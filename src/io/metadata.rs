@@ -101,6 +101,9 @@ pub struct FeatureNames {
     /// Strategies of a bidirectional method, where these are told apart: `sS_tT`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strategies: Vec<String>,
+    /// Layers of parts of the light by its paths.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub paths: Vec<String>,
 }
 
 encode_fields!(FeatureNames {
@@ -109,6 +112,7 @@ encode_fields!(FeatureNames {
     materials,
     lights,
     strategies,
+    paths,
 });
 
 impl FeatureNames {
@@ -116,7 +120,8 @@ impl FeatureNames {
     pub fn parts(&self) -> Vec<String> {
         let lights = self.lights.iter().map(|name| format!("light_{name}"));
         let of_strategy = |name| [format!("strategy_{name}"), format!("unweighted_{name}")];
-        lights.chain(self.strategies.iter().flat_map(of_strategy)).collect()
+        let strategies = self.strategies.iter().flat_map(of_strategy);
+        lights.chain(strategies).chain(self.paths.iter().cloned()).collect()
     }
 
     /// The channels that were asked for.

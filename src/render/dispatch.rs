@@ -3,7 +3,7 @@
 
 use super::pixel_sample::PixelSample;
 use crate::color::Spectrum;
-use crate::integrator::{ByGroup, Gathered, Integrator, Sink};
+use crate::integrator::{ByGroup, ByPath, Gathered, Integrator, Sink};
 use crate::sampler::{SampleKey, Sampler};
 
 /// A sink behind dynamic dispatch.
@@ -20,6 +20,9 @@ pub trait SampleIntegrator<S>: Sync {
     /// Traces samples and tells groups of lights apart.
     fn samples_by_group(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByGroup>]);
 
+    /// Traces samples and tells light paths apart.
+    fn samples_by_path(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByPath>]);
+
     /// Traces samples into any sinks.
     fn samples_into(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [DynSink<Spectrum>]);
 }
@@ -35,6 +38,10 @@ impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
     }
 
     fn samples_by_group(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByGroup>]) {
+        trace(self, keys, sampler, out);
+    }
+
+    fn samples_by_path(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByPath>]) {
         trace(self, keys, sampler, out);
     }
 
@@ -73,6 +80,10 @@ impl<I: Integrator, J: Integrator, S: Sampler> SampleIntegrator<S> for Monomorph
     }
 
     fn samples_by_group(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByGroup>]) {
+        trace(&self.any, keys, sampler, out);
+    }
+
+    fn samples_by_path(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByPath>]) {
         trace(&self.any, keys, sampler, out);
     }
 

@@ -53,7 +53,7 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
             }
         }
         // A film that does not tell lights apart pays nothing for it.
-        let done = match film.parts().saturating_sub(2 * integrator.strategies()) {
+        let done = match groups_of(film, integrator) {
             0 => iteration::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
             _ => iteration::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
         };
@@ -68,6 +68,11 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
         }
     }
     (Outcome::Complete, statistics)
+}
+
+/// Groups of lights that `film` tells apart: its first parts, before strategies and light paths.
+fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
+    film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
 
 /// Bytes of light that falls on one place, and so on all pixels of `crop` that see it.
@@ -160,7 +165,8 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
     let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
     let target = IterationTarget {
         filter,
-        groups: film.parts().saturating_sub(2 * integrator.strategies()),
+        groups: groups_of(film, integrator),
+        before_paths: film.parts_before_paths(),
         resolution: film.resolution(),
         crop: film.crop(),
     };
@@ -191,6 +197,8 @@ struct IterationTarget<'a> {
     filter: &'a Filter,
     /// Groups of lights that are told apart: the first parts of the light, before strategies, weighed and alone.
     groups: usize,
+    /// Parts before the classes of paths.
+    before_paths: usize,
     resolution: UVec2,
     crop: Rect,
 }
@@ -199,8 +207,8 @@ struct IterationTarget<'a> {
 struct Piece<'a, R> {
     target: IterationTarget<'a>,
     light: Vec<(UVec2, R)>,
-    /// What parts of the light that are strategies get.
-    strategies: Vec<(UVec2, usize, Spectrum)>,
+    /// What parts of the light that are strategies, and classes of paths, get.
+    parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
     /// Shares in which samples see a transparent background.
     backgrounds: Vec<(UVec2, f32)>,
@@ -218,7 +226,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
         Self {
             target,
             light: Vec::new(),
-            strategies: Vec::new(),
+            parts: Vec::new(),
             surfaces: Vec::new(),
             backgrounds: Vec::new(),
             statistics: Statistics::default(),
@@ -286,6 +294,22 @@ impl<'a, R: Gathered> Piece<'a, R> {
         }
     }
 
+    /// Adds to parts of the light, in the sample's own pixel or where it falls on the film.
+    fn add_to_parts<const N: usize>(&mut self, light: [(usize, Spectrum); N], film: Option<Vec2>) {
+        let mut add = |pixel: UVec2, weight: f32| {
+            for (part, radiance) in light {
+                let radiance = radiance * weight;
+                if self.target.crop.contains(pixel) && radiance.to_array().iter().all(|v| v.is_finite()) {
+                    self.parts.push((pixel, part, radiance));
+                }
+            }
+        };
+        match film {
+            Some(film) => self.target.seen_by(film).for_each(|(pixel, weight)| add(pixel, weight)),
+            None => add(self.key.pixel(), self.weight),
+        }
+    }
+
     fn drop(&mut self, radiance: Spectrum) {
         self.statistics.drop_sample(DroppedSample {
             key: self.key,
@@ -299,7 +323,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
             let groups = radiance.by_group();
             iteration.add(pixel, radiance.sum(), &groups[..groups.len().min(self.target.groups)]);
         }
-        for (pixel, part, radiance) in self.strategies {
+        for (pixel, part, radiance) in self.parts {
             iteration.add_to_part(pixel, part, radiance);
         }
         for (pixel, surface) in self.surfaces {
@@ -364,19 +388,13 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
 
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum) {
         let first = self.target.groups + 2 * index;
-        let mut add = |pixel: UVec2, weight: f32| {
-            for (part, radiance) in [(first, weighed), (first + 1, alone)] {
-                let radiance = radiance * weight;
-                if self.target.crop.contains(pixel) && radiance.to_array().iter().all(|v| v.is_finite()) {
-                    self.strategies.push((pixel, part, radiance));
-                }
-            }
-        };
-        match film {
-            Some(film) => self.target.seen_by(film).for_each(|(pixel, weight)| add(pixel, weight)),
-            None => add(self.key.pixel(), self.weight),
-        }
+        self.add_to_parts([(first, weighed), (first + 1, alone)], film);
     }
+
+    fn path_class(&mut self, class: usize, film: Option<Vec2>, radiance: Spectrum) {
+        self.add_to_parts([(self.target.before_paths + class, radiance)], film);
+    }
+
     fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
         self.statistics.mutation(kind, proposed, accepted);
     }

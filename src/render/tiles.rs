@@ -11,7 +11,7 @@ use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
 use crate::color::Spectrum;
 use crate::film::{Block, FeatureBlock, Film, Fixed, PartBlock, Tile};
-use crate::integrator::{ByGroup, Gathered, SAMPLES_AT_ONCE};
+use crate::integrator::{ByGroup, ByPath, Gathered, SAMPLES_AT_ONCE};
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
 use std::array::from_fn;
@@ -62,9 +62,10 @@ pub(super) fn advance<S: Sampler>(
 ) -> Option<Statistics> {
     let before = tile.clone();
     // A film that does not tell lights apart pays nothing for it.
-    let done = match tile.parts() {
-        0 => advance_gathering::<Spectrum, _>(integrator, sampler, tile, end, observer),
-        _ => advance_gathering::<ByGroup, _>(integrator, sampler, tile, end, observer),
+    let done = match (tile.light_paths(), tile.parts()) {
+        (Some(_), _) => advance_gathering::<ByPath, _>(integrator, sampler, tile, end, observer),
+        (None, 0) => advance_gathering::<Spectrum, _>(integrator, sampler, tile, end, observer),
+        (None, _) => advance_gathering::<ByGroup, _>(integrator, sampler, tile, end, observer),
     };
     if done.is_none() {
         *tile = before;
@@ -141,10 +142,12 @@ fn render_tile<R: Traced, S: Sampler>(
         true => vec![FeatureBlock::default(); SAMPLES_AT_ONCE],
         false => Vec::new(),
     };
-    let mut part_blocks = match tile.parts() {
+    let new_blocks = |parts: usize| match parts {
         0 => Vec::new(),
-        groups => vec![PartBlock::new(groups); SAMPLES_AT_ONCE],
+        parts => vec![PartBlock::new(parts); SAMPLES_AT_ONCE],
     };
+    let mut part_blocks = new_blocks(tile.parts_before_paths());
+    let mut class_blocks = new_blocks(tile.light_paths().map_or(0, |paths| paths.classes()));
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
     // Of a pixel: one, until it is known how much work that is
@@ -156,6 +159,7 @@ fn render_tile<R: Traced, S: Sampler>(
         blocks[..group.len()].fill_with(Block::default);
         feature_blocks.iter_mut().for_each(FeatureBlock::clear);
         part_blocks.iter_mut().for_each(PartBlock::clear);
+        class_blocks.iter_mut().for_each(PartBlock::clear);
         // Shares of a transparent background: all 0 where the film has no alpha
         let mut backgrounds = [0.0f64; SAMPLES_AT_ONCE];
         let mut start = samples.start;
@@ -200,6 +204,9 @@ fn render_tile<R: Traced, S: Sampler>(
                 if let Some(block) = part_blocks.get_mut(place) {
                     block.add(radiance.by_group());
                 }
+                if let Some(block) = class_blocks.get_mut(place) {
+                    block.add(radiance.by_class());
+                }
                 blocks[place].add(radiance.sum(), sample.surface.as_ref());
             }
             let is_slow = statistics.rays.total() - rays_before > MANY_RAYS * count as u64;
@@ -218,6 +225,12 @@ fn render_tile<R: Traced, S: Sampler>(
             match turn {
                 Turn::Add => block.add_to(sums),
                 Turn::TakeBack => block.take_back_from(sums),
+            }
+        }
+        for ((&pixel, classes), block) in group.iter().zip(&class_blocks).zip(&blocks) {
+            match turn {
+                Turn::Add => tile.add_classes(pixel, classes, block),
+                Turn::TakeBack => tile.take_back_classes(pixel, classes, block),
             }
         }
         for (&pixel, &background) in group.iter().zip(&backgrounds) {
@@ -270,6 +283,17 @@ impl Traced for ByGroup {
         out: &mut [PixelSample<Self>],
     ) {
         integrator.samples_by_group(keys, sampler, out);
+    }
+}
+
+impl Traced for ByPath {
+    fn trace<S>(
+        integrator: &dyn SampleIntegrator<S>,
+        keys: &[SampleKey],
+        sampler: &mut S,
+        out: &mut [PixelSample<Self>],
+    ) {
+        integrator.samples_by_path(keys, sampler, out);
     }
 }
 

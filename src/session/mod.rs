@@ -38,7 +38,7 @@ pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{Loaded, SceneFile, load_scene_watched};
-use crate::film::{Aov, Filter};
+use crate::film::{Aov, Filter, LightPathError, LightPaths};
 use crate::guess::CameraGuess;
 use crate::integrator::{Backdrop, World};
 use crate::io::{DEFAULT_LIGHT, LoadObserver, MemoryLimit, Warning};
@@ -47,6 +47,7 @@ use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, forecast_of, peak, within_memory};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A scene that is in memory, with all that is settled about its render.
 pub struct Session {
@@ -59,6 +60,8 @@ pub struct Session {
     backdrop: Backdrop,
     scene_hash: String,
     warnings: Vec<Warning>,
+    /// What tells light paths apart, where they are told apart.
+    paths: Option<Arc<LightPaths>>,
     /// What was guessed of the camera, if anything was.
     camera_guess: Option<CameraGuess>,
     /// What is said of the camera; the settings have what was guessed, too, where the light was.
@@ -85,7 +88,7 @@ impl Session {
             settings.method().check_catching()?;
         }
         // Before anything is read; groups of lights are not known yet.
-        check_pixels(&settings, 0, limit)?;
+        check_pixels(&settings, settings.light_paths.len(), limit)?;
         let pool = thread_pool(settings.threads)?;
         let method = settings.method();
         let builder = method.scene_builder();
@@ -122,6 +125,7 @@ impl Session {
             scene_hash: hash::scene_hash(&scene, &description),
             filter: settings.filter(),
             said_camera: settings.camera,
+            paths: light_paths(&settings)?,
             settings,
             scene,
             camera,
@@ -169,6 +173,7 @@ impl Session {
             files: Vec::new(),
             memory: peak(&settings, &scene, &forecast),
             pool: thread_pool(settings.threads)?,
+            paths: light_paths(&settings)?,
             settings,
             scene,
         })
@@ -277,6 +282,11 @@ impl Session {
         Prepared::new(self.settings.resolution, self.settings.seed)
     }
 
+    /// What tells light paths apart, where they are told apart.
+    pub(crate) fn paths(&self) -> Option<&Arc<LightPaths>> {
+        self.paths.as_ref()
+    }
+
     /// What integrators work in, where `accel` answers ray queries.
     pub(crate) fn world<'a, A>(&'a self, accel: &'a A) -> World<'a, A> {
         World {
@@ -286,6 +296,7 @@ impl Session {
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
             strategies: self.settings.aovs.contains(&Aov::Strategies),
+            paths: self.paths.as_deref(),
             backdrop: self.backdrop,
         }
     }
@@ -318,6 +329,14 @@ pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
         .stack_size(STACK)
         .build();
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
+}
+
+/// What tells light paths apart, where `settings` want that.
+fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
+    match settings.paths() {
+        Ok(paths) => Ok(paths.map(Arc::new)),
+        Err(LightPathError { message, help }) => Err(InvalidSetting::new("aov", message, help).into()),
+    }
 }
 
 /// An error where the lights of a scene that has no groups are to be told apart.

@@ -90,7 +90,9 @@ impl<'a> Renderer<'a> {
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
-        RenderState::new(film, settings.has_alpha(), self.feature_names().as_ref())
+        let mut state = RenderState::new(film, settings.has_alpha(), self.feature_names().as_ref());
+        self.tell_paths(&mut state);
+        state
     }
 
     /// What was known when the checkpoint was written, to go on from.
@@ -137,7 +139,16 @@ impl<'a> Renderer<'a> {
                 "ask for as many or for more: samples are not taken out",
             );
         }
-        Ok(RenderState::of_checkpoint(checkpoint)?)
+        let mut state = RenderState::of_checkpoint(checkpoint)?;
+        self.tell_paths(&mut state);
+        Ok(state)
+    }
+
+    /// Has `state` tell light paths apart, where that is wanted.
+    fn tell_paths(&self, state: &mut RenderState) {
+        if let Some(paths) = self.session.paths() {
+            state.film.tell_paths(paths);
+        }
     }
 
     /// Adds the samples that `state` lacks, until all are there, the noise is as low as it should be, or `observer` asks to stop; the
@@ -190,8 +201,10 @@ impl<'a> Renderer<'a> {
 
     /// What further channels are of, if any are asked for.
     fn feature_names(&self) -> Option<FeatureNames> {
-        let (aovs, scene) = (&self.session.settings().aovs, self.session.scene());
-        (!aovs.is_empty()).then(|| FeatureNames {
+        let (settings, scene) = (self.session.settings(), self.session.scene());
+        let aovs = &settings.aovs;
+        let is_wanted = !(aovs.is_empty() && settings.light_paths.is_empty());
+        is_wanted.then(|| FeatureNames {
             aovs: self
                 .session
                 .settings()
@@ -209,6 +222,11 @@ impl<'a> Renderer<'a> {
                 true => self.session.settings().method().strategies(),
                 false => Vec::new(),
             },
+            paths: settings
+                .light_paths
+                .iter()
+                .map(|part| part.layer().to_string())
+                .collect(),
         })
     }
 

@@ -6,7 +6,7 @@ use crate::camera::CameraParameters;
 use crate::color::tone::Tone;
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::{Aov, BLOCK, Filter, FilterKind, Rect};
+use crate::film::{Aov, BLOCK, Filter, FilterKind, LightPathError, LightPaths, PathPart, Rect};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::math::UVec2;
@@ -49,6 +49,8 @@ pub struct Settings {
     pub integrator: IntegratorOptions,
     /// Further channels.
     pub aovs: Vec<Aov>,
+    /// Parts of the light by the paths that it takes, as further channels.
+    pub light_paths: Vec<PathPart>,
     /// Ray-tracing backend.
     pub backend: Backend,
     /// What takes noise out of the picture.
@@ -119,6 +121,7 @@ impl Settings {
             sampler: sampling.sampler(),
             integrator: options.integrator,
             aovs: Vec::new(),
+            light_paths: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
             denoise_radius: sampling.denoise_radius(),
@@ -222,6 +225,12 @@ impl Settings {
         }
         if self.aovs.contains(&Aov::Strategies) {
             method.check_strategies()?;
+        }
+        if !self.light_paths.is_empty() {
+            method.check_light_paths(&self.light_paths)?;
+            if let Err(LightPathError { message, help }) = self.paths() {
+                return refused("aov", message, help);
+            }
         }
         method.check_background(self.background)?;
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
@@ -342,8 +351,10 @@ impl Settings {
         if self.background != Background::Light {
             settings += &format!("{BACKGROUND}{}", self.background.text());
         }
-        if !self.aovs.is_empty() {
-            settings += &format!(" aov={}", self.aov_names().join(","));
+        let aovs = self.aov_names().into_iter().map(String::from);
+        let aovs: Vec<String> = aovs.chain(self.light_paths.iter().map(PathPart::describe)).collect();
+        if !aovs.is_empty() {
+            settings += &format!(" aov={}", aovs.join(","));
         }
         let total = self.total_samples();
         match self.noise {
@@ -354,7 +365,17 @@ impl Settings {
         }
     }
 
-    /// Parts of the light that are summed by themselves: groups of lights of `scene`, and strategies, weighed and alone.
+    /// What tells light paths apart; `None` where they are not told apart.
+    ///
+    /// # Errors
+    ///
+    /// Parts that are too many.
+    pub(super) fn paths(&self) -> Result<Option<LightPaths>, LightPathError> {
+        let is_wanted = !self.light_paths.is_empty();
+        is_wanted.then(|| LightPaths::new(&self.light_paths)).transpose()
+    }
+
+    /// Parts of the light that are summed by themselves: groups of lights of `scene`, strategies, weighed and alone, and parts by light paths.
     pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
         let groups = match self.aovs.contains(&Aov::Lights) {
             true => scene.light_groups().names().len(),
@@ -364,7 +385,7 @@ impl Settings {
             true => self.method().strategies().len(),
             false => 0,
         };
-        groups + 2 * strategies
+        groups + 2 * strategies + self.light_paths.len()
     }
 
     /// Names of the further channels, in whatever order they were asked for.

@@ -335,6 +335,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
             filter: &Filter::BOX,
             features: false,
             strategies: false,
+            paths: None,
             backdrop: Default::default(),
         },
         strategy: Strategy::default(),

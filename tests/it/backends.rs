@@ -1085,6 +1085,7 @@ mod together {
                 filter: &Filter::BOX,
                 features: false,
                 strategies: false,
+                paths: None,
                 backdrop: Default::default(),
             },
             Some(16),

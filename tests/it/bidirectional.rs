@@ -143,6 +143,7 @@ fn every_strategy_alone_gives_the_light_of_its_length() {
     with_world(&scene, camera, RESOLUTION, |world| {
         let world = World {
             strategies: true,
+            paths: None,
             ..world
         };
         let integrator = bidirectional(world, MAX_DEPTH);
@@ -372,6 +373,7 @@ fn filters_weigh_splats() {
             filter: &filter,
             features: false,
             strategies: false,
+            paths: None,
             backdrop: Default::default(),
         };
         let by_iterations = |integrator: &dyn Fn(&mut Film, u64)| {

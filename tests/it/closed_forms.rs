@@ -358,6 +358,7 @@ fn filters_blur_an_edge_by_their_integral() {
                 filter: &filter,
                 features: false,
                 strategies: false,
+                paths: None,
                 backdrop: Default::default(),
             },
             Some(0),

@@ -35,6 +35,7 @@ mod iterations;
 mod library;
 mod light_flags;
 mod light_groups;
+mod light_paths;
 mod lights;
 mod metropolis;
 mod mlt;

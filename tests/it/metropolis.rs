@@ -212,6 +212,7 @@ fn assert_agrees_with_paths(
         filter,
         features: false,
         strategies: false,
+        paths: None,
         backdrop: Default::default(),
     };
     let region = |x: u32, y: u32| Rect {

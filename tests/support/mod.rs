@@ -59,6 +59,7 @@ pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Bac
         filter: &Filter::BOX,
         features: false,
         strategies: false,
+        paths: None,
         backdrop: Default::default(),
     })
 }

@@ -15,6 +15,7 @@ Without --reference the last estimator that is unbiased and finds all light (pat
 Examples:
   embrasure lab scenes/cornell-box.toml --size 256x256
   embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 16
+  embrasure lab scenes/cornell-box.toml --size 256x256 --bounces
   embrasure lab scenes/veach-plates.toml --time 5s -o out/veach")]
 pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
@@ -23,6 +24,10 @@ pub(in crate::cli) struct LabArgs {
     /// Integrators to compare in place of the ladder, such as path,bdpt,mlt,sppm, each with its defaults
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = NameParser::<IntegratorKind>::new())]
     pub methods: Vec<IntegratorKind>,
+
+    /// Write a sheet of path's picture and the light of 0 to 5 bounces by itself, in place of a comparison
+    #[arg(long, conflicts_with_all = ["methods", "time", "reference"])]
+    pub bounces: bool,
 
     /// Samples a pixel of every estimator [default: 64]
     #[arg(long, value_name = "N", conflicts_with = "time")]

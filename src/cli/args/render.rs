@@ -67,8 +67,9 @@ pub(in crate::cli) struct RenderArgs {
     pub tev: Option<String>,
 
     /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, lights (a layer for each light group), strategies (of bdpt, to a
-    /// --max-depth of 6), or all (without strategies)
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    /// --max-depth of 6), or all of these (without strategies); parts of the light: emission, direct, indirect, diffuse_direct, diffuse_indirect (also
+    /// specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as 'lpe:caustics=LS+DE'
+    #[arg(long, value_name = "NAME,...")]
     pub aov: Vec<String>,
 
     /// Size of the image in pixels [default: 512x512]

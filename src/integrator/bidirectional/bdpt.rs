@@ -1,6 +1,8 @@
 use super::connection::Connector;
 use crate::accel::Accel;
-use crate::integrator::{Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
+use crate::film::LightPaths;
+use crate::integrator::bidirectional::connection::{Contribution, Subpaths};
+use crate::integrator::{ByPath, Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
 use crate::sampler::{SampleKey, Sampler};
 
 /// Bidirectional path tracing: every sample follows a path from the camera and one from a light, and joins them in all ways, which multiple importance
@@ -57,7 +59,31 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
                 let (s, t) = c.strategy;
                 out.strategy(strategy_index(s, t), c.film, c.radiance * c.weight, c.radiance);
             }
+            if let Some(tells) = self.world.paths {
+                self.tell_apart(&c, &paths, tells, out);
+            }
             c.add_to(self.world.scene, out);
+        }
+    }
+}
+
+impl<A: Accel> BidirectionalIntegrator<'_, A> {
+    /// Gives `out` the classes of the light of `contribution`, which is of the subpaths `paths`.
+    fn tell_apart(&self, contribution: &Contribution, paths: &Subpaths, tells: &LightPaths, out: &mut impl SplatSink) {
+        let radiance = contribution.radiance * contribution.weight;
+        if radiance.is_black() || !radiance.is_valid() {
+            return;
+        }
+        let light = ByPath::of_light(radiance, contribution.light, self.world.scene);
+        let events = contribution.events(paths);
+        let light = events.fold(light, |light, event| light.scattered(|| event, Some(tells)));
+        for (class, light) in light
+            .by_class()
+            .iter()
+            .enumerate()
+            .filter(|(_, light)| !light.is_black())
+        {
+            out.path_class(class, contribution.film, *light);
         }
     }
 }

@@ -124,20 +124,27 @@ impl<R: Gathered> Direct<R> {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
                     break;
                 }
-                let light = Self::of_light(world.scene, vertex, strategy, (id, count as f32), u.point_of(index));
+                let light = Self::of_light(world, vertex, strategy, (id, count as f32), u.point_of(index));
                 sum += light.arrives(world, out);
             }
             return Self::Known(sum);
         }
         match selection.sample(world.scene.lights(), &vertex.light_context(), u.choice) {
-            Some((id, pmf)) => Self::of_light(world.scene, vertex, strategy, (id, count as f32 * pmf), u.point),
+            Some((id, pmf)) => Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point),
             None => Self::none(),
         }
     }
 
     /// Samples the light `id`, of which `expected` samples are expected at the vertex.
     #[inline(always)]
-    fn of_light(scene: &Scene, vertex: &Vertex, strategy: &Strategy, (id, expected): (LightId, f32), u: Vec2) -> Self {
+    fn of_light<A: Accel>(
+        world: &World<A>,
+        vertex: &Vertex,
+        strategy: &Strategy,
+        (id, expected): (LightId, f32),
+        u: Vec2,
+    ) -> Self {
+        let scene = world.scene;
         // A direction towards the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = scene
@@ -157,7 +164,8 @@ impl<R: Gathered> Direct<R> {
         let pdf = expected * light.pdf;
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
-        Self::Unless(ray, R::of_light(f * light.radiance * (weight / pdf), id, scene))
+        let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);
+        Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))
     }
 
     /// The light of this sample that does not arrive, as negative light. Light that is known stays as it is.

@@ -17,6 +17,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::integrator::trail::Trail;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;
@@ -156,6 +157,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> PathRadiance<R> {
         let (world, strategy) = (&self.world, &self.strategy);
         let (mut head, mut radiance, mut has_tail) = (R::default(), R::default(), false);
+        let (mut trail, mut head_steps) = (Trail::<R>::new(), 0);
         let mut path = PathState {
             beta: start.tint,
             roulette_scale: start.roulette_scale,
@@ -177,7 +179,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let later = BsdfSlot::new();
             let vertex = match (hit, slots.get((depth - start.depth) as usize)) {
                 (None, _) => None,
-                (Some(hit), Some(slot)) => Some(reuse.meet(depth, world.vertex(&hit, &path.ray, slot), &path)),
+                (Some(hit), Some(slot)) => {
+                    let vertex = world.vertex(&hit, &path.ray, slot);
+                    Some(reuse.meet(depth, vertex, &path, || trail.events()))
+                }
                 (Some(hit), None) => Some(world.vertex(&hit, &path.ray, &later)),
             };
 
@@ -197,6 +202,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 emitted += light
             });
             radiance += emitted;
+            trail.find(emitted);
 
             // End the path where it leaves the scene, and at its maximum depth
             let (Some(hit), Some(vertex)) = (hit, vertex) else {
@@ -207,6 +213,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             }
             if depth == start.tail_depth {
                 head = std::mem::take(&mut radiance);
+                head_steps = trail.len();
                 has_tail = true;
             }
             if self.max_depth.is_some_and(|max| depth >= max) || reuse.ends_path() {
@@ -219,6 +226,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
 
             // Sample the BSDF, update the throughput and play Russian roulette
+            let mut event = None;
             let next = 'scatter: {
                 let u_lobe = u.lobe(vertex.bsdf);
                 let sample = strategy.directions.sample(&vertex, u_lobe, u.direction);
@@ -230,6 +238,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                     true => self.roulette.play(depth, beta * roulette_scale, u.roulette),
                     false => Some(1.0),
                 };
+                if R::TELLS_PATHS {
+                    event = Some(vertex.event(sample.wi, sample.is_delta()));
+                }
                 factor.map(|factor| PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -240,13 +251,18 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Add direct light. Its shadow ray is traced last, so that the next ray can follow it without delay.
             direct += shadow.arrives(world, out);
-            radiance += direct * path.beta;
+            let direct = direct * path.beta;
+            radiance += direct;
+            trail.find(direct);
             let Some(next) = next else { break };
+            if let Some(event) = event {
+                trail.go_on(event);
+            }
             path = next;
         }
         PathRadiance {
-            head,
-            tail: radiance,
+            head: trail.told_apart(head, 0..head_steps, world.paths),
+            tail: trail.told_apart(radiance, head_steps..trail.len(), world.paths),
             has_tail,
         }
     }

@@ -1,5 +1,6 @@
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::integrator::trail::Trail;
 use crate::integrator::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
@@ -65,6 +66,14 @@ impl<'a, A> NaiveIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.follow(key, sampler, out);
+    }
+}
+
+impl<A: Accel> NaiveIntegrator<'_, A> {
+    /// Follows the path of the sample `key`.
+    fn follow<R: Gathered>(&self, key: SampleKey, sampler: &mut impl Sampler, out: &mut impl Sink<Radiance = R>) {
+        let mut trail = Trail::<R>::new();
         let world = &self.world;
         let mut ray = world.camera_ray(key, None, sampler, out);
         let mut beta = Spectrum::ONE;
@@ -77,7 +86,9 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 if depth == 0 && world.see_background(&ray, beta, out) {
                     return;
                 }
-                Strategy::default().emitted(world.scene, &ray, None, beta, None, |light| out.radiance(light));
+                Strategy::default().emitted(world.scene, &ray, None, beta, None, |light: R| {
+                    out.radiance(trail.arriving(light, world.paths));
+                });
                 return;
             };
             let slot = BsdfSlot::new();
@@ -104,7 +115,8 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             if decisions.x < probability {
                 if let Some(light) = emitted {
                     let radiance = beta * light.radiance / probability;
-                    out.radiance(Gathered::of_light(radiance, light.id, world.scene));
+                    let light = R::of_light(radiance, light.id, world.scene);
+                    out.radiance(trail.arriving(light, world.paths));
                 }
                 return;
             }
@@ -125,6 +137,9 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = self.directions.sample(&vertex, u_lobe, direction);
             let Some(sample) = sample else { return };
+            if R::TELLS_PATHS {
+                trail.go_on(vertex.event(sample.wi, sample.is_delta()));
+            }
             beta *= sample.weight;
             eta_squared *= sample.eta * sample.eta;
             let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {

@@ -1,6 +1,7 @@
 //! Refusals and warnings of settings that do not go together with an integrator or with a scene's lights.
 
 use crate::camera::Camera;
+use crate::film::PathPart;
 use crate::integrator::{Background, DirectLight, strategies};
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
@@ -41,6 +42,12 @@ fn shows_background(kind: IntegratorKind) -> bool {
 fn catches_shadows(kind: IntegratorKind) -> bool {
     use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
     shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)
+}
+
+/// Whether the integrator tells the classes of light paths apart.
+fn tells_paths(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{Bidirectional, Direct, Naive, Path};
+    matches!(kind, Path | Naive | Direct | Bidirectional)
 }
 
 /// Names of the integrators of which `is` holds.
@@ -200,6 +207,22 @@ impl Method {
             | IntegratorKind::VertexMerging
             | IntegratorKind::IrradianceCache => false,
         }
+    }
+
+    /// Whether the method tells light paths apart.
+    pub(crate) fn tells_paths(&self) -> bool {
+        tells_paths(self.kind())
+    }
+
+    /// Refuses to tell light paths apart where the method cannot.
+    pub(in crate::session) fn check_light_paths(&self, parts: &[PathPart]) -> Result<(), InvalidSetting> {
+        if self.tells_paths() {
+            return Ok(());
+        }
+        let names: Vec<&str> = parts.iter().map(PathPart::layer).collect();
+        let value = format!("{}: --integrator {} tells no paths apart", names.join(","), self.name());
+        let help = format!("use one of {}", names_of(tells_paths));
+        Err(InvalidSetting::new("aov", value, help))
     }
 
     /// Refuses to tell strategies apart where there are none, or too many.

@@ -105,7 +105,8 @@ impl Method {
 
     fn iteration_bytes(&self, settings: &Settings, scene: &Scene, light: IterationLight) -> u64 {
         let tells_groups = settings.aovs.contains(&Aov::Lights);
-        let parts = settings.parts_of_light(scene);
+        let classes = settings.paths().ok().flatten().map_or(0, |paths| paths.classes());
+        let parts = settings.parts_of_light(scene) - settings.light_paths.len() + classes;
         iteration_bytes(
             settings.crop(),
             (tells_groups, parts),

@@ -6,9 +6,9 @@
 mod light_samples;
 mod weights;
 
-use super::subpath::{self, EMISSION_BLOCK, PathRay, PathVertex, Walk, block};
+use super::subpath::{self, EMISSION_BLOCK, PathRay, PathVertex, Surface, Walk, block};
 use crate::accel::Accel;
-use crate::bsdf::TransportMode;
+use crate::bsdf::{ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::geometry::segment;
@@ -86,9 +86,23 @@ pub(crate) struct Contribution {
     pub film: Option<Vec2>,
     /// The light that it comes from.
     pub light: LightId,
+    /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are told apart.
+    pub joint: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
+    /// All events from the light to the camera, where paths are told apart. `paths` are those that the contribution is of.
+    pub fn events<'p>(&self, paths: &'p Subpaths) -> impl Iterator<Item = ScatteringEvent> + 'p {
+        let (s, t) = self.strategy;
+        // Without the ends of the whole path and those that are connected
+        fn inner<'p>(path: &'p [PathVertex], count: usize) -> &'p [PathVertex<'p>] {
+            path.get(1..count.saturating_sub(1)).unwrap_or_default()
+        }
+        let of_light = inner(&paths.light, s).iter().filter_map(|vertex| vertex.event);
+        let of_camera = inner(&paths.camera, t).iter().rev().filter_map(|vertex| vertex.event);
+        of_light.chain(self.joint.into_iter().flatten()).chain(of_camera)
+    }
+
     /// Adds the weighted light to the sample's own pixel, or where it falls on the film.
     pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
         let radiance = Gathered::of_light(self.radiance * self.weight, self.light, scene);
@@ -240,6 +254,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
             light: light.id,
+            joint: [None; 2],
         });
     }
 
@@ -265,6 +280,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
                 light: light.id,
+                joint: [None; 2],
             });
             camera.pop();
         }
@@ -311,6 +327,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: None,
                         light: sampled.id,
+                        joint: [None, self.event(surface, surface.back, wi)],
                     });
                 }
             },
@@ -352,6 +369,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: Some(film),
                         light: sampled.id,
+                        joint: [None; 2],
                     });
                 }
             },
@@ -389,6 +407,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
                 light: light[0].light_id(),
+                joint: [self.event(surface, w, surface.back), None],
             });
         }
     }
@@ -427,8 +446,14 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, light, None, time),
                 film: None,
                 light: light[0].light_id(),
+                joint: [self.event(at_b, -w, at_b.back), self.event(at_a, at_a.back, w)],
             });
         }
+    }
+
+    /// The event at a vertex that is connected, where paths are told apart: light from the direction `wi` leaves in the direction `wo`.
+    fn event(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<ScatteringEvent> {
+        self.world.paths.map(|_| surface.event(self.world.scene, wo, wi, false))
     }
 
     /// A point of the lens for a light's subpath of `s` vertices.

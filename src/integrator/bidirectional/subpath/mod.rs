@@ -23,7 +23,7 @@ pub(crate) use surface::Surface;
 pub(crate) use vertex::{LightEnd, PathVertex, VertexKind};
 
 use crate::accel::Accel;
-use crate::bsdf::TransportMode;
+use crate::bsdf::{ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::integrator::{RayKind, RaySink, Roulette, World};
 use crate::light::LightId;
@@ -112,6 +112,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 forward: 0.0,
                 reverse: 0.0,
                 is_delta: false,
+                event: None,
             };
             let before = path.len() - 1;
             let is_met_again = match (path[before].surface(), vertex.surface()) {
@@ -140,6 +141,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             };
             let Some(next) = next else { break };
             path[before + 1].is_delta = next.is_delta;
+            path[before + 1].event = next.event;
             path[before].reverse = match next.is_delta {
                 true => 1.0,
                 false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
@@ -183,6 +185,10 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             ray: surface.ray_onwards(scene, back, w, self.mode),
             weight,
             is_delta: sample.is_delta(),
+            event: self.world.paths.map(|_| {
+                let (wo, wi) = if is_from_camera { (back, w) } else { (w, back) };
+                surface.event(scene, wo, wi, sample.is_delta())
+            }),
             pdf,
             reverse_pdf,
             eta: if is_from_camera { sample.eta } else { 1.0 },
@@ -195,6 +201,8 @@ struct Onwards {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
+    /// Where paths are told apart.
+    event: Option<ScatteringEvent>,
     /// Per solid angle; 1 for a delta lobe.
     pdf: f32,
     /// Density of the way back, likewise.

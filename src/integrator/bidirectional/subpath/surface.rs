@@ -1,7 +1,7 @@
 //! Points of surfaces on which subpaths have vertices.
 
 use crate::accel::Accel;
-use crate::bsdf::{Bsdf, BsdfSample, Scattering, TransportMode};
+use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::geometry::{Hit, Side, SurfacePoint, offset_origin, offset_to};
@@ -105,6 +105,12 @@ impl<'a> Surface<'a> {
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let (point, frame) = self.seen_from(scene, wo);
         self.bsdf.eval(frame.to_local(wo), frame.to_local(wi)) * wi.dot(point.ns).abs()
+    }
+
+    /// The event of light from the direction `wi` that leaves in the direction `wo` to the camera.
+    pub fn event(&self, scene: &Scene, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
+        let (_, frame) = self.seen_from(scene, wo);
+        self.bsdf.event(frame.to_local(wo), frame.to_local(wi), is_delta)
     }
 
     /// Density per solid angle with which a path from the camera that comes from the direction `wo` goes on in `wi`.

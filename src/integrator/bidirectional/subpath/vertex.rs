@@ -2,6 +2,7 @@
 
 use super::Surface;
 use crate::accel::Accel;
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::integrator::World;
 use crate::light::{Emission, LightId};
@@ -26,6 +27,8 @@ pub(crate) struct PathVertex<'a> {
     pub reverse: f32,
     /// Whether the subpath goes on by a delta lobe.
     pub is_delta: bool,
+    /// The event by which the subpath goes on, where paths are told apart.
+    pub event: Option<ScatteringEvent>,
 }
 
 /// What a vertex of a path is on: `S` describes surfaces, and `L` lights.
@@ -62,6 +65,7 @@ impl<'a> PathVertex<'a> {
             forward: 1.0 / world.camera.lens_area(),
             reverse: 0.0,
             is_delta: false,
+            event: None,
         }
     }
 
@@ -83,6 +87,7 @@ impl<'a> PathVertex<'a> {
             forward: pmf * pdf,
             reverse: 0.0,
             is_delta: false,
+            event: None,
         }
     }
 
@@ -101,6 +106,7 @@ impl<'a> PathVertex<'a> {
             forward: pdf,
             reverse: 0.0,
             is_delta: false,
+            event: None,
         }
     }
 

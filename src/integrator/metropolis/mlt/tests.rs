@@ -129,6 +129,7 @@ fn look<T>(
         filter: &Filter::BOX,
         features: false,
         strategies: false,
+        paths: None,
         backdrop: Default::default(),
     };
     let maker = ImportanceImageMaker {

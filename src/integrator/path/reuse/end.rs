@@ -1,5 +1,6 @@
 //! The end of a shared path.
 
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::geometry::{SurfacePoint, offset_origin};
 use crate::integrator::path::integrator::PathState;
@@ -24,6 +25,8 @@ pub(super) struct End<'v> {
     pub(super) vertex: Vertex<'v>,
     /// Scattering events before the vertex.
     pub(super) depth: u32,
+    /// Events of the owner before the vertex, where paths are told apart.
+    pub(super) events: Vec<ScatteringEvent>,
     /// Throughput of the owner at the vertex, and its factor in roulette.
     pub(super) beta: Spectrum,
     pub(super) roulette_scale: Spectrum,
@@ -41,8 +44,8 @@ impl<'v> End<'v> {
         !vertex.is_bent && vertex.bsdf.is_wide()
     }
 
-    /// The end at `vertex`, which `path` has come to after `depth` scatterings.
-    pub fn new(vertex: Vertex<'v>, depth: u32, path: &PathState) -> Self {
+    /// The end at `vertex`, which `path` has come to after `depth` scatterings, by these `events`.
+    pub fn new(vertex: Vertex<'v>, depth: u32, path: &PathState, events: Vec<ScatteringEvent>) -> Self {
         let point = vertex.point;
         let n = point.ng * 1f32.copysign(vertex.wo.z);
         Self {
@@ -50,6 +53,7 @@ impl<'v> End<'v> {
             n,
             curved: point.is_curved().then_some(point),
             depth,
+            events,
             beta: path.beta,
             roulette_scale: path.roulette_scale,
             vertex,

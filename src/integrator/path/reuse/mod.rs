@@ -30,6 +30,7 @@ mod viewers;
 
 use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
 use crate::accel::Accel;
+use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
@@ -114,9 +115,15 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
 
 /// Hooks of path reuse into [`PathIntegrator::li`].
 pub(crate) trait Reuse<'v> {
-    /// Takes note of a vertex that `path` meets after `depth` scatterings, and gives it back.
+    /// Takes note of a vertex that `path` meets after `depth` scatterings, and gives it back. `events` are those on the way, where paths are told apart.
     #[inline(always)]
-    fn meet(&mut self, _depth: u32, vertex: Vertex<'v>, _path: &PathState) -> Vertex<'v> {
+    fn meet(
+        &mut self,
+        _depth: u32,
+        vertex: Vertex<'v>,
+        _path: &PathState,
+        _events: impl FnOnce() -> Vec<ScatteringEvent>,
+    ) -> Vertex<'v> {
         vertex
     }
 
@@ -145,6 +152,8 @@ struct First<'v> {
     beta: Spectrum,
     /// Scattering events before the vertex.
     depth: u32,
+    /// The events of these, where paths are told apart.
+    events: Vec<ScatteringEvent>,
 }
 
 /// Records what a path shares with others.
@@ -158,7 +167,13 @@ struct Shared<'s, 'v> {
 
 impl<'v> Reuse<'v> for Shared<'_, 'v> {
     #[inline(always)]
-    fn meet(&mut self, depth: u32, vertex: Vertex<'v>, path: &PathState) -> Vertex<'v> {
+    fn meet(
+        &mut self,
+        depth: u32,
+        vertex: Vertex<'v>,
+        path: &PathState,
+        events: impl FnOnce() -> Vec<ScatteringEvent>,
+    ) -> Vertex<'v> {
         match self.first {
             None => {
                 let is_late = depth > 0 && (self.max_depth.is_some() || depth as usize + 1 >= LOOKED_AT);
@@ -168,13 +183,14 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
                         vertex,
                         beta: path.beta,
                         depth,
+                        events: events(),
                     });
                 }
             }
             Some(first) => {
                 let is_second = depth == first.depth + 1 && !path.is_delta();
                 if is_second && self.max_depth.is_none_or(|max| depth < max) && End::can_be(&vertex) {
-                    *self.end = Some(End::new(vertex, depth, path));
+                    *self.end = Some(End::new(vertex, depth, path, events()));
                 }
             }
         }

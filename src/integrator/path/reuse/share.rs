@@ -3,11 +3,13 @@
 use super::end::End;
 use super::viewers::{ForViewers, Scattered, Viewers, Workspace};
 use crate::accel::Accel;
-use crate::bsdf::BsdfSample;
+use crate::bsdf::{BsdfSample, ScatteringEvent};
 use crate::color::Spectrum;
+use crate::film::LightPaths;
 use crate::integrator::path::direct::LIGHTS_A_LOOK;
 use crate::integrator::path::integrator::{PathIntegrator, PathStart, VertexNumbers};
 use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::trail::seen_after;
 use crate::integrator::{Gathered, SAMPLES_AT_ONCE, Sink, World};
 use crate::light::{LightId, LightSample};
 use crate::math::{Vec2, Vec3};
@@ -26,11 +28,22 @@ struct Shares<R> {
 }
 
 impl<R: Gathered> Shares<R> {
+    /// Adds `light` that is scattered to each viewer, for whom it is the event `event`.
     #[inline(always)]
-    fn add(&mut self, light: R, scattered: &Scattered) {
+    fn add(
+        &mut self,
+        light: R,
+        scattered: &Scattered,
+        event: impl Fn(usize) -> ScatteringEvent,
+        paths: Option<&LightPaths>,
+    ) {
         match &scattered.f {
-            ForViewers::Alike(f) => self.alike += light * *f,
-            ForViewers::Each(f) => self.each.iter_mut().zip(f).for_each(|(share, f)| *share += light * *f),
+            ForViewers::Alike(f) => self.alike.add_scattered(&light, *f, || event(0), paths),
+            ForViewers::Each(f) => {
+                for (i, (share, f)) in self.each.iter_mut().zip(f).enumerate() {
+                    share.add_scattered(&light, *f, || event(i), paths);
+                }
+            }
         }
     }
 
@@ -70,7 +83,8 @@ impl<'v> End<'v> {
                 let scattered = viewers.scattered(self, work, wi);
                 let pdf = expected * light.pdf;
                 let weight = strategy.light_weight(pdf, light.is_delta, scattered.pdf);
-                shares.add(R::of_light(radiance * (weight / pdf), id, world.scene), &scattered);
+                let light = R::of_light(radiance * (weight / pdf), id, world.scene);
+                shares.add(light, &scattered, |i| viewers.event(self, work, i, wi), world.paths);
             };
             let selection = world.scene.light_selection();
             match selection.all() {
@@ -103,6 +117,8 @@ impl<'v> End<'v> {
             if sample.is_delta() {
                 // No other path finds it.
                 let light = radiance.sum() * (self.beta * sample.weight * factor);
+                let light = light.scattered(|| self.vertex.event(sample.wi, true), world.paths);
+                let light = seen_after(light, &self.events, world.paths);
                 match &mut indirect {
                     None => out[owner].radiance(light),
                     Some(indirect) => indirect[owner] += light,
@@ -119,7 +135,8 @@ impl<'v> End<'v> {
                     light += next.emitted(world, strategy, &prev);
                 }
                 if for_viewers.pdf > 0.0 {
-                    shares.add(light * (factor / for_viewers.pdf), &for_viewers);
+                    let event = |i| viewers.event(self, work, i, sample.wi);
+                    shares.add(light * (factor / for_viewers.pdf), &for_viewers, event, world.paths);
                 }
             }
         }
@@ -127,7 +144,7 @@ impl<'v> End<'v> {
         // Shares of all viewers
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
-            let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));
+            let share = candidate.seen(shares.of(i), work, world.paths) * (candidate.beta * (1.0 / viewers.pdf));
             match &mut indirect {
                 None => out[candidate.index].radiance(share),
                 Some(indirect) => indirect[candidate.index] += share,

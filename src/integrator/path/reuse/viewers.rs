@@ -3,13 +3,15 @@
 use super::First;
 use super::end::End;
 use crate::accel::Accel;
-use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, DirectionLanes, LANES};
+use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, DirectionLanes, LANES, ScatteringEvent};
 use crate::color::Spectrum;
+use crate::film::LightPaths;
 use crate::geometry::segment;
 use crate::integrator::opacity::Transmittance;
 use crate::integrator::path::strategy::Directions;
+use crate::integrator::trail::seen_after;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
+use crate::integrator::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3};
 use std::iter;
 
@@ -42,6 +44,21 @@ pub(super) struct Candidate {
     wi: Vec3,
     /// Direction from the end to the first vertex, local frame of the end.
     wo: Vec3,
+}
+
+impl Candidate {
+    /// `light` that the end sends to the first vertex, in the classes that it has for the camera.
+    #[inline(always)]
+    pub fn seen<R: Gathered>(&self, light: R, work: &Workspace, paths: Option<&LightPaths>) -> R {
+        if !R::TELLS_PATHS {
+            return light;
+        }
+        let Some(first) = &work.firsts[self.index] else {
+            return light;
+        };
+        let light = light.scattered(|| first.vertex.event(self.wi, false), paths);
+        seen_after(light, &first.events, paths)
+    }
 }
 
 /// The first vertices that see the end: the first candidates of the workspace.
@@ -254,6 +271,11 @@ impl Viewers {
     #[inline(always)]
     pub fn of<'w>(&self, work: &'w Workspace) -> &'w [Candidate] {
         &work.candidates[..self.count]
+    }
+
+    /// The event of light from `wi` (local frame) that `end` scatters to the viewer number `i`.
+    pub fn event(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> ScatteringEvent {
+        end.vertex.bsdf.event(work.candidates[i].wo, wi, false)
     }
 
     /// Light from `wi` (local frame), as `end` scatters it to the viewers.

@@ -1,0 +1,89 @@
+//! The sheet of `embrasure lab --bounces`: a picture, and the light of each bounce by itself.
+
+use super::error::CliError;
+use super::job::Job;
+use super::outputs::Outputs;
+use super::progress::{Heeding, Progress};
+use super::warnings::ShownWarnings;
+use crate::color::Spectrum;
+use crate::film::{Image, PathPart, RgbImage};
+use crate::io::{Output, Panel, write_contact_sheet};
+use crate::render::{Observer, Outcome};
+use crate::session::Session;
+use std::path::PathBuf;
+
+/// Pictures in a row of the sheet.
+const COLUMNS: usize = 4;
+
+/// Renders `job` with all bounces told apart and writes the sheet to `output`, which is one of `named`.
+pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet: bool) -> Result<(), CliError> {
+    let bounces = PathPart::parse("bounces").map_err(|error| CliError::Failed(error.to_string()))?;
+    job.settings.light_paths = bounces;
+    job.settings.noise = None;
+    let session = Session::load(&job.scene, job.settings, &())?;
+    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
+    let renderer = session.renderer()?;
+    let mut state = renderer.start();
+
+    let _heeding = Heeding::begin();
+    let settings = session.settings();
+    let progress = Progress::new(settings.crop().area() * u64::from(settings.spp), quiet);
+    let outcome = renderer.render(&mut state, &progress);
+    let is_stopped = outcome == Outcome::Stopped || progress.should_stop();
+    progress.finish();
+    if is_stopped {
+        return Err(CliError::Interrupted("interrupted; nothing is written".into()));
+    }
+
+    let image = renderer.develop(&state);
+    let samples = format!("{} samples", settings.spp);
+    let mut panels = vec![Panel {
+        label: vec!["picture: sum of all".into(), samples],
+        image: RgbImage::from(&image),
+    }];
+    let whole = mean(&panels[0].image);
+    for part in &settings.light_paths {
+        let image = layer(&image, part.layer());
+        let share = if whole > 0.0 { 100.0 * mean(&image) / whole } else { 0.0 };
+        panels.push(Panel {
+            label: vec![title(part.layer()), format!("{share:.1} % of the light")],
+            image,
+        });
+    }
+    write_contact_sheet(output, &panels, COLUMNS)?;
+    if !quiet {
+        errln!("-> {}", output.path().display());
+    }
+    Ok(())
+}
+
+/// What the light of a layer is.
+fn title(layer: &str) -> String {
+    match layer.strip_prefix("bounce.") {
+        Some("0") => "0 bounces: emission".into(),
+        Some("1") => "1 bounce: direct light".into(),
+        Some("rest") => "more bounces".into(),
+        Some(count) => format!("{count} bounces"),
+        None => layer.into(),
+    }
+}
+
+/// The layer of `image` as a picture.
+fn layer(image: &Image, name: &str) -> RgbImage {
+    let channel = |c: &str| image.channel(&format!("{name}.{c}"));
+    let channels = ["R", "G", "B"].map(|c| channel(c).map_or(&[][..], |channel| &channel.values));
+    let size = image.crop.size();
+    let value = |i: usize| channels.map(|values| values.get(i).copied().unwrap_or(0.0));
+    RgbImage {
+        width: size.x as usize,
+        height: size.y as usize,
+        pixels: (0..image.crop.area() as usize).map(value).collect(),
+    }
+}
+
+/// Mean luminance.
+fn mean(image: &RgbImage) -> f64 {
+    let luminance = |rgb: &[f32; 3]| f64::from(Spectrum::from(*rgb).luminance());
+    image.pixels.iter().map(luminance).sum::<f64>() / image.pixels.len().max(1) as f64
+}

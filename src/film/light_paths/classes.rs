@@ -1,0 +1,109 @@
+//! Classes of paths: the states of one deterministic automaton for all expressions, by the subset construction and Moore's minimisation.
+
+use super::MAX_CLASSES;
+use super::error::LightPathError;
+use super::positions::{Positions, Set};
+use super::syntax::{BACKGROUND, POINT, SURFACE};
+use std::collections::HashMap;
+
+/// Number of kinds of events.
+const KINDS: usize = 6;
+/// Lights, in the order of [`PathLight`](super::PathLight). Their classes come first.
+const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
+/// States before minimisation at most.
+const MAX_STATES: usize = 1 << 12;
+
+/// Transitions of each class by kind of event, and the parts that it is in.
+pub(super) type Classes = (Vec<[u8; KINDS]>, Vec<u64>);
+
+/// The classes of paths that `expressions` tell apart.
+pub(super) fn classes(expressions: &[Positions]) -> Result<Classes, LightPathError> {
+    let states = States::new(expressions).ok_or_else(too_many)?;
+    let class_of = states.minimised();
+    let count = class_of.iter().max().map_or(0, |last| last + 1);
+    if count > MAX_CLASSES {
+        return Err(too_many());
+    }
+    let (mut next, mut parts) = (vec![[0; KINDS]; count], vec![0; count]);
+    for (state, &class) in class_of.iter().enumerate() {
+        next[class] = states.next[state].map(|state| class_of[state] as u8);
+        parts[class] = states.parts[state];
+    }
+    Ok((next, parts))
+}
+
+fn too_many() -> LightPathError {
+    LightPathError::new(
+        format!("these parts together tell more than {MAX_CLASSES} classes of paths apart"),
+        "ask for fewer bounces or fewer expressions in one render",
+    )
+}
+
+/// The product of the subset automata of all expressions.
+struct States {
+    next: Vec<[usize; KINDS]>,
+    parts: Vec<u64>,
+}
+
+impl States {
+    /// `None` where there are too many.
+    fn new(expressions: &[Positions]) -> Option<Self> {
+        // A start for each light, also where they are alike: light finds its first class without a look at the automaton.
+        let start = |&light: &u16| -> Vec<Set> { expressions.iter().map(|e| e.matching(e.first, light)).collect() };
+        let mut sets: Vec<Vec<Set>> = LIGHTS.iter().map(start).collect();
+        let mut known: HashMap<Vec<Set>, usize> = sets.iter().cloned().zip(0..).collect();
+        let mut states = Self {
+            next: Vec::new(),
+            parts: Vec::new(),
+        };
+        let mut state = 0;
+        while let Some(set) = sets.get(state).cloned() {
+            let accepts = expressions.iter().zip(&set).map(|(e, set)| e.accepts(*set));
+            states.parts.push(
+                accepts
+                    .enumerate()
+                    .fold(0, |bits, (i, is_in)| bits | u64::from(is_in) << i),
+            );
+            let mut next = [0; KINDS];
+            for (kind, next) in next.iter_mut().enumerate() {
+                let after = expressions.iter().zip(&set);
+                let after: Vec<Set> = after.map(|(e, set)| e.matching(e.following(*set), 1 << kind)).collect();
+                *next = *known.entry(after).or_insert_with_key(|after| {
+                    sets.push(after.clone());
+                    sets.len() - 1
+                });
+            }
+            states.next.push(next);
+            if sets.len() > MAX_STATES {
+                return None;
+            }
+            state += 1;
+        }
+        Some(states)
+    }
+
+    /// The class of each state: those are in one that no events tell apart. Classes are numbered by their first states.
+    fn minimised(&self) -> Vec<usize> {
+        // The starts stay apart.
+        let of_state = |state: usize| (state.min(LIGHTS.len()), self.parts[state]);
+        let mut classes = numbered((0..self.parts.len()).map(of_state));
+        loop {
+            let refined = |state: usize| (classes[state], self.next[state].map(|next| classes[next]));
+            let finer = numbered((0..classes.len()).map(refined));
+            if finer == classes {
+                return classes;
+            }
+            classes = finer;
+        }
+    }
+}
+
+/// A number for each key, equal ones alike, in the order in which they come first.
+fn numbered<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> Vec<usize> {
+    let mut numbers = HashMap::new();
+    keys.map(|key| {
+        let count = numbers.len();
+        *numbers.entry(key).or_insert(count)
+    })
+    .collect()
+}

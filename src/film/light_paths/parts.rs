@@ -1,0 +1,193 @@
+//! Parts by name: what `--aov` calls them, their layers, and their expressions.
+
+use super::error::LightPathError;
+use super::positions::Positions;
+use super::syntax::parse;
+
+/// Parts with a name, and their expressions.
+const NAMED: [(&str, &str); 9] = [
+    ("emission", "CL"),
+    ("direct", "C.L"),
+    ("indirect", "C.{2,}L"),
+    ("diffuse_direct", "C<.D>L"),
+    ("diffuse_indirect", "C<.D>.+L"),
+    ("specular_direct", "C<R[GS]>L"),
+    ("specular_indirect", "C<R[GS]>.+L"),
+    ("transmission_direct", "C<T[GS]>L"),
+    ("transmission_indirect", "C<T[GS]>.+L"),
+];
+
+/// Light of more bounces than are told apart.
+const REST: &str = "bounce.rest";
+/// Number of bounces that `bounces` tells apart.
+const USUAL_BOUNCES: u32 = 5;
+/// Maximum number of bounces that are told apart.
+const MAX_BOUNCES: u32 = 20;
+/// Longest name of an expression.
+const MAX_NAME: usize = 23;
+
+/// A part of the picture: the light of all paths that an expression matches.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathPart {
+    layer: String,
+    expression: String,
+    /// Whether the user has written the expression.
+    is_own: bool,
+}
+
+impl PathPart {
+    /// Prefix of parts with an expression of the user.
+    const OWN: &str = "lpe:";
+
+    /// Names of all parts for `--aov`, as help lists them.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        let named = NAMED.iter().map(|(name, _)| *name);
+        named.chain(["bounces", "bounces:N", "bounce.N", "lpe:NAME=EXPRESSION"])
+    }
+
+    /// Whether `name` is to be read by [`PathPart::parse`].
+    pub fn is_name(name: &str) -> bool {
+        let is_bounces = name == "bounces" || name.starts_with("bounces:") || name.starts_with("bounce.");
+        is_bounces || name.starts_with(Self::OWN) || NAMED.iter().any(|(known, _)| *known == name)
+    }
+
+    /// The parts that `name` stands for, one or several: `direct`, `bounces:4`, `lpe:NAME=EXPRESSION`.
+    ///
+    /// # Errors
+    ///
+    /// An unknown name, a count that is too large, or an expression that makes no sense.
+    pub fn parse(name: &str) -> Result<Vec<Self>, LightPathError> {
+        if let Some((known, expression)) = NAMED.iter().find(|(known, _)| *known == name) {
+            return Ok(vec![Self::new(*known, *expression)]);
+        }
+        if let Some(own) = name.strip_prefix(Self::OWN) {
+            return Ok(vec![Self::own(own)?]);
+        }
+        if let Some(bounce) = name.strip_prefix("bounce.") {
+            if name == REST {
+                let help = "ask for bounces or bounces:N, which have it";
+                return Err(LightPathError::new(
+                    "which bounces are the rest depends on the others",
+                    help,
+                ));
+            }
+            return Ok(vec![Self::bounce(bounces(bounce)?)]);
+        }
+        let last = match name.strip_prefix("bounces") {
+            Some("") => USUAL_BOUNCES,
+            Some(count) => bounces(count.strip_prefix(':').unwrap_or_default())?,
+            None => {
+                let names: Vec<&str> = Self::names().collect();
+                return Err(LightPathError::new(
+                    "no such part",
+                    format!("use some of {}", names.join(", ")),
+                ));
+            }
+        };
+        let rest = Self::new(REST, format!("C.{{{},}}L", last + 1));
+        Ok((0..=last).map(Self::bounce).chain([rest]).collect())
+    }
+
+    /// Adds `parts` to `all`, each once.
+    ///
+    /// # Errors
+    ///
+    /// Two parts of one layer.
+    pub fn add(all: &mut Vec<Self>, parts: Vec<Self>) -> Result<(), LightPathError> {
+        let of_layer = |part: &Self| all.iter().find(|known| known.layer == part.layer);
+        let clash = parts
+            .iter()
+            .find_map(|part| Some((part, of_layer(part).filter(|known| *known != part)?)));
+        if let Some((part, known)) = clash {
+            return Err(LightPathError::new(
+                format!(
+                    "{} stands for {} and for {}",
+                    part.layer, known.expression, part.expression
+                ),
+                "give each expression a name of its own, and ask for bounces once",
+            ));
+        }
+        let new: Vec<Self> = parts.into_iter().filter(|part| of_layer(part).is_none()).collect();
+        all.extend(new);
+        Ok(())
+    }
+
+    /// Layer of its channels.
+    pub fn layer(&self) -> &str {
+        &self.layer
+    }
+
+    /// The expression.
+    pub fn expression(&self) -> &str {
+        &self.expression
+    }
+
+    /// What it is called where the whole of it matters: the layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
+    pub fn describe(&self) -> String {
+        match self.layer.strip_prefix("lpe_").filter(|_| self.is_own) {
+            Some(name) => format!("{}{name}={}", Self::OWN, self.expression),
+            // What the rest is depends on the others.
+            None if self.layer == REST => format!("{REST}={}", self.expression),
+            None => self.layer.clone(),
+        }
+    }
+
+    pub(super) fn positions(&self) -> Result<Positions, LightPathError> {
+        let within = |error: LightPathError| LightPathError {
+            message: format!("{}: {}", self.expression, error.message),
+            ..error
+        };
+        Positions::new(&parse(&self.expression).map_err(within)?).map_err(within)
+    }
+
+    fn new(layer: impl Into<String>, expression: impl Into<String>) -> Self {
+        Self {
+            layer: layer.into(),
+            expression: expression.into(),
+            is_own: false,
+        }
+    }
+
+    /// Light that was scattered `count` times.
+    fn bounce(count: u32) -> Self {
+        match count {
+            0 => Self::new("bounce.0", "CL"),
+            _ => Self::new(format!("bounce.{count}"), format!("C.{{{count}}}L")),
+        }
+    }
+
+    /// `NAME=EXPRESSION`.
+    fn own(text: &str) -> Result<Self, LightPathError> {
+        let Some((name, expression)) = text.split_once('=') else {
+            let help = "write lpe:NAME=EXPRESSION, such as lpe:caustics=LS+DE";
+            return Err(LightPathError::new("an expression needs a name", help));
+        };
+        let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_letter) {
+            let help = format!("use 1 to {MAX_NAME} letters, digits and _");
+            return Err(LightPathError::new(
+                format!("`{}` is no name for a layer", name.escape_default()),
+                help,
+            ));
+        }
+        let part = Self {
+            layer: format!("lpe_{name}"),
+            expression: expression.chars().filter(|c| !c.is_whitespace()).collect(),
+            is_own: true,
+        };
+        // Places are those of the text as it was written.
+        Positions::new(&parse(expression)?)?;
+        Ok(part)
+    }
+}
+
+/// A number of bounces.
+fn bounces(text: &str) -> Result<u32, LightPathError> {
+    let count = text.parse().ok().filter(|&count| count <= MAX_BOUNCES);
+    count.ok_or_else(|| {
+        LightPathError::new(
+            format!("`{}` is no number of bounces", text.escape_default()),
+            format!("use 0 to {MAX_BOUNCES}"),
+        )
+    })
+}

@@ -6,6 +6,7 @@
 use super::{IntegratorKind, Range, Value, names::named, parameters};
 use crate::integrator::{DebugView, DirectLight, Directions, Heuristic, MetropolisDirect, MetropolisTarget};
 use crate::light::{SelectionMode, TriangleSampling};
+use serde_json::json;
 use std::fmt;
 
 parameters! {
@@ -115,6 +116,10 @@ impl Value for Clamp {
         self.0.map_or("off".into(), |limit| limit.to_string())
     }
 
+    fn schema() -> serde_json::Value {
+        json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["off"] }] })
+    }
+
     /// Whether the limit leaves light: it may have been set by code.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
@@ -163,6 +168,10 @@ impl Value for MaxDepth {
 
     fn text(&self) -> String {
         self.to_string()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "anyOf": [{ "type": "integer", "minimum": 0, "maximum": MAX_SCATTERINGS }, { "enum": ["none"] }] })
     }
 
     /// Whether the depth is in bounds: it may have been set by code.

@@ -48,6 +48,7 @@ mod readers;
 mod reuse;
 mod rooms;
 mod same_pictures;
+mod schema;
 mod suite;
 mod surfaces;
 mod textures;

@@ -32,6 +32,7 @@ mod guide;
 mod hostile_files;
 mod irradiance_cache;
 mod iterations;
+mod lab;
 mod library;
 mod light_flags;
 mod light_groups;

@@ -20,6 +20,7 @@ const SOURCES: [&str; 8] = [
 fn main() {
     println!("cargo::rustc-env=EMBRASURE_BUILD={}", build_name());
     configure_shared();
+    configure_chromium();
     // Embree, which `embree4-sys` has found. Empty where it lies in a system folder, unset where the feature is off.
     match env::var("DEP_EMBREE4_RPATH") {
         Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}"),
@@ -52,6 +53,17 @@ fn configure_shared() {
     }
     if exists || env::var_os("EMBRASURE_REQUIRE_SHARED").is_some() {
         println!("cargo::rustc-cfg=shared");
+    }
+}
+
+/// Sets the configuration `chromium`, without which tests that open a page in a browser are ignored.
+fn configure_chromium() {
+    println!("cargo::rustc-check-cfg=cfg(chromium)");
+    let folders = env::var_os("PATH").unwrap_or_default();
+    let programs = env::split_paths(&folders).map(|folder| folder.join("chromium"));
+    if let Some(program) = programs.into_iter().find(|program| program.is_file()) {
+        println!("cargo::rerun-if-changed={}", program.display());
+        println!("cargo::rustc-cfg=chromium");
     }
 }
 

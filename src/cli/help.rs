@@ -1,8 +1,9 @@
-//! `embrasure help`: the help of a command, a page of the reference, or what a code of `check` means.
+//! `embrasure help`: the help of a command, a page of the reference, what a code of `check` means, or the JSON Schema of scene files.
 
 use super::args::{Args, HelpArgs};
 use super::error::CliError;
-use super::reference::{TOPICS, Topic, meaning};
+use super::reference::{SCHEMA, TOPICS, Topic, meaning};
+use crate::description::schema_text;
 use clap::CommandFactory;
 use std::process::ExitCode;
 
@@ -16,11 +17,14 @@ pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
         for topic in TOPICS {
             outln!("  {:<12} {}", topic.names[0], topic.title());
         }
-        outln!("\nembrasure help CODE tells what a code of `embrasure check` means.");
+        outln!("\nembrasure help {SCHEMA} prints the JSON Schema of scene files, for editors.");
+        outln!("embrasure help CODE tells what a code of `embrasure check` means.");
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(command) = program.find_subcommand_mut(topic) {
         out!("{}", command.render_long_help());
+    } else if topic == SCHEMA {
+        out!("{}", schema_text());
     } else if let Some(page) = Topic::of(topic) {
         out!("{}", page.plain());
     } else if let Some(meaning) = meaning(topic) {
@@ -43,7 +47,7 @@ mod tests {
         }
         let names: Vec<&str> = TOPICS.iter().flat_map(|topic| topic.names).copied().collect();
         let program = Args::command();
-        let mut all: Vec<&str> = names.into_iter().chain(codes()).collect();
+        let mut all: Vec<&str> = names.into_iter().chain(codes()).chain([SCHEMA]).collect();
         all.extend(program.get_subcommands().map(|command| command.get_name()));
         let count = all.len();
         all.sort_unstable();

@@ -12,7 +12,6 @@ mod args;
 mod audit;
 mod audit_readers;
 mod bench;
-mod bounces;
 mod check;
 mod checkpointer;
 mod clock;

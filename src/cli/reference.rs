@@ -37,6 +37,9 @@ pub(super) const TOPICS: &[Topic] = topics! {
     "glossary" = "glossary.md",
 };
 
+/// The topic of the JSON Schema of scene files.
+pub(super) const SCHEMA: &str = "schema";
+
 /// The page of codes.
 const CODES: &str = include_str!("../../docs/guide/reference/checks.md");
 

@@ -18,8 +18,6 @@ use std::process::ExitCode;
 
 /// Pictures in a row of the sheet.
 const COLUMNS: usize = 4;
-/// Characters of a line below a picture.
-const LINE: usize = 30;
 /// Samples a pixel where the command says nothing.
 const SAMPLES: u32 = 16;
 /// Edge of a picture, pixels, where the command says nothing.
@@ -97,7 +95,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         let tone = metered(settings.tone, &image);
         let shown = |rgb| tone.encode_u8(rgb).map(|code| srgb::decode(f32::from(code) / 255.0));
         panels.push(Panel {
-            label: wrapped(&format!("{}  {flags}", i + 1)),
+            label: vec![format!("{}  {flags}", i + 1)],
             image: RgbImage {
                 width: image.crop.size().x as usize,
                 height: image.crop.size().y as usize,
@@ -111,16 +109,4 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
         errln!("-> {}", output.path().display());
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The words in lines that fit below a picture.
-fn wrapped(text: &str) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
-        match lines.last_mut() {
-            Some(line) if line.len() + word.len() < LINE => *line += &format!(" {word}"),
-            _ => lines.push(word.into()),
-        }
-    }
-    lines
 }

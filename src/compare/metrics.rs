@@ -1,6 +1,6 @@
 //! Errors of an image against a reference: bias, MSE, relMSE and PSNR.
 
-use crate::color::srgb;
+use crate::color::{Spectrum, srgb};
 use crate::film::{DARK, RgbImage};
 use thiserror::Error;
 
@@ -71,6 +71,14 @@ impl Errors {
     pub fn psnr(&self) -> f64 {
         -10.0 * self.display_mse.log10()
     }
+}
+
+/// Differences of luminance by pixel, in the measure of [`Errors::rel_mse`]: `(Y − Yref) / (Yref² + 0.01)^(1/2)`.
+pub fn relative_differences(image: &RgbImage, reference: &RgbImage) -> Vec<f32> {
+    let luminance = |p: &[f32; 3]| Spectrum::from(*p).luminance();
+    let pairs = image.pixels.iter().zip(&reference.pixels);
+    let difference = |(x, r): (f32, f32)| (x - r) / (r * r + DARK as f32).sqrt();
+    pairs.map(|(x, r)| difference((luminance(x), luminance(r)))).collect()
 }
 
 /// An error unless both have the same columns and rows.

@@ -5,5 +5,5 @@ mod metrics;
 mod significance;
 
 pub use flip::{Exposures, Flip};
-pub use metrics::{Errors, SizeMismatch};
+pub use metrics::{Errors, SizeMismatch, relative_differences};
 pub use significance::{CommonErrors, Extreme, MIN_RARE, Noise, Scale, Significance, pixel_scores};

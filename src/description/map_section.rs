@@ -97,6 +97,11 @@ const WRAPS: &[(&str, Wrap)] = &[
     ("mirror", Wrap::Mirror),
 ];
 
+/// All ways of wrapping by their names.
+pub(super) fn wrap_names() -> Vec<&'static str> {
+    WRAPS.iter().map(|(name, _)| *name).collect()
+}
+
 impl MapSection {
     /// The picture `file`, which lies on the surface as `mapping` says.
     pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {

@@ -2,7 +2,7 @@
 //!
 //! `scene_file` reads the file, the `*_section` modules are its parts, `source` gives errors their places, and `scene_options` lists the options that
 //! its sections `[image]` and `[render]` set. `patches` lists the changes of materials, `placement` resolves where objects stand, `load` reads the
-//! named files and builds the scene, and `write` makes the text of a scene file. Formats of meshes and pictures are in `io`, and parameters of a
+//! named files and builds the scene, `write` makes the text of a scene file, and `schema` the JSON Schema of all of them. Formats of meshes and pictures are in `io`, and parameters of a
 //! render in `options`.
 
 mod camera_section;
@@ -23,6 +23,7 @@ mod patches;
 mod placement;
 mod scene_file;
 mod scene_options;
+mod schema;
 mod source;
 mod template;
 mod unknown_key;
@@ -41,6 +42,7 @@ pub use material_section::{ColorValue, MaterialSection};
 pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
 pub use scene_file::SceneFile;
 pub use scene_options::SceneOptions;
+pub use schema::schema_text;
 
 // What the modules here need of the formats
 use crate::io::{

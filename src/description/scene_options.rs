@@ -51,7 +51,6 @@ macro_rules! scene_options {
             )+
 
             /// Each group as the name of its section and its parameters.
-            #[cfg(test)]
             pub(crate) const GROUPS: &[(&'static str, &'static [Parameter])] =
                 &[$($((stringify!($section), <$ty>::PARAMETERS)),+),+];
         }

@@ -12,7 +12,7 @@ use std::convert::Infallible;
 /// One picture of a sheet.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Title and figures, a line each.
+    /// Title and figures, a line each; lines that are wider than the pictures are wrapped.
     pub label: Vec<String>,
     /// The picture; all of a sheet have one size.
     pub image: RgbImage,
@@ -42,8 +42,13 @@ struct Sheet {
 impl Sheet {
     fn draw(panels: &[Panel], columns: usize) -> Self {
         let shown: Vec<RgbImage> = panels.iter().map(|p| reduced(&p.image)).collect();
-        let lines = panels.iter().map(|p| p.label.len()).max().unwrap_or(0);
         let cell_width = shown.iter().map(|i| i.width).max().unwrap_or(0).max(220);
+        let fits = cell_width / FONT_8X13.character_size.width as usize;
+        let labels: Vec<Vec<String>> = panels
+            .iter()
+            .map(|panel| panel.label.iter().flat_map(|line| wrapped(line, fits)).collect())
+            .collect();
+        let lines = labels.iter().map(Vec::len).max().unwrap_or(0);
         let cell_height = shown.iter().map(|i| i.height).max().unwrap_or(0) + LINE * lines + 4;
         let columns = columns.min(panels.len().max(1));
         let rows = panels.len().div_ceil(columns);
@@ -57,12 +62,12 @@ impl Sheet {
             height,
             bytes: background.repeat(width * height),
         };
-        for (i, (panel, image)) in panels.iter().zip(&shown).enumerate() {
+        for (i, (label, image)) in labels.iter().zip(&shown).enumerate() {
             let x = MARGIN + (i % columns) * (cell_width + MARGIN);
             let y = MARGIN + (i / columns) * (cell_height + MARGIN);
             sheet.picture(image, x, y);
-            for (k, line) in panel.label.iter().enumerate() {
-                sheet.text(line, cell_width, x, y + image.height + 4 + k * LINE);
+            for (k, line) in label.iter().enumerate() {
+                sheet.text(line, x, y + image.height + 4 + k * LINE);
             }
         }
         sheet
@@ -79,15 +84,29 @@ impl Sheet {
         }
     }
 
-    /// A line, cut to `width` pixels.
-    fn text(&mut self, line: &str, width: usize, x: usize, y: usize) {
-        let fits = width / FONT_8X13.character_size.width as usize;
-        let cut: String = line.chars().take(fits).collect();
+    fn text(&mut self, line: &str, x: usize, y: usize) {
         let style = MonoTextStyle::new(&FONT_8X13, TEXT);
         let place = Point::new(x as i32, y as i32);
         // Drawing into memory cannot fail.
-        let Ok(_) = Text::with_baseline(&cut, place, style, Baseline::Top).draw(self);
+        let Ok(_) = Text::with_baseline(line, place, style, Baseline::Top).draw(self);
     }
+}
+
+/// `line` in lines of `fits` letters at most, which end between words; longer words are cut into pieces.
+fn wrapped(line: &str, fits: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    let letters = |text: &str| text.chars().count();
+    for word in line.split(' ') {
+        let letters_of_word: Vec<char> = word.chars().collect();
+        for (i, piece) in letters_of_word.chunks(fits.max(1)).enumerate() {
+            let piece: String = piece.iter().collect();
+            match lines.last_mut() {
+                Some(last) if i == 0 && letters(last) + 1 + letters(&piece) <= fits => *last += &format!(" {piece}"),
+                _ => lines.push(piece),
+            }
+        }
+    }
+    lines
 }
 
 impl OriginDimensions for Sheet {
@@ -149,23 +168,27 @@ mod tests {
 
     #[test]
     fn panels_stand_in_a_grid_over_their_labels() {
-        let panels = vec![
-            panel(
-                640,
-                320,
-                "a label that is much too long to stand under so small a picture, so it is cut"
-            );
-            3
-        ];
+        let panels = vec![panel(640, 320, "a label that is too long for a single line, so it is wrapped"); 3];
         let sheet = Sheet::draw(&panels, 2);
         assert_eq!(sheet.width, MARGIN + 2 * (320 + MARGIN));
-        assert_eq!(sheet.height, MARGIN + 2 * (160 + 2 * LINE + 4 + MARGIN));
+        assert_eq!(sheet.height, MARGIN + 2 * (160 + 3 * LINE + 4 + MARGIN));
         let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
         assert_eq!(at(MARGIN, MARGIN), [255, 0, 0]);
         assert_eq!(at(0, 0), [24, 24, 26]);
         // There is text under the first picture and none in the empty fourth place.
         let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
-        assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 194 + 164));
+        assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 209 + 164));
+    }
+
+    #[test]
+    fn labels_are_wrapped_between_words() {
+        assert_eq!(
+            wrapped("best: + shared paths, 256 samples", 27),
+            ["best: + shared paths, 256", "samples"]
+        );
+        assert_eq!(wrapped("abcdefgh ij", 3), ["abc", "def", "gh", "ij"]);
+        assert_eq!(wrapped("äöü äöü", 7), ["äöü äöü"]);
+        assert!(wrapped("", 5).is_empty());
     }
 
     #[test]

@@ -53,6 +53,17 @@ pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[
     encode_as(writer, png::ColorType::Rgb, size, bytes, texts)
 }
 
+/// An 8-bit PNG file in memory: sRGB colours with three `channels`, or a grey with one, row by row from the top.
+pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let color = match channels {
+        1 => png::ColorType::Grayscale,
+        _ => png::ColorType::Rgb,
+    };
+    let mut file = Vec::new();
+    encode_as(&mut file, color, size, bytes, &[])?;
+    Ok(file)
+}
+
 fn encode_as(
     writer: impl Write,
     color: png::ColorType,

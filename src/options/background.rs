@@ -3,6 +3,7 @@
 use super::{Value, parameters};
 use crate::color::{Spectrum, srgb};
 use crate::integrator::Background;
+use serde_json::json;
 
 parameters! {
     /// What camera rays see where they leave the scene.
@@ -46,6 +47,17 @@ impl Value for Background {
             Self::Gradient(radiance) => format!("{GRADIENT}{}", color_text(*radiance)),
             Self::Color(radiance) => color_text(*radiance),
         }
+    }
+
+    fn schema() -> serde_json::Value {
+        let channel = json!({ "type": "number", "minimum": 0 });
+        json!({ "anyOf": [
+            { "enum": ["light", "transparent", "gradient", "white", "black"] },
+            { "type": "string", "pattern": "^(gradient:.+|#[0-9A-Fa-f]{6}|[0-9.,eE+ -]+)$" },
+            channel,
+            { "type": "array", "items": channel, "minItems": 3, "maxItems": 3 },
+            { "type": "array", "items": channel, "minItems": 1, "maxItems": 1 },
+        ] })
     }
 
     /// Whether the radiance is finite and not negative.

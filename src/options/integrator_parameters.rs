@@ -10,6 +10,7 @@ use crate::integrator::{
 };
 use crate::light::{SelectionMode, TriangleSampling};
 use crate::sampler::CubePoints;
+use serde_json::json;
 use std::fmt;
 
 parameters! {
@@ -161,6 +162,10 @@ impl Value for Clamp {
         self.0.map_or("off".into(), |limit| limit.to_string())
     }
 
+    fn schema() -> serde_json::Value {
+        json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["off"] }] })
+    }
+
     /// Whether the limit leaves light: it may have been set by code.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
@@ -192,6 +197,11 @@ impl Value for Survival {
             Self::Constant(probability) => format!("constant:{probability}"),
             Self::Threshold(threshold) => format!("threshold:{threshold}"),
         }
+    }
+
+    fn schema() -> serde_json::Value {
+        let number = r"[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?";
+        json!({ "type": "string", "pattern": format!("^(throughput|luminance|(constant|threshold):{number})$") })
     }
 
     /// Whether the numbers are in range: they may have been set by code.
@@ -246,6 +256,10 @@ impl Value for MaxDepth {
 
     fn text(&self) -> String {
         self.to_string()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "anyOf": [{ "type": "integer", "minimum": 0, "maximum": MAX_SCATTERINGS }, { "enum": ["none"] }] })
     }
 
     /// Whether the depth is in bounds: it may have been set by code.

@@ -27,4 +27,4 @@ pub use range::Range;
 pub use value::Value;
 
 pub(crate) use names::{name_of, nearest};
-pub(crate) use parameters_macro::{check, parameters, read};
+pub(crate) use parameters_macro::{bounded, check, parameters, read};

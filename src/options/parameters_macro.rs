@@ -19,6 +19,7 @@ pub struct Parameter {
     default: fn() -> String,
     names: fn() -> Vec<&'static str>,
     range: fn() -> String,
+    schema: fn() -> serde_json::Value,
 }
 
 impl Parameter {
@@ -53,9 +54,19 @@ impl Parameter {
         (self.range)()
     }
 
+    /// What a scene file may write, as a JSON Schema.
+    pub fn schema(&self) -> serde_json::Value {
+        (self.schema)()
+    }
+
+    /// Keys by which a scene file may call it: its key, and its flag where that has another name.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
+        [self.key].into_iter().chain(self.named_flag)
+    }
+
     /// Whether a scene file may call it `key`: by its key, or by its flag.
     pub(crate) fn is_called(&self, key: &str) -> bool {
-        key == self.key || self.named_flag == Some(key)
+        self.keys().any(|known| known == key)
     }
 }
 
@@ -186,6 +197,17 @@ pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -
     })
 }
 
+/// `schema` with keywords over its own.
+pub(crate) fn bounded(
+    mut schema: serde_json::Value,
+    bounds: Vec<(&'static str, serde_json::Value)>,
+) -> serde_json::Value {
+    for (keyword, value) in bounds {
+        schema[keyword] = value;
+    }
+    schema
+}
+
 /// Defines a struct of options and all there is to say about each of them.
 ///
 /// ```text
@@ -229,13 +251,13 @@ macro_rules! parameters {
         impl $crate::options::OptionGroup for $group {
             const HEADING: &'static str = $heading;
             const PARAMETERS: &'static [$crate::options::Parameter] = &[$($crate::options::Parameter::define(
-                stringify!($key),
-                concat!($($doc, "\n"),+),
+                (stringify!($key), concat!($($doc, "\n"),+)),
                 (parameters!(@option $($flag)?), parameters!(@option $($bare)?)),
                 <$ty as $crate::options::Value>::PLACEHOLDER,
                 || parameters!(@default $ty $(, $value)? $(; $words)?),
                 <$ty as $crate::options::Value>::names,
                 || parameters!(@range $ty $(, $range)?).to_string(),
+                || parameters!(@schema $ty $(, $range)?),
             )),+];
 
             fn set(
@@ -310,6 +332,11 @@ macro_rules! parameters {
     (@default $ty:ty) => { String::new() };
     (@range $ty:ty, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range }};
     (@range $ty:ty) => { "" };
+    (@schema $ty:ty $(, $range:expr)?) => {{
+        let schema = <$ty as $crate::options::Value>::schema();
+        $(let schema = $crate::options::bounded(schema, <$crate::options::Range<$ty>>::schema($range));)?
+        schema
+    }};
     (@valid $ty:ty, $value:expr, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range.contains($value) }};
     (@valid $ty:ty, $value:expr) => { $crate::options::Value::is_finite(&$value) };
 }
@@ -318,13 +345,13 @@ pub(crate) use parameters;
 impl Parameter {
     /// What [`parameters!`] says.
     pub(crate) const fn define(
-        key: &'static str,
-        help: &'static str,
+        (key, help): (&'static str, &'static str),
         (named_flag, bare): (Option<&'static str>, Option<&'static str>),
         placeholder: &'static str,
         default: fn() -> String,
         names: fn() -> Vec<&'static str>,
         range: fn() -> String,
+        schema: fn() -> serde_json::Value,
     ) -> Self {
         Self {
             key,
@@ -335,6 +362,7 @@ impl Parameter {
             default,
             names,
             range,
+            schema,
         }
     }
 }

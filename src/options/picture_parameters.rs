@@ -5,6 +5,7 @@ use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
 use crate::film::FilterKind;
 use crate::sampler::SamplerKind;
+use serde_json::json;
 
 /// Pixels a side at most: EXR counts them in signed 32-bit integers, and 2^16 a side is beyond what fits any memory here.
 const MAX_SIDE: u32 = 1 << 16;
@@ -92,6 +93,10 @@ impl Value for Exposure {
 
     fn text(&self) -> String {
         self.to_string()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "anyOf": [{ "type": "number", "minimum": -MAX_EXPOSURE, "maximum": MAX_EXPOSURE }, { "enum": ["auto"] }] })
     }
 
     /// Whether the stops are in range.

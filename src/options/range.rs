@@ -30,6 +30,21 @@ impl<T: Value + PartialOrd> Range<T> {
     }
 }
 
+impl<T: Value> Range<T> {
+    /// Bounds as keywords of a JSON Schema.
+    pub fn schema(self) -> Vec<(&'static str, serde_json::Value)> {
+        // Numbers are read from their text, whose digits are those of the documentation: 32-bit floats have others as doubles.
+        let number = |value: T| serde_json::from_str(&value.text()).unwrap_or_default();
+        match self {
+            Self::Any => Vec::new(),
+            Self::FromTo(min, max) => vec![("minimum", number(min)), ("maximum", number(max))],
+            Self::AtLeast(min) => vec![("minimum", number(min))],
+            Self::Above(min) => vec![("exclusiveMinimum", number(min))],
+            Self::AboveTo(min, max) => vec![("exclusiveMinimum", number(min)), ("maximum", number(max))],
+        }
+    }
+}
+
 impl<T: Value> fmt::Display for Range<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,4 +1,5 @@
 use super::names::{Named, join_names, name_of};
+use serde_json::json;
 
 /// A type of parameters: how a value is read and written.
 pub trait Value: Copy + PartialEq + 'static {
@@ -25,6 +26,9 @@ pub trait Value: Copy + PartialEq + 'static {
         Vec::new()
     }
 
+    /// What a scene file may write, without the range of a number, as a JSON Schema.
+    fn schema() -> serde_json::Value;
+
     /// False for NaN and infinities.
     fn is_finite(&self) -> bool {
         true
@@ -32,7 +36,7 @@ pub trait Value: Copy + PartialEq + 'static {
 }
 
 macro_rules! numbers {
-    ($($ty:ty: $kind:literal, $is_finite:expr;)*) => {
+    ($($ty:ty: $kind:literal, $is_finite:expr, $schema:tt;)*) => {
         $(impl Value for $ty {
             const PLACEHOLDER: &'static str = "N";
             const KIND: &'static str = $kind;
@@ -45,6 +49,10 @@ macro_rules! numbers {
                 self.to_string()
             }
 
+            fn schema() -> serde_json::Value {
+                json!($schema)
+            }
+
             fn is_finite(&self) -> bool {
                 $is_finite(*self)
             }
@@ -53,9 +61,9 @@ macro_rules! numbers {
 }
 
 numbers! {
-    u32: "a whole number", |_| true;
-    u64: "a whole number", |_| true;
-    f32: "a number", f32::is_finite;
+    u32: "a whole number", |_| true, { "type": "integer", "minimum": 0, "maximum": (u32::MAX) };
+    u64: "a whole number", |_| true, { "type": "integer", "minimum": 0 };
+    f32: "a number", f32::is_finite, { "type": "number" };
 }
 
 impl<T: Named> Value for T {
@@ -74,6 +82,10 @@ impl<T: Named> Value for T {
 
     fn names() -> Vec<&'static str> {
         T::NAMES.iter().map(|(name, _)| *name).collect()
+    }
+
+    fn schema() -> serde_json::Value {
+        json!({ "enum": Self::names() })
     }
 }
 

@@ -34,6 +34,7 @@ pub use state::RenderState;
 pub(crate) use backend::{AccelTask, AnyAccel};
 pub(crate) use memory::forecast;
 pub(crate) use method::Prepared;
+pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};

@@ -6,7 +6,7 @@
 
 use super::backend::BUILD;
 use super::memory::check_pixels;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, thread_pool};
+use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, Settings, thread_pool};
 use crate::accel::{Auditor, BackendInfo, Dispatch};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
@@ -258,37 +258,13 @@ impl<'a> Renderer<'a> {
     /// The filter's own, a panic of it, or that it was given up. The image is lost then: develop it again.
     pub fn denoise_unless(
         &self,
-        mut image: Image,
+        image: Image,
         metadata: &mut Metadata,
         gives_up: &dyn Fn() -> bool,
     ) -> Result<Image, Unfinished> {
-        /// Between two questions.
-        const LOOK: Duration = Duration::from_millis(20);
-        let Some(denoiser) = self.session.settings().denoiser else {
-            return Ok(image);
-        };
-        let (threads, radius) = (self.session.settings().threads, self.session.settings().denoise_radius);
-        let (sender, receiver) = channel();
-        thread::spawn(move || {
-            let done = guarded(|| {
-                let by = denoiser.version()?;
-                let pool = thread_pool(threads).map_err(|error| DenoiseError::Failed(error.to_string()))?;
-                pool.install(|| denoiser.apply_with(&mut image, radius))?;
-                Ok((image, by))
-            });
-            let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));
-        });
-        loop {
-            match receiver.recv_timeout(LOOK) {
-                Ok(done) => {
-                    let (image, by) = done.map_err(Unfinished::Failed)?;
-                    metadata.denoiser = Some(by);
-                    return Ok(image);
-                }
-                Err(RecvTimeoutError::Timeout) if !gives_up() => {}
-                Err(_) => return Err(Unfinished::GivenUp),
-            }
-        }
+        let (image, by) = denoised(self.session.settings(), image, gives_up)?;
+        metadata.denoiser = by.or(metadata.denoiser.take());
+        Ok(image)
     }
 
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
@@ -313,6 +289,42 @@ impl<'a> Renderer<'a> {
         metadata: &Metadata,
     ) -> Option<Result<Output, FileError>> {
         state.rescue(outputs, metadata)
+    }
+}
+
+/// `image` without its noise, as `settings` ask for it, and the name of the filter if they ask for one. It works on threads of its own; where
+/// `gives_up` says so before the end, these are left to themselves.
+///
+/// # Errors
+///
+/// The filter's own, a panic of it, or that it was given up.
+pub(crate) fn denoised(
+    settings: &Settings,
+    mut image: Image,
+    gives_up: &dyn Fn() -> bool,
+) -> Result<(Image, Option<String>), Unfinished> {
+    /// Between two questions.
+    const LOOK: Duration = Duration::from_millis(20);
+    let Some(denoiser) = settings.denoiser else {
+        return Ok((image, None));
+    };
+    let (threads, radius) = (settings.threads, settings.denoise_radius);
+    let (sender, receiver) = channel();
+    thread::spawn(move || {
+        let done = guarded(|| {
+            let by = denoiser.version()?;
+            let pool = thread_pool(threads).map_err(|error| DenoiseError::Failed(error.to_string()))?;
+            pool.install(|| denoiser.apply_with(&mut image, radius))?;
+            Ok((image, Some(by)))
+        });
+        let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));
+    });
+    loop {
+        match receiver.recv_timeout(LOOK) {
+            Ok(done) => return done.map_err(Unfinished::Failed),
+            Err(RecvTimeoutError::Timeout) if !gives_up() => {}
+            Err(_) => return Err(Unfinished::GivenUp),
+        }
     }
 }
 

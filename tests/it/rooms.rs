@@ -47,7 +47,8 @@ impl Imports {
             aliases: BTreeMap::new(),
             debug_writers: BTreeSet::new(),
         };
-        for file in files(&root) {
+        let is_code = |file: &PathBuf| file.extension().is_some_and(|extension| extension == "rs");
+        for file in files(&root).into_iter().filter(is_code) {
             let mut name: Name = file
                 .strip_prefix(&root)
                 .unwrap()

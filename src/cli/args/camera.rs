@@ -7,7 +7,7 @@ use crate::math::{Vec2, Vec3};
 use crate::session::CameraSettings;
 
 /// Where the picture is taken from; what is not said, by flags or the scene file, is guessed.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct CameraArgs {
     /// View: front, back, left, right, top, iso, inside, or auto, which chooses [default: auto]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit"])]

@@ -1,6 +1,6 @@
 //! Arguments of `embrasure help`.
 
-use crate::cli::reference::{TOPICS, codes};
+use crate::cli::reference::{SCHEMA, TOPICS, codes};
 use crate::options::nearest;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{Error, ErrorKind};
@@ -12,9 +12,10 @@ use std::ffi::OsStr;
 Examples:
   embrasure help render
   embrasure help mtl
-  embrasure help missing-texture")]
+  embrasure help missing-texture
+  embrasure help schema > scene.schema.json")]
 pub(in crate::cli) struct HelpArgs {
-    /// A command, a page of the reference (without a topic, all are listed), or a code that `check` reports
+    /// A command, a page of the reference (without a topic, all are listed), a code that `check` reports, or schema
     #[arg(value_parser = TopicParser, hide_possible_values = true)]
     pub topic: Option<String>,
 }
@@ -28,7 +29,9 @@ fn topics() -> Vec<String> {
     let program = super::Args::command();
     let commands = program.get_subcommands().map(|command| command.get_name().to_string());
     let pages = TOPICS.iter().flat_map(|topic| topic.names).copied();
-    commands.chain(pages.chain(codes()).map(String::from)).collect()
+    commands
+        .chain(pages.chain(codes()).chain([SCHEMA]).map(String::from))
+        .collect()
 }
 
 impl TypedValueParser for TopicParser {

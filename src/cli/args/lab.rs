@@ -1,41 +1,55 @@
 //! Arguments of `embrasure lab`.
 
+use super::camera::CameraArgs;
 use super::flags::{NameParser, value_parser};
+use super::load::LoadArgs;
 use super::values::{parse_duration, parse_size};
-use crate::options::{Backend, IntegratorKind, MaxDepth};
-use clap::Parser;
+use crate::options::{
+    Backend, Input, IntegratorKind, IntegratorOptions, MaxDepth, OptionGroup, SamplingOptions, Value, nearest,
+};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::error::{Error, ErrorKind};
+use clap::{Arg, Command, Parser};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 /// Equal samples with --spp, equal time with --time.
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Writes PREFIX.png (the pictures), PREFIX.csv and PREFIX.md (relMSE, seconds, efficiency = 1 / (relMSE x seconds)).
+Writes PREFIX.png (the pictures; with several numbers of --spp or --time a row for each estimator), PREFIX.csv and PREFIX.md (relMSE, seconds,
+efficiency = 1 / (relMSE x seconds)), and PREFIX-curves.csv and PREFIX-curves.svg (relMSE at 1, 4, 16, 64, ... samples).
 Without --reference the last estimator that is unbiased and finds all light (path, naive, bdpt, pssmlt or mlt) renders one, in 64 times its time: with
---time 10s some 11 minutes. An interrupt during the reference writes pictures and times without errors.
+--time 10s some 11 minutes. An interrupt writes what was rendered before it; without a reference there are no errors.
 Examples:
-  embrasure lab scenes/cornell-box.toml --size 256x256
-  embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 16
+  embrasure lab scenes/cornell-box.toml --size 256x256 --html box.html
+  embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 1,4,16
   embrasure lab scenes/cornell-box.toml --size 256x256 --bounces
-  embrasure lab scenes/veach-plates.toml --time 5s -o out/veach")]
+  embrasure lab scenes/veach-plates.toml --methods path:reuse=none,path:sampler=halton:reuse=none --time 1s,4s")]
 pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare in place of the ladder, such as path,bdpt,mlt,sppm, each with its defaults
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', value_parser = NameParser::<IntegratorKind>::new())]
-    pub methods: Vec<IntegratorKind>,
+    /// Integrators to compare in place of the ladder, with any settings of [render], such as path,bdpt,path:sampler=halton
+    #[arg(long, value_name = "NAME[:KEY=VALUE]...,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
+    pub methods: Vec<MethodFlag>,
 
     /// Write a sheet of path's picture and the light of 0 to 5 bounces by itself, in place of a comparison
-    #[arg(long, conflicts_with_all = ["methods", "time", "reference"])]
+    #[arg(long, conflicts_with_all = ["methods", "time", "reference", "html"])]
     pub bounces: bool,
 
-    /// Samples a pixel of every estimator [default: 64]
-    #[arg(long, value_name = "N", conflicts_with = "time")]
-    pub spp: Option<u32>,
+    /// Samples a pixel of every estimator; with several, such as 1,10,100, a column each [default: 64]
+    #[arg(
+        long,
+        value_name = "N,...",
+        value_delimiter = ',',
+        value_parser = clap::value_parser!(u32).range(1..),
+        conflicts_with = "time"
+    )]
+    pub spp: Vec<u32>,
 
-    /// Time for every estimator, such as 10s or 2m
-    #[arg(long, value_name = "DUR", value_parser = parse_duration)]
-    pub time: Option<f64>,
+    /// Time for every estimator, such as 10s or 2m; with several, such as 1s,4s, a column each
+    #[arg(long, value_name = "DUR,...", value_delimiter = ',', value_parser = parse_duration)]
+    pub time: Vec<f64>,
 
     /// Reference, an EXR file [default: the last unbiased estimator at 64 times its samples]
     #[arg(long, value_name = "FILE")]
@@ -44,6 +58,10 @@ pub(in crate::cli) struct LabArgs {
     /// Name of the files without their extension [default: SCENE's stem + -lab]
     #[arg(short, long, value_name = "PREFIX")]
     pub output: Option<PathBuf>,
+
+    /// Write a page for browsers, which needs no network: pictures, error maps, curves and the table
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
 
     /// Size of the image in pixels [default: the scene's]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -68,4 +86,138 @@ pub(in crate::cli) struct LabArgs {
     /// No progress
     #[arg(short, long)]
     pub quiet: bool,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}
+
+/// An integrator of `--methods`, with the settings that were written behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct MethodFlag {
+    /// As it was written, without blanks: the name of its rung.
+    pub name: String,
+    /// The integrator and its parameters.
+    pub integrator: IntegratorOptions,
+    /// Sampler, seed, backend and denoiser.
+    pub sampling: SamplingOptions,
+}
+
+/// Takes integrators with settings; shells complete the integrators.
+#[derive(Clone)]
+struct MethodParser;
+
+impl TypedValueParser for MethodParser {
+    type Value = MethodFlag;
+
+    fn parse_ref(&self, _: &Command, _: Option<&Arg>, value: &OsStr) -> Result<MethodFlag, Error> {
+        let text = value.to_string_lossy();
+        parse_method(&text)
+            .map_err(|words| Error::raw(ErrorKind::ValueValidation, format!("--methods {text}: {words}\n")))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(IntegratorKind::names().into_iter().map(PossibleValue::new)))
+    }
+}
+
+/// `path` or `path:reuse=none:sampler=halton`: an integrator, and keys of the scene file's `[render]` with their values.
+fn parse_method(text: &str) -> Result<MethodFlag, String> {
+    let mut parts = text.split(':').map(str::trim);
+    let kind = parts.next().unwrap_or_default();
+    let known = IntegratorKind::names();
+    let integrator = IntegratorKind::of_text(kind).ok_or_else(|| {
+        let near = nearest(kind, known.iter().copied());
+        let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
+        format!(
+            "no integrator is called `{kind}`\n  help: {near}there is {}",
+            known.join(", ")
+        )
+    })?;
+    let mut method = MethodFlag {
+        name: kind.into(),
+        integrator: IntegratorOptions {
+            integrator: Some(integrator),
+            ..IntegratorOptions::default()
+        },
+        sampling: SamplingOptions::default(),
+    };
+    for part in parts {
+        let Some((key, value)) = part.split_once('=') else {
+            return Err(format!(
+                "`{part}` is no key with a value\n  help: write {kind}:KEY=VALUE, such as {kind}:sampler=halton"
+            ));
+        };
+        let (key, value) = (key.trim().replace('-', "_"), value.trim());
+        method.set(&key, value)?;
+        method.name += &format!(":{key}={value}");
+    }
+    Ok(method)
+}
+
+impl MethodFlag {
+    /// Sets a parameter that may differ between methods.
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        if let Some(flag) = match key {
+            "samples" | "spp" => Some("spp"),
+            "integrator" => Some("methods"),
+            _ => None,
+        } {
+            return Err(format!("`{key}` is the same for all methods\n  help: use --{flag}"));
+        }
+        let input = Input::Flag(value);
+        let set = self
+            .integrator
+            .set(key, input)
+            .or_else(|| self.sampling.set(key, input));
+        match set {
+            Some(Ok(())) => Ok(()),
+            Some(Err(invalid)) => Err(invalid.to_string()),
+            None => {
+                let of_all = [IntegratorOptions::PARAMETERS, SamplingOptions::PARAMETERS].concat();
+                let keys = of_all.iter().map(|parameter| parameter.key);
+                let known: Vec<&str> = keys.filter(|key| !["integrator", "samples"].contains(key)).collect();
+                let near = nearest(key, known.iter().copied());
+                let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
+                Err(format!(
+                    "no parameter is called `{key}`\n  help: {near}there is {}",
+                    known.join(", ")
+                ))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::PathReuse;
+    use crate::sampler::SamplerKind;
+
+    #[test]
+    fn methods_have_settings_of_their_own() {
+        let method = parse_method(" path:reuse=none : sampler = halton:max-depth=none").unwrap();
+        assert_eq!(method.name, "path:reuse=none:sampler=halton:max_depth=none");
+        assert_eq!(method.integrator.integrator, Some(IntegratorKind::Path));
+        assert_eq!(method.integrator.reuse, Some(PathReuse::None));
+        assert_eq!(method.integrator.max_depth, Some(MaxDepth(None)));
+        assert_eq!(method.sampling.sampler, Some(SamplerKind::Halton));
+        assert_eq!(parse_method("vcm").unwrap().name, "vcm");
+        for (text, expected) in [
+            ("bdtp", "did you mean bdpt?"),
+            ("path:smapler=sobol", "did you mean sampler?"),
+            ("path:sampler=haltn", "did you mean halton?"),
+            ("sppm:photon_alpha=2", "at most 1"),
+            ("path:spp=4", "use --spp"),
+            ("path:integrator=bdpt", "use --methods"),
+            ("path:sobol", "path:KEY=VALUE"),
+            ("path:", "no key with a value"),
+            ("", "there is path"),
+        ] {
+            let error = parse_method(text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
 }

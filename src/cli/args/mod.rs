@@ -32,7 +32,7 @@ pub(super) use explain::ExplainArgs;
 pub(super) use flags::Flags;
 pub(super) use help::HelpArgs;
 pub(super) use init::InitArgs;
-pub(super) use lab::LabArgs;
+pub(super) use lab::{LabArgs, MethodFlag};
 pub(super) use load::LoadArgs;
 pub(super) use man::ManArgs;
 pub(super) use merge::MergeArgs;

@@ -3,9 +3,8 @@
 use super::{Comparison, Pair};
 use crate::cli::args::Map;
 use crate::cli::error::CliError;
-use crate::color::{Spectrum, false_color};
-use crate::compare::pixel_scores;
-use crate::film::RgbImage;
+use crate::color::false_color;
+use crate::compare::{pixel_scores, relative_differences};
 use crate::io::Figure;
 
 /// Draws the difference of `pair`.
@@ -48,14 +47,6 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
             Ok(figure(diverging(&scores, RANGE), legend.into()))
         }
     }
-}
-
-/// Signed, of luminance, in the measure of relMSE.
-fn relative_differences(image: &RgbImage, reference: &RgbImage) -> Vec<f32> {
-    let luminance = |p: &[f32; 3]| Spectrum::from(*p).luminance();
-    let pairs = image.pixels.iter().zip(&reference.pixels);
-    let difference = |(x, r): (f32, f32)| (x - r) / (r * r + 0.01).sqrt();
-    pairs.map(|(x, r)| difference((luminance(x), luminance(r)))).collect()
 }
 
 /// The next of 1, 2, 5, 10 … over the size of all values but the largest hundredth; 0.01 at least.

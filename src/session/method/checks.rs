@@ -155,7 +155,7 @@ impl Method {
     }
 
     /// An error where the method cannot show the ground of `scene`, or finds less light than the ground counts on.
-    pub(in crate::session) fn check_ground(&self, scene: &Scene) -> Result<(), Error> {
+    pub(crate) fn check_ground(&self, scene: &Scene) -> Result<(), Error> {
         if scene.ground().is_none() {
             return Ok(());
         }

@@ -1,10 +1,10 @@
 //! The sheet of `embrasure lab --bounces`: a picture, and the light of each bounce by itself.
 
-use super::error::CliError;
-use super::job::Job;
-use super::outputs::Outputs;
-use super::progress::{Heeding, Progress};
-use super::warnings::ShownWarnings;
+use crate::cli::error::CliError;
+use crate::cli::job::Job;
+use crate::cli::outputs::Outputs;
+use crate::cli::progress::{Heeding, Progress};
+use crate::cli::warnings::ShownWarnings;
 use crate::color::Spectrum;
 use crate::film::{Image, PathPart, RgbImage};
 use crate::io::{Output, Panel, write_contact_sheet};

@@ -1,0 +1,177 @@
+//! What is compared: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
+
+use super::lessons::{self, Lesson};
+use crate::cli::args::MethodFlag;
+use crate::integrator::{DirectLight, Directions, Heuristic};
+use crate::light::{SelectionMode, TriangleSampling};
+use crate::options::{Backend, IntegratorKind, IntegratorOptions, Method, OptionGroup, PathReuse, SamplingOptions};
+use crate::scene::Scene;
+use crate::session::{Session, Settings};
+
+/// An estimator with all its settings.
+pub(super) struct Contender {
+    pub name: String,
+    /// What it changes, and the paper.
+    pub lesson: Lesson,
+    /// Those of the render, with its own.
+    pub settings: Settings,
+    /// Why it is not rendered.
+    pub refused: Option<String>,
+}
+
+impl Contender {
+    fn new(name: impl Into<String>, lesson: Lesson, settings: Settings) -> Self {
+        Self {
+            name: name.into(),
+            lesson,
+            settings,
+            refused: None,
+        }
+    }
+
+    /// Integrator and parameters.
+    pub fn method(&self) -> Method {
+        self.settings.method()
+    }
+
+    /// The first line of why it is not rendered.
+    pub fn refusal(&self) -> Option<&str> {
+        self.refused.as_deref()?.lines().next()
+    }
+
+    /// Whether its mean is that of all light, so that others may be judged by it. Its denoiser does not count: a reference is never denoised.
+    pub fn finds_all_light(&self) -> bool {
+        self.refused.is_none() && self.method().finds_all_light()
+    }
+
+    /// Notes why it cannot render what `session` has, if it cannot.
+    pub fn judge(&mut self, session: &Session) {
+        let method = self.method();
+        // Light from points or single directions is not met by chance.
+        let lights = match method.check_lights(session.scene()) {
+            Ok(missing) => missing,
+            Err(error) => Some(error.to_string()),
+        };
+        let shown = || {
+            method
+                .check_ground(session.scene())
+                .err()
+                .map(|error| error.to_string())
+        };
+        self.refused = lights.or_else(shown);
+    }
+
+    /// Whether the scene that was made for `other` serves it too: lights are sampled alike, and rays are answered by one backend.
+    pub fn shares_scene(&self, other: &Settings) -> bool {
+        scene_key(&self.settings) == scene_key(other)
+    }
+}
+
+/// What of `settings` the scene and its acceleration structure are made for.
+fn scene_key(settings: &Settings) -> (SelectionMode, TriangleSampling, Backend) {
+    let method = settings.method();
+    (
+        method.value("light_selection").unwrap_or_default(),
+        method.value("triangle_sampling").unwrap_or_default(),
+        settings.backend,
+    )
+}
+
+/// Whether the session's scene has learned something from a render, which the next one would not pay for.
+pub(super) fn is_used(scene: &Scene) -> bool {
+    scene.light_selection().is_learned()
+}
+
+/// The steps of the ladder, each with one idea more than the one before; the last is `best`.
+pub(super) fn ladder(best: &Settings) -> Vec<Contender> {
+    let options = &best.integrator;
+    let alone = IntegratorOptions {
+        reuse: Some(PathReuse::None),
+        ..*options
+    };
+    let endless = Some(u32::MAX);
+    let step = |directions, direct, mis, roulette_depth| IntegratorOptions {
+        directions: Some(directions),
+        direct: Some(direct),
+        mis: Some(mis),
+        roulette_depth,
+        ..alone
+    };
+    let naive = IntegratorOptions {
+        integrator: Some(IntegratorKind::Naive),
+        roulette_depth: endless,
+        ..*options
+    };
+    let (power, roulette) = (Heuristic::Power, options.roulette_depth);
+    let steps = [
+        naive,
+        step(Directions::Uniform, DirectLight::None, power, endless),
+        step(Directions::Cosine, DirectLight::None, power, endless),
+        step(Directions::Cosine, DirectLight::None, power, roulette),
+        step(Directions::Cosine, DirectLight::Light, power, roulette),
+        step(Directions::Cosine, DirectLight::Mis, Heuristic::Balance, roulette),
+        alone,
+        *options,
+    ];
+    let rungs = lessons::rungs().zip(steps);
+    let contender = |((name, lesson), integrator)| {
+        let settings = Settings {
+            integrator,
+            ..best.clone()
+        };
+        Contender::new(name, lesson, settings)
+    };
+    rungs.map(contender).collect()
+}
+
+/// The integrators of `--methods`, each with its own settings over those of the scene.
+pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
+    let contender = |flag: &MethodFlag| {
+        let SamplingOptions {
+            seed,
+            sampler,
+            backend,
+            denoise,
+            denoise_radius,
+            ..
+        } = flag.sampling;
+        let settings = Settings {
+            integrator: flag.integrator.or(base.integrator),
+            seed: seed.unwrap_or(base.seed),
+            sampler: sampler.unwrap_or(base.sampler),
+            backend: backend.unwrap_or(base.backend),
+            denoiser: denoise.map_or(base.denoiser, |denoise| denoise.denoiser()),
+            denoise_radius: denoise_radius.or(base.denoise_radius),
+            ..base.clone()
+        };
+        Contender::new(&flag.name, lessons::of_method(flag, &settings), settings)
+    };
+    flags.iter().map(contender).collect()
+}
+
+/// Keys of `flag` that its integrator does not read.
+pub(super) fn idle_keys(flag: &MethodFlag) -> Vec<&'static str> {
+    let read = flag.integrator.integrator().parameters();
+    let given = flag.integrator.given().into_iter();
+    given
+        .filter(|key| *key != "integrator" && !read.contains(key))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ladder_ends_with_the_settings_of_the_scene() {
+        let best = Settings::default();
+        let rungs = ladder(&best);
+        assert_eq!(rungs.len(), 8);
+        assert_eq!(rungs[7].method(), best.method());
+        // Each rung is another estimator than the one below.
+        for pair in rungs.windows(2) {
+            assert_ne!(pair[0].method(), pair[1].method(), "{}", pair[1].name);
+        }
+        assert!(rungs.iter().all(|rung| rung.shares_scene(&best)));
+    }
+}

@@ -1,0 +1,134 @@
+//! The order of the renders: which contenders share a scene in memory, and what makes the reference.
+
+use super::budget::Budget;
+use super::contenders::{Contender, is_used};
+use super::runs::{self, Run, Snapshot};
+use crate::cli::error::CliError;
+use crate::cli::job::Job;
+use crate::cli::progress::is_interrupted;
+use crate::film::RgbImage;
+use crate::io::read_exr;
+use crate::session::{Session, Settings};
+use std::path::Path;
+
+/// How many times the samples of its rung the reference has.
+const REFERENCE_FACTOR: u32 = 64;
+
+/// What all are compared with.
+pub(super) struct Reference {
+    /// The estimator that made it, or the file.
+    pub name: String,
+    /// `None` for a file.
+    pub samples: Option<u32>,
+    pub image: RgbImage,
+}
+
+impl Reference {
+    /// Name and samples.
+    pub fn lines(&self) -> Vec<String> {
+        let samples = self.samples.map(|samples| format!("{samples} samples"));
+        [self.name.clone()].into_iter().chain(samples).collect()
+    }
+
+    /// The picture in the file `path`, which must have the size of those to compare.
+    pub fn read(path: &Path, settings: &Settings) -> Result<Self, CliError> {
+        let image = read_exr(path)?;
+        let [width, height] = settings.crop().size().as_usizevec2().to_array();
+        if [image.width, image.height] != [width, height] {
+            return Err(CliError::Usage(format!(
+                "{} has {}x{} pixels, but {width}x{height} are rendered\n  help: give --size {}x{}",
+                path.display(),
+                image.width,
+                image.height,
+                image.width,
+                image.height
+            )));
+        }
+        Ok(Self {
+            name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            samples: None,
+            image,
+        })
+    }
+}
+
+/// Renders contenders, with a scene that serves several of them where it can.
+pub(super) struct Laboratory<'a> {
+    pub job: &'a Job,
+    pub quiet: bool,
+    /// A loaded scene.
+    pub session: Option<Session>,
+}
+
+impl Laboratory<'_> {
+    /// Renders all that are not refused, until an interrupt.
+    pub fn runs(&mut self, contenders: Vec<Contender>, budgets: &[Budget]) -> Result<Vec<(Contender, Run)>, CliError> {
+        let mut runs = Vec::new();
+        let mut rest = contenders.into_iter().peekable();
+        loop {
+            if let Some(skipped) = rest.next_if(|next| next.refused.is_some() || is_interrupted()) {
+                runs.push((skipped, Run::default()));
+                continue;
+            }
+            let Some(first) = rest.peek() else { return Ok(runs) };
+            let session = self.session_for(first)?;
+            let renderer = session.renderer()?;
+            while let Some(contender) =
+                rest.next_if(|next| next.shares_scene(session.settings()) && !is_used(session.scene()))
+            {
+                let run = match contender.refused.is_some() || is_interrupted() {
+                    true => Run::default(),
+                    false => runs::run(&renderer, &contender, budgets, self.quiet)?,
+                };
+                runs.push((contender, run));
+            }
+            drop(renderer);
+            self.session = Some(session);
+        }
+    }
+
+    /// A session whose scene serves `contender`, and has learned nothing from other renders.
+    fn session_for(&mut self, contender: &Contender) -> Result<Session, CliError> {
+        let serves = |session: &Session| contender.shares_scene(session.settings()) && !is_used(session.scene());
+        match self.session.take().filter(serves) {
+            Some(session) => Ok(session),
+            None => Ok(Session::load(&self.job.scene, contender.settings.clone(), &())?),
+        }
+    }
+
+    /// The picture that `contender` makes of more samples than `run` has; `None` after an interrupt.
+    pub fn reference(&mut self, contender: &Contender, run: &Run) -> Result<Option<Reference>, CliError> {
+        let Some(last) = run.snapshots.last() else {
+            return Ok(None);
+        };
+        let samples = last.samples.saturating_mul(REFERENCE_FACTOR);
+        if !self.quiet {
+            let seconds = last.seconds * f64::from(REFERENCE_FACTOR);
+            errln!(
+                "reference: {}, {samples} samples of another seed, about {seconds:.0} s",
+                contender.name
+            );
+        }
+        // It has random numbers of its own, so that no error is shared.
+        let judge = Contender {
+            name: contender.name.clone(),
+            lesson: contender.lesson.clone(),
+            settings: Settings {
+                seed: contender.settings.seed.wrapping_add(1),
+                denoiser: None,
+                denoise_radius: None,
+                ..contender.settings.clone()
+            },
+            refused: None,
+        };
+        let session = self.session_for(&judge)?;
+        let renderer = session.renderer()?;
+        let mut run = runs::run(&renderer, &judge, &[Budget::Samples(samples)], self.quiet)?;
+        let whole = run.snapshots.pop().filter(|_| !run.is_interrupted);
+        Ok(whole.map(|Snapshot { image, .. }| Reference {
+            name: judge.name,
+            samples: Some(samples),
+            image,
+        }))
+    }
+}

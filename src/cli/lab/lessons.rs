@@ -1,0 +1,163 @@
+//! What each contender changes, in a sentence, and the paper that it comes from.
+
+use crate::cli::args::MethodFlag;
+use crate::options::{IntegratorKind, IntegratorOptions, OptionGroup, Parameter, SamplingOptions};
+use crate::session::Settings;
+
+/// A sentence, and a paper.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Lesson {
+    pub sentence: String,
+    /// Authors, year, title and DOI; `None` for what no paper introduced.
+    pub paper: Option<Paper>,
+}
+
+/// A publication.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Paper {
+    /// Authors and year.
+    pub authors: &'static str,
+    pub title: &'static str,
+    /// Digital object identifier.
+    pub doi: &'static str,
+}
+
+macro_rules! papers {
+    ($($name:ident: $authors:literal, $title:literal, $doi:literal;)+) => {
+        $(const $name: Paper = Paper { authors: $authors, title: $title, doi: $doi };)+
+    };
+}
+
+papers! {
+    KAJIYA: "Kajiya 1986", "The rendering equation", "10.1145/15922.15902";
+    COOK: "Cook, Porter and Carpenter 1984", "Distributed ray tracing", "10.1145/800031.808590";
+    WHITTED: "Whitted 1980", "An improved illumination model for shaded display", "10.1145/358876.358882";
+    ARVO: "Arvo and Kirk 1990", "Particle transport and image synthesis", "10.1145/97879.97886";
+    SHIRLEY: "Shirley, Wang and Zimmerman 1996", "Monte Carlo techniques for direct lighting calculations", "10.1145/226150.226151";
+    VEACH: "Veach and Guibas 1995", "Optimally combining sampling techniques for Monte Carlo rendering", "10.1145/218380.218498";
+    BIDIRECTIONAL: "Veach and Guibas 1995", "Bidirectional estimators for light transport", "10.1007/978-3-642-87825-1_11";
+    METROPOLIS: "Veach and Guibas 1997", "Metropolis light transport", "10.1145/258734.258775";
+    KELEMEN: "Kelemen, Szirmay-Kalos, Antal and Csonka 2002", "A simple and robust mutation strategy for the Metropolis light transport algorithm", "10.1111/1467-8659.t01-1-00703";
+    JENSEN: "Jensen 1996", "Global illumination using photon maps", "10.1007/978-3-7091-7484-5_3";
+    HACHISUKA: "Hachisuka and Jensen 2009", "Stochastic progressive photon mapping", "10.1145/1618452.1618487";
+    GEORGIEV: "Georgiev, Křivánek, Davidovič and Slusallek 2012", "Light transport simulation with vertex connection and merging", "10.1145/2366145.2366211";
+    WARD: "Ward, Rubinstein and Clear 1988", "A ray tracing solution for diffuse interreflection", "10.1145/54852.378490";
+    BEKAERT: "Bekaert, Sbert and Halton 2002", "Accelerating path tracing by re-using paths", "10.2312/EGWR/EGWR02/125-134";
+}
+
+fn lesson(sentence: &str, paper: Paper) -> Lesson {
+    Lesson {
+        sentence: sentence.into(),
+        paper: Some(paper),
+    }
+}
+
+/// Names and lessons of the ladder, from the lowest rung up.
+const RUNGS: [(&str, &str, Paper); 8] = [
+    (
+        "naive: emit or reflect",
+        "A path counts only the lights that it meets by chance; at each surface a coin decides between emission and reflection.",
+        KAJIYA,
+    ),
+    (
+        "uniform directions",
+        "Emission and reflection both count at each surface, and directions are uniform over the hemisphere.",
+        KAJIYA,
+    ),
+    (
+        "+ cosine directions",
+        "Directions are drawn in proportion to the cosine, which is then no part of the variance any more: importance sampling.",
+        COOK,
+    ),
+    (
+        "+ Russian roulette",
+        "Paths that carry little light end by chance, and those that survive count more: a sample is noisier, and many more fit into the time.",
+        ARVO,
+    ),
+    (
+        "+ light sampling",
+        "Each surface sends a shadow ray to a point drawn on a light: next-event estimation.",
+        SHIRLEY,
+    ),
+    (
+        "+ MIS",
+        "Light sampling and the rays that meet lights are weighed against each other by the balance heuristic: multiple importance sampling.",
+        VEACH,
+    ),
+    (
+        "+ BSDF, power",
+        "Directions are drawn from the BSDF of the surface, so that glossy surfaces find what they mirror; weights are those of the power heuristic.",
+        VEACH,
+    ),
+    (
+        "best: + shared paths",
+        "Pixels of a tile share their paths: each takes in the light that its neighbours have found from their second vertex on.",
+        BEKAERT,
+    ),
+];
+
+/// Names and lessons of the ladder, from the lowest rung up.
+pub(super) fn rungs() -> impl Iterator<Item = (&'static str, Lesson)> {
+    RUNGS
+        .into_iter()
+        .map(|(name, sentence, paper)| (name, lesson(sentence, paper)))
+}
+
+/// The paper that introduced an integrator.
+fn paper(kind: IntegratorKind) -> Option<Paper> {
+    Some(match kind {
+        IntegratorKind::Path | IntegratorKind::Naive | IntegratorKind::OneSample | IntegratorKind::Area => KAJIYA,
+        IntegratorKind::Whitted => WHITTED,
+        IntegratorKind::Distributed => COOK,
+        IntegratorKind::Direct => SHIRLEY,
+        IntegratorKind::Light | IntegratorKind::Bidirectional => BIDIRECTIONAL,
+        IntegratorKind::PrimarySpace => KELEMEN,
+        IntegratorKind::PathSpace => METROPOLIS,
+        IntegratorKind::ProgressivePhotons => HACHISUKA,
+        IntegratorKind::PhotonMap => JENSEN,
+        IntegratorKind::VertexMerging => GEORGIEV,
+        IntegratorKind::IrradianceCache => WARD,
+        IntegratorKind::AmbientOcclusion | IntegratorKind::Debug => return None,
+    })
+}
+
+/// What an integrator does, and each of its settings that is not the default.
+pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
+    let kind = flag.integrator.integrator();
+    let mut sentence = String::from(kind.help());
+    let own = flag.integrator.entries().into_iter().chain(flag.sampling.entries());
+    for entry in own.filter(|entry| entry.key != "integrator") {
+        let of_all = IntegratorOptions::PARAMETERS.iter().chain(SamplingOptions::PARAMETERS);
+        let help = of_all
+            .into_iter()
+            .find(|parameter| parameter.key == entry.key)
+            .map(Parameter::help);
+        sentence += &format!("; {} = {} ({})", entry.key, entry.text, help.unwrap_or_default());
+    }
+    if let Some(bias) = settings.method().bias() {
+        sentence += &format!("; biased by {bias}");
+    }
+    Lesson {
+        sentence: sentence + ".",
+        paper: paper(kind),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Named;
+
+    /// Papers are also named where the course explains the method, with the same DOI.
+    #[test]
+    fn papers_are_those_of_the_course() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/learn");
+        let pages = std::fs::read_dir(folder).unwrap().map(|page| page.unwrap().path());
+        let course: String = pages.map(|page| std::fs::read_to_string(page).unwrap()).collect();
+        let of_methods = IntegratorKind::NAMES.iter().filter_map(|(_, kind)| paper(*kind));
+        for Paper { authors, title, doi } in rungs().filter_map(|(_, lesson)| lesson.paper).chain(of_methods) {
+            let entry = format!("{authors}, *{title}*, [{doi}](https://doi.org/{doi})");
+            assert!(course.contains(&entry), "{entry}");
+        }
+    }
+}

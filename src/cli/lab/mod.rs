@@ -1,0 +1,312 @@
+//! `embrasure lab`: one scene by several estimators, each measured against a reference.
+//!
+//! `contenders` are what is compared, `lessons` what is told of them, `budget` what each may spend. `laboratory` says in which order `runs` renders
+//! them, with a snapshot at each point of the curves, and makes the reference. `tables`, `sheet`, `curves` and `page` write the result.
+
+mod bounces;
+mod budget;
+mod contenders;
+mod curves;
+mod laboratory;
+mod lessons;
+mod page;
+mod runs;
+mod sheet;
+mod tables;
+
+use super::args::{Flags, LabArgs, RenderArgs};
+use super::error::CliError;
+use super::job::Job;
+use super::outputs::Outputs;
+use super::progress::{Heeding, is_interrupted};
+use super::warnings::ShownWarnings;
+use super::words;
+use crate::color::Tone;
+use crate::compare::Errors;
+use crate::io::{MemoryLimit, Output, in_words, write_contact_sheet};
+use crate::options::{Denoising, IntegratorKind, IntegratorOptions, SamplingOptions};
+use crate::session::Session;
+use budget::Budget;
+use contenders::{Contender, idle_keys, ladder, methods};
+use laboratory::{Laboratory, Reference};
+use runs::Run;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// All that a comparison found.
+struct Comparison {
+    /// The scene, as it was named.
+    scene: String,
+    /// Columns and rows of the pictures.
+    size: [usize; 2],
+    budgets: Vec<Budget>,
+    runs: Vec<(Contender, Run)>,
+    /// `None` where an interrupt came before its end.
+    reference: Option<Reference>,
+    /// How pictures are shown.
+    tone: Tone,
+}
+
+impl Comparison {
+    /// Estimators with a snapshot at least.
+    fn rendered(&self) -> impl Iterator<Item = (&Contender, &Run)> {
+        let runs = self.runs.iter().map(|(contender, run)| (contender, run));
+        runs.filter(|(_, run)| !run.snapshots.is_empty())
+    }
+}
+
+/// The files to write.
+struct Files {
+    sheet: Output,
+    csv: Output,
+    markdown: Output,
+    curves_csv: Output,
+    curves: Output,
+    page: Option<Output>,
+}
+
+/// Renders all contenders and writes what came out.
+pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
+    if args.bounces {
+        return sheet_of_bounces(args);
+    }
+    // Everything that can be wrong is found before the first ray.
+    let mut named = Outputs::default();
+    let files = Files::prepare(args, &mut named)?;
+    named.spare([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
+    let budgets = Budget::of(&args.spp, &args.time);
+    let job = Job::new(&render_args(args, &budgets))?;
+    let given = args
+        .reference
+        .as_deref()
+        .map(|path| Reference::read(path, &job.settings))
+        .transpose()?;
+    let mut contenders = match args.methods.is_empty() {
+        true => ladder(&job.settings),
+        false => methods(&job.settings, &args.methods),
+    };
+    for contender in &contenders {
+        let checked = contender.settings.check().map_err(CliError::from);
+        checked.map_err(|error| named_error(contender, error))?;
+    }
+    if given.is_none() && !contenders.iter().any(Contender::finds_all_light) {
+        return Err(no_reference(&contenders));
+    }
+    let session = Session::load(&job.scene, job.settings.clone(), &())?;
+    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
+    check_memory(&session, &job, contenders.len(), &budgets)?;
+    for flag in &args.methods {
+        let integrator = flag.name.split(':').next().unwrap_or_default();
+        idle_keys(flag)
+            .iter()
+            .for_each(|key| words::warning(format_args!("{}: {integrator} does not use {key}", flag.name)));
+    }
+    contenders.iter_mut().for_each(|contender| contender.judge(&session));
+    let truth = contenders.iter().rposition(Contender::finds_all_light);
+    if given.is_none() && truth.is_none() {
+        return Err(no_reference(&contenders));
+    }
+
+    let _heeding = Heeding::begin();
+    let mut laboratory = Laboratory {
+        job: &job,
+        quiet: args.quiet,
+        session: Some(session),
+    };
+    let runs = laboratory.runs(contenders, &budgets)?;
+    if runs.iter().all(|(_, run)| run.snapshots.is_empty()) && is_interrupted() {
+        let words = "interrupted before the first sample: nothing is written";
+        return Err(CliError::Interrupted(words.into()));
+    }
+    let reference = match (given, truth.map(|truth| &runs[truth])) {
+        (Some(given), _) => Some(given),
+        (None, Some((contender, run))) if !is_interrupted() => laboratory.reference(contender, run)?,
+        _ => None,
+    };
+    let tone = runs
+        .iter()
+        .rev()
+        .find(|(_, run)| !run.snapshots.is_empty())
+        .map(|(_, run)| run.tone);
+    let mut comparison = Comparison {
+        scene: args.scene.display().to_string(),
+        size: job.settings.crop().size().as_usizevec2().to_array(),
+        budgets,
+        runs,
+        reference,
+        tone: tone.unwrap_or_default(),
+    };
+    comparison.measure()?;
+    files.write(&comparison, args.quiet)?;
+    match is_interrupted() {
+        false => Ok(ExitCode::SUCCESS),
+        true => Err(CliError::Interrupted(comparison.interruption())),
+    }
+}
+
+/// Writes the sheet of bounces in place of a comparison.
+fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
+    let mut named = Outputs::default();
+    let output = named.prepare("-o", &output_path(args, ".png"))?;
+    named.spare([&*args.scene])?;
+    let budgets = Budget::of(&args.spp, &[]);
+    bounces::write_sheet(Job::new(&render_args(args, &budgets))?, &output, &named, args.quiet)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The prefix of all outputs with an ending, whatever dots it has.
+fn output_path(args: &LabArgs, ending: &str) -> PathBuf {
+    let mut name = match &args.output {
+        Some(prefix) => prefix.clone().into_os_string(),
+        None => {
+            let stem = args.scene.file_stem().unwrap_or_default();
+            format!("{}-lab", Path::new(stem).display()).into()
+        }
+    };
+    name.push(ending);
+    name.into()
+}
+
+impl Files {
+    fn prepare(args: &LabArgs, named: &mut Outputs) -> Result<Self, CliError> {
+        let mut output = |ending: &str| named.prepare("-o", &output_path(args, ending));
+        Ok(Self {
+            sheet: output(".png")?,
+            csv: output(".csv")?,
+            markdown: output(".md")?,
+            curves_csv: output("-curves.csv")?,
+            curves: output("-curves.svg")?,
+            page: args
+                .html
+                .as_deref()
+                .map(|path| named.prepare("--html", path))
+                .transpose()?,
+        })
+    }
+
+    /// Writes all files, and the table to the standard output.
+    fn write(&self, comparison: &Comparison, quiet: bool) -> Result<(), CliError> {
+        let (panels, columns) = comparison.panels();
+        write_contact_sheet(&self.sheet, &panels, columns)?;
+        let table = comparison.markdown();
+        let texts = [
+            (&self.csv, comparison.csv()),
+            (&self.markdown, table.clone()),
+            (&self.curves_csv, comparison.curves_csv()),
+            (&self.curves, curves::svg(comparison, curves::Place::File)),
+        ];
+        for (output, text) in &texts {
+            output.write(|w| w.write_all(text.as_bytes()))?;
+        }
+        if let Some(output) = &self.page {
+            output.write(|w| page::write(w, comparison))?;
+        }
+        if !quiet {
+            out!("{table}");
+            let outputs = [&self.sheet]
+                .into_iter()
+                .chain(texts.iter().map(|(output, _)| *output))
+                .chain(&self.page);
+            let names: Vec<String> = outputs.map(|output| output.path().display().to_string()).collect();
+            errln!("-> {}", names.join(", "));
+        }
+        Ok(())
+    }
+}
+
+/// The render command that differs from a contender by its settings alone.
+fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
+    let samples = budgets.iter().rev().find_map(|budget| match budget {
+        Budget::Samples(samples) => Some(*samples),
+        Budget::Seconds(_) => None,
+    });
+    RenderArgs {
+        scene: args.scene.clone(),
+        sampling: Flags(SamplingOptions {
+            samples,
+            seed: args.seed,
+            backend: args.backend,
+            // The picture's noise is measured, not looked at.
+            denoise: Some(Denoising::Off),
+            ..SamplingOptions::default()
+        }),
+        size: args.size,
+        threads: args.threads,
+        quiet: args.quiet,
+        integrator: Flags(IntegratorOptions {
+            integrator: Some(IntegratorKind::Path),
+            max_depth: args.max_depth,
+            ..IntegratorOptions::default()
+        }),
+        camera: args.camera.clone(),
+        load: args.load.clone(),
+        ..RenderArgs::default()
+    }
+}
+
+/// An error where there is no memory for the snapshots of so many contenders.
+fn check_memory(session: &Session, job: &Job, contenders: usize, budgets: &[Budget]) -> Result<(), CliError> {
+    let pictures = contenders as u64 * Budget::snapshots(budgets) + 1;
+    let bytes = pictures * job.settings.crop().area() * size_of::<[f32; 3]>() as u64;
+    let limit = MemoryLimit::of(job.scene.load.max_memory);
+    match MemoryLimit::refusal(limit, session.memory() + bytes, bytes) {
+        None => Ok(()),
+        Some(refusal) => Err(CliError::Failed(format!(
+            "the pictures of all estimators take about {}: {refusal}\n  help: use a smaller --size, or compare fewer --methods",
+            in_words(bytes)
+        ))),
+    }
+}
+
+/// `error` as one of `contender`.
+fn named_error(contender: &Contender, error: CliError) -> CliError {
+    match error {
+        CliError::Usage(words) if contender.name.contains(':') => {
+            CliError::Usage(format!("{}: {words}", contender.name))
+        }
+        other => other,
+    }
+}
+
+/// Of estimators none of which may be taken for the reference.
+fn no_reference(contenders: &[Contender]) -> CliError {
+    let names: Vec<&str> = contenders.iter().map(|contender| contender.name.as_str()).collect();
+    CliError::Usage(format!(
+        "--methods {}: none of them is sure to find all light of this scene without bias, so that none makes a reference\n  \
+         help: give --reference FILE, or add a method such as bdpt or path",
+        names.join(",")
+    ))
+}
+
+impl Comparison {
+    /// Measures all pictures against the reference, if there is one.
+    fn measure(&mut self) -> Result<(), CliError> {
+        let Some(reference) = &self.reference else {
+            return Ok(());
+        };
+        for snapshot in self.runs.iter_mut().flat_map(|(_, run)| &mut run.snapshots) {
+            let errors = Errors::new(&snapshot.image, &reference.image);
+            let errors = errors.map_err(|e| CliError::Failed(format!("--reference: {e}")))?;
+            snapshot.rel_mse = Some(errors.rel_mse);
+        }
+        Ok(())
+    }
+
+    /// What an interrupt has left out.
+    fn interruption(&self) -> String {
+        let is_missing = |(contender, run): &&(Contender, Run)| {
+            contender.refused.is_none() && (run.is_interrupted || run.snapshots.is_empty())
+        };
+        let during = match self.runs.iter().find(is_missing) {
+            Some((contender, _)) => format!("interrupted during `{}`", contender.name),
+            None => "interrupted while the reference was made".into(),
+        };
+        let errors = match self.reference {
+            Some(_) => "what was rendered before is written",
+            None => "what is written has no errors in it",
+        };
+        format!("{during}: {errors}")
+    }
+}

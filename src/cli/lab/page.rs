@@ -1,0 +1,219 @@
+//! A comparison as one page of HTML without links to other files: browsers show it from a disk, without a network.
+//!
+//! `page.html`, `page.css` and `page.js` are the page; the figures are JSON in a script element, and pictures PNG files in base64. An error map is a
+//! grey PNG, whose codes a filter of the page turns into colours, signed or by size.
+
+use super::Comparison;
+use super::budget::Budget;
+use super::contenders::Contender;
+use super::curves::{self, Measure, Place};
+use super::runs::{Run, Snapshot};
+use super::sheet::shown;
+use crate::cli::words::count;
+use crate::color::{false_color, srgb};
+use crate::compare::relative_differences;
+use crate::film::RgbImage;
+use crate::io::png_bytes;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+
+/// Pixels of all pictures of a page at most, so that browsers hold it: larger pictures are averaged down.
+const MAX_PIXELS: usize = 8 << 20;
+/// Colours of the palette of an error map.
+const COLORS: usize = 65;
+
+/// Writes the page.
+pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Result<()> {
+    let data = data(comparison)?.to_string();
+    let title = format!("Estimators compared: {}", comparison.scene);
+    let page = include_str!("page/page.html")
+        .replace("{{style}}", include_str!("page/page.css").trim_end())
+        .replace("{{script}}", include_str!("page/page.js").trim_end())
+        .replace("{{curves}}", curves::svg(comparison, Place::Page).trim_end())
+        .replace("{{title}}", &curves::escaped(&title))
+        // No tag can end the script within it.
+        .replace("{{data}}", &data.replace('<', "\\u003c"));
+    writer.write_all(page.as_bytes())
+}
+
+/// All that the script of the page shows.
+fn data(comparison: &Comparison) -> io::Result<Value> {
+    let snapshots = comparison.rendered().map(|(_, run)| run.snapshots.len()).sum();
+    let [width, height] = comparison.size;
+    let pictures = Pictures {
+        comparison,
+        factor: factor(comparison.size, snapshots),
+    };
+    let measure = match comparison.budgets.first() {
+        Some(Budget::Seconds(_)) => "seconds",
+        _ => "samples",
+    };
+    let mut index = 0;
+    let estimators: io::Result<Vec<Value>> = comparison
+        .runs
+        .iter()
+        .map(|(contender, run)| {
+            let color = (!run.snapshots.is_empty()).then(|| curves::color(index));
+            index += usize::from(color.is_some());
+            pictures.estimator(contender, run, color)
+        })
+        .collect();
+    let reference = comparison.reference.as_ref().map(|reference| {
+        let picture = pictures.picture(&reference.image)?;
+        io::Result::Ok(json!({ "name": reference.name, "samples": reference.samples, "picture": picture }))
+    });
+    let signed = |share: f32| false_color::diverging(2.0 * share - 1.0);
+    let magnitude = |share: f32| false_color::magma((2.0 * share - 1.0).abs());
+    Ok(json!({
+        "summary": pictures.summary(),
+        "size": [width / pictures.factor, height / pictures.factor],
+        "measure": measure,
+        "estimators": estimators?,
+        "reference": reference.transpose()?,
+        "palettes": { "signed": palette(signed), "magnitude": palette(magnitude) },
+    }))
+}
+
+fn palette(color: impl Fn(f32) -> [u8; 3]) -> Vec<[u8; 3]> {
+    (0..COLORS).map(|i| color(i as f32 / (COLORS - 1) as f32)).collect()
+}
+
+/// Pixels a side that become one, for `pictures` pictures of `size`.
+fn factor([width, height]: [usize; 2], pictures: usize) -> usize {
+    let largest = width.min(height).max(1);
+    let fits = |factor: &usize| (width / factor) * (height / factor) * pictures <= MAX_PIXELS;
+    (1..largest).find(fits).unwrap_or(largest)
+}
+
+/// Makes the pictures of a page.
+struct Pictures<'a> {
+    comparison: &'a Comparison,
+    /// Pixels a side that are averaged to one.
+    factor: usize,
+}
+
+impl Pictures<'_> {
+    /// What was compared, in a line.
+    fn summary(&self) -> String {
+        let [width, height] = self.comparison.size;
+        let estimators = count(self.comparison.runs.len() as u64, "estimator");
+        let reference = match &self.comparison.reference {
+            Some(reference) => format!("reference: {}", reference.lines().join(", ")),
+            None => "no reference, and so no errors".into(),
+        };
+        let averaged = match self.factor {
+            1 => String::new(),
+            n => format!("; pictures are shown averaged over {n}×{n} pixels, figures are of all pixels"),
+        };
+        format!(
+            "{estimators} on {}, {width}×{height} pixels; {reference}{averaged}.",
+            self.comparison.scene
+        )
+    }
+
+    fn estimator(&self, contender: &Contender, run: &Run, color: Option<&str>) -> io::Result<Value> {
+        let points: io::Result<Vec<Value>> = run.snapshots.iter().map(|snapshot| self.point(snapshot)).collect();
+        let paper = contender.lesson.paper;
+        Ok(json!({
+            "name": contender.name,
+            "sentence": contender.lesson.sentence,
+            "paper": paper.map(|paper| json!({ "authors": paper.authors, "title": paper.title, "doi": paper.doi })),
+            "color": color,
+            "refused": contender.refusal(),
+            "slope": Measure::in_words(&run.snapshots),
+            "points": points?,
+        }))
+    }
+
+    fn point(&self, snapshot: &Snapshot) -> io::Result<Value> {
+        let error = self.comparison.reference.as_ref();
+        let error = error.map(|reference| self.error_map(&snapshot.image, &reference.image));
+        Ok(json!({
+            "samples": snapshot.samples,
+            "seconds": snapshot.seconds,
+            "relmse": snapshot.rel_mse,
+            "efficiency": snapshot.efficiency(),
+            "is_budget": !snapshot.budgets.is_empty(),
+            "picture": self.picture(&snapshot.image)?,
+            "error": error.transpose()?,
+        }))
+    }
+
+    /// A picture as the scene's tone shows it.
+    fn picture(&self, image: &RgbImage) -> io::Result<String> {
+        let image = shown(&averaged(image, self.factor), &self.comparison.tone);
+        let bytes: Vec<u8> = image
+            .pixels
+            .iter()
+            .flat_map(|pixel| pixel.map(srgb::encode_u8))
+            .collect();
+        encoded(3, &image, &bytes)
+    }
+
+    /// The relative error `e` of luminance, as the code of the signed root of its size: 0 is −100 % or less, 255 is +100 % or more.
+    fn error_map(&self, image: &RgbImage, reference: &RgbImage) -> io::Result<String> {
+        let [image, reference] = [image, reference].map(|image| averaged(image, self.factor));
+        let code = |error: f32| 127.5 + 127.5 * error.signum() * error.abs().min(1.0).sqrt();
+        let errors = relative_differences(&image, &reference).into_iter();
+        let bytes: Vec<u8> = errors.map(|error| code(error).round() as u8).collect();
+        encoded(1, &image, &bytes)
+    }
+}
+
+/// A PNG file of so many channels and the size of `image`, in base64.
+fn encoded(channels: usize, image: &RgbImage, bytes: &[u8]) -> io::Result<String> {
+    let size = [image.width as u32, image.height as u32];
+    Ok(STANDARD.encode(png_bytes(channels, size, bytes)?))
+}
+
+/// `image` with squares of `factor` pixels a side averaged to one; what is left over at its edges is cut off.
+fn averaged(image: &RgbImage, factor: usize) -> RgbImage {
+    let (width, height) = (image.width / factor, image.height / factor);
+    let pixel = |i: usize| {
+        let (x, y) = (i % width * factor, i / width * factor);
+        let square = (y..y + factor).flat_map(|row| &image.pixels[row * image.width + x..][..factor]);
+        let sum = square.fold([0.0f32; 3], |sum, pixel| [0, 1, 2].map(|c| sum[c] + pixel[c]));
+        sum.map(|sum| sum / (factor * factor) as f32)
+    };
+    RgbImage {
+        width,
+        height,
+        pixels: (0..width * height).map(pixel).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pages_of_many_pictures_have_smaller_ones() {
+        assert_eq!(factor([512, 512], 32), 1);
+        assert_eq!(factor([512, 512], 33), 2);
+        assert_eq!(factor([1920, 1080], 32), 3);
+        assert_eq!((factor([1, 1], 1 << 24), factor([4, 1], 0)), (1, 1));
+        let image = RgbImage {
+            width: 3,
+            height: 2,
+            pixels: [1.0, 2.0, 9.0, 3.0, 6.0, 9.0].map(|v| [v, 0.0, -v]).into(),
+        };
+        let half = averaged(&image, 2);
+        assert_eq!((half.width, half.height, half.pixels), (1, 1, vec![[3.0, 0.0, -3.0]]));
+        assert_eq!(averaged(&image, 1), image);
+    }
+
+    #[test]
+    fn palettes_have_no_error_in_their_middle() {
+        let middle = COLORS / 2;
+        assert_eq!(
+            palette(|share| false_color::diverging(2.0 * share - 1.0))[middle],
+            [221; 3]
+        );
+        assert_eq!(
+            palette(|share| false_color::magma((2.0 * share - 1.0).abs()))[middle],
+            [0, 0, 4]
+        );
+    }
+}

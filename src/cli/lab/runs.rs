@@ -1,0 +1,285 @@
+//! The renders of a comparison: each contender takes samples until its budgets are spent, and leaves snapshots on the way.
+//!
+//! Snapshots are taken at 1, 4, 16, 64, … samples and where a budget ends. The main render ends only where passes are cut (`render/schedule.rs`);
+//! a budget that ends between two cuts is rendered to its end on a copy of the film, whose time counts for that snapshot alone. A sampler that must
+//! know the number of samples renders each snapshot anew.
+
+use super::budget::{Budget, Step, is_mark};
+use super::contenders::Contender;
+use crate::accel::Dispatch;
+use crate::cli::error::CliError;
+use crate::cli::progress::{Progress, is_interrupted};
+use crate::color::Tone;
+use crate::film::{Film, RgbImage, metered};
+use crate::options::Method;
+use crate::render::{Outcome, last_cut};
+use crate::sampler::RenderSampler;
+use crate::session::{AccelTask, Prepared, Renderer, Session, Unfinished, denoised};
+use std::time::Instant;
+
+/// The picture of a contender after so many samples.
+pub(super) struct Snapshot {
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Seconds of rendering, of what was made before the first sample, and of denoising.
+    pub seconds: f64,
+    pub image: RgbImage,
+    /// Indices of the budgets that end here.
+    pub budgets: Vec<usize>,
+    /// Error against the reference; `None` where there is none.
+    pub rel_mse: Option<f64>,
+}
+
+impl Snapshot {
+    /// `1 / (relMSE × seconds)`.
+    pub fn efficiency(&self) -> Option<f64> {
+        Some(1.0 / (self.rel_mse? * self.seconds))
+    }
+}
+
+/// What came out of a contender.
+#[derive(Default)]
+pub(super) struct Run {
+    /// In the order of their samples.
+    pub snapshots: Vec<Snapshot>,
+    /// How its pictures are shown; an automatic exposure is metered in the last of them.
+    pub tone: Tone,
+    /// Whether an interrupt ended it before its budgets were spent.
+    pub is_interrupted: bool,
+}
+
+impl Run {
+    /// The snapshot at which the budget `index` ends.
+    pub fn at(&self, index: usize) -> Option<&Snapshot> {
+        self.snapshots.iter().find(|snapshot| snapshot.budgets.contains(&index))
+    }
+}
+
+/// Renders `contender` until `budgets`, which ascend, are spent.
+pub(super) fn run(
+    renderer: &Renderer,
+    contender: &Contender,
+    budgets: &[Budget],
+    quiet: bool,
+) -> Result<Run, CliError> {
+    let samples = match budgets.last() {
+        Some(Budget::Samples(samples)) => *samples,
+        _ => 0,
+    };
+    let pixels = contender.settings.crop().area();
+    let progress = Progress::new(pixels * u64::from(samples), quiet || samples == 0);
+    let mut run = Run::default();
+    let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
+    progress.finish();
+    spent?;
+    // What was rendered until an interrupt stands for the budget that was not spent.
+    if run.is_interrupted {
+        let spent = run.snapshots.iter().flat_map(|snapshot| &snapshot.budgets).max();
+        let next = spent.map_or(0, |spent| spent + 1);
+        if let Some(last) = run.snapshots.last_mut().filter(|last| last.budgets.is_empty()) {
+            last.budgets.push(next);
+        }
+    }
+    Ok(run)
+}
+
+/// An interrupt has ended the render.
+struct Interrupted;
+
+/// A render that takes samples as it is told.
+struct Estimate<'a> {
+    renderer: &'a Renderer<'a>,
+    contender: &'a Contender,
+    method: Method,
+    prepared: Prepared,
+    progress: &'a Progress,
+    /// Seconds of what is made before the first sample.
+    preparing: f64,
+    /// Samples up to a cut between passes.
+    film: Film,
+    done: u32,
+    /// Seconds of these samples, and of preparing.
+    seconds: f64,
+}
+
+impl<'a> Estimate<'a> {
+    fn new(renderer: &'a Renderer<'a>, contender: &'a Contender, progress: &'a Progress) -> Self {
+        let settings = &contender.settings;
+        Self {
+            renderer,
+            contender,
+            method: contender.method(),
+            prepared: Prepared::new(settings.resolution, settings.seed),
+            progress,
+            preparing: 0.0,
+            film: Film::new(settings.resolution, settings.crop()),
+            done: 0,
+            seconds: 0.0,
+        }
+    }
+
+    /// Spends all budgets, and leaves their snapshots in `run`, with those of the curve.
+    fn spend(&mut self, budgets: &[Budget], run: &mut Run) -> Result<(), CliError> {
+        if self.prepare().is_err() {
+            run.is_interrupted = true;
+            return Ok(());
+        }
+        for (index, budget) in budgets.iter().enumerate() {
+            loop {
+                let Step { end, is_last } = budget.step(self.done, self.seconds);
+                if run.snapshots.last().is_none_or(|last| last.samples < end) {
+                    let Ok((copy, seconds)) = self.advance(end) else {
+                        run.is_interrupted = true;
+                        return Ok(());
+                    };
+                    if is_last || is_mark(end) {
+                        let film = copy.as_ref().unwrap_or(&self.film);
+                        let Some(snapshot) = self.snapshot(film, end, seconds, run)? else {
+                            run.is_interrupted = true;
+                            return Ok(());
+                        };
+                        run.snapshots.push(snapshot);
+                    }
+                }
+                if is_last {
+                    // A budget that is hardly larger than the one before may end at its snapshot.
+                    run.snapshots
+                        .last_mut()
+                        .into_iter()
+                        .for_each(|last| last.budgets.push(index));
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the samples before `end`, which is `done` or more. They are in `film`, or in a copy of it that is returned; with the seconds that they took.
+    fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupted> {
+        if self.contender.settings.sampler.knows_count() || self.method.knows_count() {
+            let mut film = self.new_film();
+            self.seconds = self.preparing + self.take(&mut film, end)?;
+            (self.film, self.done) = (film, end);
+            return Ok((None, self.seconds));
+        }
+        let cut = last_cut(end);
+        if cut > self.done {
+            let empty = self.new_film();
+            let mut film = std::mem::replace(&mut self.film, empty);
+            self.seconds += self.take(&mut film, cut)?;
+            (self.film, self.done) = (film, cut);
+        }
+        if end == self.done {
+            return Ok((None, self.seconds));
+        }
+        let mut film = self.film.clone();
+        let seconds = self.take(&mut film, end)?;
+        Ok((Some(film), self.seconds + seconds))
+    }
+
+    fn new_film(&self) -> Film {
+        Film::new(self.contender.settings.resolution, self.contender.settings.crop())
+    }
+
+    /// Makes what has to be there before the first sample.
+    fn prepare(&mut self) -> Result<(), Interrupted> {
+        struct Prepare<'a, 'b>(&'b Estimate<'a>, RenderSampler);
+        impl AccelTask for Prepare<'_, '_> {
+            type Output = Outcome;
+
+            fn run<A: Dispatch>(self, accel: &A) -> Outcome {
+                let Self(estimate, sampler) = self;
+                let session = estimate.session();
+                let world = (session.world(accel), &estimate.prepared);
+                let (outcome, _) = session.install(|| estimate.method.prepare(world, &sampler, estimate.progress));
+                outcome
+            }
+        }
+        let start = Instant::now();
+        let sampler = self.sampler(self.contender.settings.spp);
+        let outcome = self.renderer.accel().with(Prepare(self, sampler));
+        self.preparing = start.elapsed().as_secs_f64();
+        self.seconds = self.preparing;
+        whole(outcome)
+    }
+
+    /// Adds to `film` the samples before `end`; gives the seconds that took.
+    fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
+        struct Take<'a, 'b> {
+            estimate: &'b Estimate<'a>,
+            sampler: RenderSampler,
+            film: &'b mut Film,
+            end: u32,
+        }
+        impl AccelTask for Take<'_, '_> {
+            type Output = Outcome;
+
+            fn run<A: Dispatch>(self, accel: &A) -> Outcome {
+                let Self {
+                    estimate,
+                    sampler,
+                    film,
+                    end,
+                } = self;
+                let session = estimate.session();
+                let world = (session.world(accel), &estimate.prepared);
+                let render = || {
+                    estimate
+                        .method
+                        .render(world, &sampler, film, end, None, estimate.progress)
+                };
+                session.install(render).0
+            }
+        }
+        let start = Instant::now();
+        let outcome = self.renderer.accel().with(Take {
+            estimate: self,
+            sampler: self.sampler(end),
+            film,
+            end,
+        });
+        let seconds = start.elapsed().as_secs_f64();
+        whole(outcome).map(|()| seconds)
+    }
+
+    /// The picture of `film`, denoised where that is asked for; `None` where an interrupt came first.
+    fn snapshot(&self, film: &Film, samples: u32, seconds: f64, run: &mut Run) -> Result<Option<Snapshot>, CliError> {
+        let settings = &self.contender.settings;
+        let start = Instant::now();
+        let image = match denoised(settings, film.develop(), &is_interrupted) {
+            Ok((image, _)) => image,
+            Err(Unfinished::GivenUp) => return Ok(None),
+            Err(Unfinished::Failed(error)) => {
+                let name = &self.contender.name;
+                return Err(CliError::Failed(format!("{name}: {error}")));
+            }
+        };
+        let denoising = settings.denoiser.map_or(0.0, |_| start.elapsed().as_secs_f64());
+        run.tone = metered(settings.tone, &image);
+        Ok(Some(Snapshot {
+            samples,
+            seconds: seconds + denoising,
+            image: RgbImage::from(&image),
+            budgets: Vec::new(),
+            rel_mse: None,
+        }))
+    }
+
+    fn session(&self) -> &'a Session {
+        self.renderer.session()
+    }
+
+    /// The contender's random numbers, for `count` samples of a pixel.
+    fn sampler(&self, count: u32) -> RenderSampler {
+        let settings = &self.contender.settings;
+        self.method.sampler(settings.sampler, settings.seed, count)
+    }
+}
+
+/// An error unless all samples were taken.
+fn whole(outcome: Outcome) -> Result<(), Interrupted> {
+    match outcome {
+        Outcome::Complete => Ok(()),
+        Outcome::Stopped => Err(Interrupted),
+    }
+}

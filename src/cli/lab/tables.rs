@@ -1,0 +1,75 @@
+//! The figures of a comparison as CSV and Markdown.
+
+use super::Comparison;
+use super::curves::Measure;
+use super::runs::Snapshot;
+use std::fmt::Write;
+
+/// Head of both CSV files.
+const HEAD: &str = "estimator,samples,seconds,relmse,efficiency\n";
+
+impl Comparison {
+    /// A row for each estimator and budget.
+    pub fn csv(&self) -> String {
+        let mut text = String::from(HEAD);
+        for (contender, run) in self.rendered() {
+            let budgets = 0..self.budgets.len();
+            let rows = budgets.filter_map(|index| run.at(index));
+            rows.for_each(|snapshot| write_csv(&mut text, &contender.name, snapshot));
+        }
+        text
+    }
+
+    /// A row for each point of the curves.
+    pub fn curves_csv(&self) -> String {
+        let mut text = String::from(HEAD);
+        for (contender, run) in self.rendered() {
+            let rows = run.snapshots.iter();
+            rows.for_each(|snapshot| write_csv(&mut text, &contender.name, snapshot));
+        }
+        text
+    }
+
+    /// The table, and the slopes of the curves in words.
+    pub fn markdown(&self) -> String {
+        let mut text = String::from("| estimator | samples | seconds | relMSE | efficiency |\n|---|---|---|---|---|\n");
+        for (contender, run) in &self.runs {
+            if let Some(why) = contender.refusal() {
+                let _ = writeln!(text, "| {} | not rendered: {why} | | | |", contender.name);
+            }
+            for snapshot in (0..self.budgets.len()).filter_map(|index| run.at(index)) {
+                let _ = writeln!(
+                    text,
+                    "| {} | {} | {:.2} | {} | {} |",
+                    contender.name,
+                    snapshot.samples,
+                    snapshot.seconds,
+                    snapshot.rel_mse.map_or(String::new(), |error| format!("{error:.3e}")),
+                    snapshot.efficiency().map_or(String::new(), |e| format!("{e:.3}"))
+                );
+            }
+        }
+        let mut slopes = String::new();
+        for (contender, run) in self.rendered() {
+            if let Some(words) = Measure::in_words(&run.snapshots) {
+                let _ = writeln!(slopes, "- {}: {words}", contender.name);
+            }
+        }
+        match slopes.is_empty() {
+            true => text,
+            false => format!("{text}\n{slopes}"),
+        }
+    }
+}
+
+fn write_csv(text: &mut String, name: &str, snapshot: &Snapshot) {
+    let _ = writeln!(
+        text,
+        "\"{}\",{},{:.4},{},{}",
+        name.replace('"', "\"\""),
+        snapshot.samples,
+        snapshot.seconds,
+        snapshot.rel_mse.map_or(String::new(), |error| format!("{error:.6e}")),
+        snapshot.efficiency().map_or(String::new(), |e| format!("{e:.6e}"))
+    );
+}

@@ -4,8 +4,8 @@
 //! Every part is an expression over the events of a path (`parts` has those of the parts with a name). `syntax` reads it, `positions` makes a position
 //! automaton of it (Glushkov 1961), and `classes` joins those of all parts to one deterministic automaton, whose states are the classes of paths.
 //!
-//! The automaton reads a path from its light to the camera, whichever way an expression is written. Light that arrives at a vertex thus has its class
-//! whoever looks at the vertex, which path reuse needs: light in a class that is scattered goes to the classes of the events, to each with its share.
+//! The automaton reads a path from its light to the camera, whichever way an expression is written. Light that arrives at a vertex thus has one class for
+//! all viewers of the vertex, which path reuse needs. Scattering moves light from its class to the classes behind the event, to each by its share.
 //!
 //! Classes do not overlap, and their sums add up to the picture exactly (`terms`). Parts are sums over classes.
 
@@ -21,7 +21,7 @@ pub use parts::PathPart;
 
 use crate::bsdf::EventKind;
 
-/// Maximum number of classes of paths. `bounces` with direct and indirect light of all kinds of lobes has 25.
+/// Maximum number of classes of paths. `bounces` with direct and indirect light of all kinds of lobes has 21.
 pub const MAX_CLASSES: usize = 64;
 
 /// Maximum number of parts.

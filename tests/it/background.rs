@@ -141,7 +141,7 @@ fn over_a_background_it_is_the_opaque_picture() {
         assert!(compared > 100, "{way}: {compared}");
         kinds += 1;
     }
-    assert_eq!(kinds, 18);
+    assert_eq!(kinds, 20);
 }
 
 /// Crops, resumed and merged renders have the bits of a single one, in `A` too.
@@ -292,7 +292,7 @@ fn wrong_backgrounds_and_grounds_are_refused() {
     for name in ["light", "bdpt", "pssmlt", "vcm", "mlt"] {
         let said = run("", &format!("--integrator {name} --background white"), 2);
         assert!(
-            said.contains("shows the lights alone") && said.contains("path, naive, whitted"),
+            said.contains("shows the lights alone") && said.contains("path, naive, one-sample, area, whitted"),
             "{said}"
         );
         let said = run("", &format!("--integrator {name} --ground"), 2);

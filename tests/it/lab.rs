@@ -126,13 +126,12 @@ fn the_lab_compares_the_ladder() {
 fn the_lab_refuses_trees_without_an_end() {
     let folder = scene();
     replace(folder.path(), "samples = 4", "samples = 4\nmax_depth = 64");
-    let line = "lab s.toml --methods path,distributed --spp 4 -q";
+    let line = "lab s.toml --methods path,distributed:tree_depth=64 --spp 4 -q";
     let said = refused(folder.path(), &split(line), 2);
-    assert!(
-        said.contains("--max-depth 64") && said.contains("3.4e38 rays"),
-        "{said}"
-    );
+    assert!(said.contains("--tree-depth") && said.contains("3.4e38 rays"), "{said}");
     done(folder.path(), &joined(&split(line), &["--max-depth", "2"]));
+    // A depth of paths is no depth of trees.
+    done(folder.path(), &split("lab s.toml --methods path,distributed --spp 4 -q"));
 }
 
 /// Points of a curve are rows of the CSV file, in the page, and in the plot; slopes are those of a fit to these rows.

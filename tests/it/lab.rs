@@ -131,7 +131,10 @@ fn the_lab_refuses_trees_without_an_end() {
     assert!(said.contains("--tree-depth") && said.contains("3.4e38 rays"), "{said}");
     done(folder.path(), &joined(&split(line), &["--max-depth", "2"]));
     // A depth of paths is no depth of trees.
-    done(folder.path(), &split("lab s.toml --methods path,distributed --spp 4 -q"));
+    done(
+        folder.path(),
+        &split("lab s.toml --methods path,distributed --spp 4 -q"),
+    );
 }
 
 /// Points of a curve are rows of the CSV file, in the page, and in the plot; slopes are those of a fit to these rows.

@@ -29,7 +29,7 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare in place of the ladder, with any settings of [render], such as path,bdpt,path:sampler=halton
+    /// Integrators to compare in place of the ladder, with any of their settings, such as path,bdpt,path:sampler=halton
     #[arg(long, value_name = "NAME[:KEY=VALUE]...,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
     pub methods: Vec<MethodFlag>,
 

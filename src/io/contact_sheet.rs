@@ -133,22 +133,7 @@ impl DrawTarget for Sheet {
 /// The picture with blocks of pixels averaged, so that its larger edge fits.
 fn reduced(image: &RgbImage) -> RgbImage {
     let factor = image.width.max(image.height).div_ceil(LARGEST).max(1);
-    let (width, height) = (image.width / factor, image.height / factor);
-    let block = |i: usize| {
-        let (x, y) = (i % width * factor, i / width * factor);
-        let mut sum = [0.0; 3];
-        for row in y..y + factor {
-            for pixel in &image.pixels[row * image.width + x..][..factor] {
-                (0..3).for_each(|c| sum[c] += pixel[c].clamp(0.0, 1.0));
-            }
-        }
-        sum.map(|s| s / (factor * factor) as f32)
-    };
-    RgbImage {
-        width,
-        height,
-        pixels: (0..width * height).map(block).collect(),
-    }
+    image.averaged(factor, |v| v.clamp(0.0, 1.0))
 }
 
 #[cfg(test)]

@@ -1,39 +1,18 @@
 //! Drives the real program: what it writes, says and returns.
 
 use crate::support::program::{
-    CHANNELS, assert_same_bits, code, command, done, folder, joined, json, printed, read_json, refused, run, signal,
-    split, words, write_grey_png,
+    CHANNELS, assert_same_bits, code, command, done, folder, joined, json, lit_floor, printed, read_json, refused, run,
+    signal, split, words, write_grey_png,
 };
 use crate::support::{read_channel, read_rgb};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
-use tempfile::TempDir;
-
-/// A folder with a small scene: a lit floor, `s.toml`, `a.obj`, `a.mtl`.
-fn scene() -> TempDir {
-    folder(&[
-        (
-            "a.mtl",
-            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
-        ),
-        (
-            "a.obj",
-            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
-             usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
-        ),
-        (
-            "s.toml",
-            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
-             [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
-        ),
-    ])
-}
 
 #[test]
 fn renders_exr_png_and_statistics() {
-    let folder = scene();
+    let folder = lit_floor();
     done(folder.path(), &split("render s.toml -o x.exr -o x.png --stats x.json"));
 
     let exr = folder.path().join("x.exr");
@@ -90,7 +69,7 @@ fn renders_exr_png_and_statistics() {
 #[test]
 fn metadata_tell_how_the_picture_came_to_be() {
     use exr::prelude::*;
-    let folder = scene();
+    let folder = lit_floor();
     done(
         folder.path(),
         &split("render s.toml --seed 18446744073709551615 --crop 10,4,30,20"),
@@ -126,7 +105,7 @@ fn metadata_tell_how_the_picture_came_to_be() {
 
 #[test]
 fn bits_depend_on_the_seed_alone() {
-    let folder = scene();
+    let folder = lit_floor();
     let render = |name: &str, flags: &[&str]| {
         done(
             folder.path(),
@@ -144,7 +123,7 @@ fn bits_depend_on_the_seed_alone() {
 /// Stops at the level, says what it got, and has the same bits with any number of threads.
 #[test]
 fn noise_ends_a_render() {
-    let folder = scene();
+    let folder = lit_floor();
     let render = |name: &str, flags: &[&str]| {
         let args = [&["render", "s.toml", "-o", name, "--stats", "n.json", "--noise"], flags].concat();
         let out = done(folder.path(), &args);
@@ -178,7 +157,7 @@ fn noise_ends_a_render() {
 
 #[test]
 fn a_bare_obj_is_framed_and_lit() {
-    let folder = scene();
+    let folder = lit_floor();
     fs::write(folder.path().join("b.obj"), "v 10 0 0\nv 11 0 0\nv 10 1 0\nf 1 2 3\n").unwrap();
     let out = done(folder.path(), &["render", "b.obj", "--size", "32x64", "--spp", "16"]);
     assert!(words(&out).contains("light: a studio"), "{}", words(&out));
@@ -517,7 +496,7 @@ fn mistakes_are_named_and_leave_no_files() {
         ),
     ];
     for (args, change, expected, needles) in cases {
-        let folder = scene();
+        let folder = lit_floor();
         change(folder.path());
         let out = run(folder.path(), args);
         let said = words(&out);
@@ -547,7 +526,7 @@ fn replace(folder: &Path, from: &str, to: &str) {
 
 #[test]
 fn a_missing_library_is_a_warning() {
-    let folder = scene();
+    let folder = lit_floor();
     fs::remove_file(folder.path().join("a.mtl")).unwrap();
     let out = done(folder.path(), &["render", "s.toml"]);
     for needle in [
@@ -564,7 +543,7 @@ fn a_missing_library_is_a_warning() {
 /// The same in scene files: what is missing is said with its place, and pictures, placements and layers are part of the scene's name.
 #[test]
 fn textures_of_scene_files_are_too() {
-    let folder = scene();
+    let folder = lit_floor();
     let path = folder.path();
     write_grey_png(&path.join("two.png"), &[0, 255]);
     let start = fs::read_to_string(path.join("s.toml")).unwrap();
@@ -604,7 +583,7 @@ fn textures_of_scene_files_are_too() {
 /// What is missing is said with its line; what is there is part of the scene's name.
 #[test]
 fn textures_are_part_of_the_scene() {
-    let folder = scene();
+    let folder = lit_floor();
     let path = folder.path();
     let mtl =
         "newmtl floor\nmap_Kd -s 2 2 tile.png\nmap_bump gone.png\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nmap_Ke glow.png\n";
@@ -663,7 +642,7 @@ fn textures_are_part_of_the_scene() {
 /// MTL allows a single number for a grey; two numbers are nothing.
 #[test]
 fn a_color_may_be_a_single_number() {
-    let folder = scene();
+    let folder = lit_floor();
     append(folder.path(), "a.mtl", "newmtl floor\nKd 0.25\n");
     done(folder.path(), &["render", "s.toml"]);
     assert_eq!(
@@ -680,7 +659,7 @@ fn a_color_may_be_a_single_number() {
 
 #[test]
 fn a_scene_file_overrides_materials() {
-    let folder = scene();
+    let folder = lit_floor();
     append(
         folder.path(),
         "s.toml",
@@ -706,7 +685,7 @@ fn a_scene_file_overrides_materials() {
 
 #[test]
 fn every_integrator_renders() {
-    let folder = scene();
+    let folder = lit_floor();
     for flags in [
         "--integrator path --directions cosine --direct light --roulette-depth 3",
         "--integrator path --mis balance --light-selection all --triangle-sampling solid-angle",
@@ -759,7 +738,7 @@ fn every_integrator_renders() {
 
 #[test]
 fn light_that_cannot_be_met_is_said() {
-    let folder = scene();
+    let folder = lit_floor();
     append(
         folder.path(),
         "s.toml",
@@ -779,7 +758,7 @@ fn light_that_cannot_be_met_is_said() {
 
 #[test]
 fn one_sample_can_be_explained() {
-    let folder = scene();
+    let folder = lit_floor();
     let out = done(
         folder.path(),
         &["render", "s.toml", "--pixel", "20,14", "--sample", "3"],
@@ -815,7 +794,7 @@ fn one_sample_can_be_explained() {
 #[cfg(unix)]
 #[test]
 fn readers_may_go() {
-    let folder = scene();
+    let folder = lit_floor();
     done(folder.path(), &split("render s.toml -q --spp 2 -o a.exr"));
     for command in [
         "info s.toml",
@@ -840,7 +819,7 @@ fn readers_may_go() {
 /// Far more threads than processors are refused, in whichever command.
 #[test]
 fn threads_are_counted_by_processors() {
-    let folder = scene();
+    let folder = lit_floor();
     done(folder.path(), &split("render s.toml -q --threads 64 --spp 1 -o a.png"));
     for command in [
         "render s.toml",
@@ -859,7 +838,7 @@ fn threads_are_counted_by_processors() {
 /// `--set` changes any key of a scene file, and what is wrong with it is said of the flag.
 #[test]
 fn keys_of_a_scene_file_can_be_set() {
-    let folder = scene();
+    let folder = lit_floor();
     let at = folder.path();
     let size = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.exr")));
@@ -926,7 +905,7 @@ fn keys_of_a_scene_file_can_be_set() {
 /// A value may follow its flag as people write it.
 #[test]
 fn values_are_taken_as_people_write_them() {
-    let folder = scene();
+    let folder = lit_floor();
     for args in ["--denoise gaussian", "--denoise=gaussian", "--spp 128 --noise 50%"] {
         let line = format!("render s.toml -q -o a.exr --stats s.json {args}");
         done(folder.path(), &split(&line));
@@ -946,7 +925,7 @@ fn values_are_taken_as_people_write_them() {
 /// What was rendered is there when the reference, which takes long, is given up.
 #[test]
 fn the_lab_can_be_interrupted_at_its_reference() {
-    let folder = scene();
+    let folder = lit_floor();
     let line = "lab s.toml --methods path,bdpt --spp 128 --size 160x96 -o cut";
     let mut child = command(folder.path(), &split(line)).spawn().unwrap();
     let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
@@ -1011,7 +990,7 @@ fn sizes_beyond_the_range_are_refused() {
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_report_and_replay() {
-    let folder = scene();
+    let folder = lit_floor();
     done(
         folder.path(),
         &split("audit s.toml --rays 20000 --against brute -o r.json"),
@@ -1079,7 +1058,7 @@ fn audits_report_and_replay() {
 
 #[test]
 fn benches_print_tables_and_json() {
-    let folder = scene();
+    let folder = lit_floor();
     let out = done(folder.path(), &split("bench s.toml a.obj --repeat 1 --size 16x16"));
     let text = printed(&out);
     for word in ["| s ", "| a ", "render / replay", "bytes a triangle", "shadow"] {
@@ -1115,7 +1094,7 @@ fn benches_print_tables_and_json() {
 
 #[test]
 fn quiet_is_quiet_and_version_tells_the_backends() {
-    let folder = scene();
+    let folder = lit_floor();
     let out = run(folder.path(), &["render", "s.toml", "-q"]);
     assert_eq!((code(&out), words(&out).as_str()), (0, ""));
     let out = run(folder.path(), &["--version"]);
@@ -1130,7 +1109,7 @@ fn quiet_is_quiet_and_version_tells_the_backends() {
 
 #[test]
 fn info_counts_what_is_there() {
-    let folder = scene();
+    let folder = lit_floor();
     let out = run(folder.path(), &["info", "s.toml", "--json"]);
     let info = json(&out);
     assert_eq!(
@@ -1153,7 +1132,7 @@ impl Drop for KilledOnDrop {
 /// Memory is refused before it is taken: for the text, for what is in it, and for the render.
 #[test]
 fn more_memory_than_allowed_is_refused() {
-    let folder = scene();
+    let folder = lit_floor();
     // 20,000 triangles in a text that is much smaller than they are
     let mut text = String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\n");
     text += &"f 1 2 3\n".repeat(20_000);
@@ -1200,7 +1179,7 @@ fn more_memory_than_allowed_is_refused() {
 /// A compact scene takes less memory and shows the same picture.
 #[test]
 fn compact_scenes_look_the_same() {
-    let folder = scene();
+    let folder = lit_floor();
     let render = |name: &str, more: &[&str]| {
         let (exr, json) = (format!("{name}.exr"), format!("{name}.json"));
         let args = [&["render", "s.toml", "--spp", "16", "-o", &exr, "--stats", &json], more].concat();
@@ -1222,7 +1201,7 @@ fn compact_scenes_look_the_same() {
 #[cfg(unix)]
 #[test]
 fn an_interrupt_writes_what_is_done() {
-    let folder = scene();
+    let folder = lit_floor();
     // The limit is for a shell that has told its children to ignore interrupts.
     let args = split("render s.toml --spp 100000000 --time-limit 60s --stats x.json");
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
@@ -1240,7 +1219,7 @@ fn an_interrupt_writes_what_is_done() {
 /// A flag that the method does not read is said; keys of a scene file are not, since they may serve any method.
 #[test]
 fn idle_flags_are_said() {
-    let folder = scene();
+    let folder = lit_floor();
     for (args, idle) in [
         (
             "bdpt --direct none --directions cosine --light-samples 4",

@@ -1,6 +1,6 @@
 //! `embrasure lab`: what it compares, the files that it writes, and its page in a browser.
 
-use crate::support::program::{code, command, done, folder, joined, printed, refused, run, signal, split, words};
+use crate::support::program::{code, command, done, joined, lit_floor, printed, refused, run, signal, split, words};
 use crate::support::read_rgb;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -8,27 +8,6 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
-
-/// A folder with a small scene, `s.toml`: a lit floor.
-fn scene() -> TempDir {
-    folder(&[
-        (
-            "a.mtl",
-            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
-        ),
-        (
-            "a.obj",
-            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
-             usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
-        ),
-        (
-            "s.toml",
-            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
-             [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
-        ),
-    ])
-}
 
 fn replace(folder: &Path, from: &str, to: &str) {
     let old = fs::read_to_string(folder.join("s.toml")).unwrap();
@@ -60,7 +39,7 @@ fn data(path: &Path) -> Value {
 
 #[test]
 fn the_lab_compares_the_ladder() {
-    let folder = scene();
+    let folder = lit_floor();
     done(folder.path(), &["lab", "s.toml", "--spp", "4", "-o", "ladder"]);
     let csv = fs::read_to_string(folder.path().join("ladder.csv")).unwrap();
     assert_eq!(csv.lines().count(), 9, "{csv}");
@@ -124,7 +103,7 @@ fn the_lab_compares_the_ladder() {
 /// A scene may be deeper than trees of rays can be: that is refused before the first ray, with the numbers.
 #[test]
 fn the_lab_refuses_trees_without_an_end() {
-    let folder = scene();
+    let folder = lit_floor();
     replace(folder.path(), "samples = 4", "samples = 4\nmax_depth = 64");
     let line = "lab s.toml --methods path,distributed:tree_depth=64 --spp 4 -q";
     let said = refused(folder.path(), &split(line), 2);
@@ -140,7 +119,7 @@ fn the_lab_refuses_trees_without_an_end() {
 /// Points of a curve are rows of the CSV file, in the page, and in the plot; slopes are those of a fit to these rows.
 #[test]
 fn curves_have_the_figures_of_the_table() {
-    let folder = scene();
+    let folder = lit_floor();
     let path = |name: &str| folder.path().join(name);
     let line = "lab s.toml --methods path,path:sampler=halton:reuse=none,naive --spp 1,10,40 --html page.html -o c";
     let out = done(folder.path(), &split(line));
@@ -220,7 +199,7 @@ fn curves_have_the_figures_of_the_table() {
 /// A snapshot has the bits of a render of as many samples, whether it ends between passes or not, and for samplers that know their number.
 #[test]
 fn snapshots_are_renders() {
-    let folder = scene();
+    let folder = lit_floor();
     for (sampler, spp) in [("sobol", "100"), ("orthogonal", "16")] {
         let line = format!("render s.toml -q --seed 5 --spp 512 --integrator bdpt -o r-{sampler}.exr");
         done(folder.path(), &split(&line));
@@ -257,7 +236,7 @@ fn kept_rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
 /// What differs between methods may be anything that `[render]` sets: lights' sampling too, for which the scene is made anew, and denoisers.
 #[test]
 fn methods_may_differ_in_any_setting() {
-    let folder = scene();
+    let folder = lit_floor();
     let line = "lab s.toml -q --spp 16 -o m --methods path,path:light_selection=all,path:triangle_sampling=solid-angle:seed=3,path:denoise=gaussian,naive";
     done(folder.path(), &split(line));
     let rows = rows(&folder.path().join("m.csv"));
@@ -306,7 +285,7 @@ fn an_interrupt_writes_what_there_is() {
         "irradiance-cache,path",
         "photon-map,path",
     ] {
-        let folder = scene();
+        let folder = lit_floor();
         let line = "lab s.toml -q --size 640x400 --spp 4,100000000 --html page.html -o i --methods";
         let mut child = command(folder.path(), &joined(&split(line), &[methods]))
             .spawn()
@@ -340,7 +319,7 @@ fn an_interrupt_writes_what_there_is() {
 /// The page needs nothing besides itself.
 #[test]
 fn the_page_stands_alone() {
-    let folder = scene();
+    let folder = lit_floor();
     let line = "lab s.toml -q --methods path,naive --time 0.05s,0.1s --html page.html -o p";
     done(folder.path(), &split(line));
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
@@ -387,7 +366,7 @@ fn the_page_stands_alone() {
 /// Names of files and methods cannot end the script of the page, or become tags.
 #[test]
 fn names_are_text_in_the_page() {
-    let folder = scene();
+    let folder = lit_floor();
     let name = "<b>&amp;</script>.toml".replace('/', "");
     fs::copy(folder.path().join("s.toml"), folder.path().join(&name)).unwrap();
     done(
@@ -420,7 +399,7 @@ fn names_are_text_in_the_page() {
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 fn a_browser_shows_the_page() {
-    let folder = scene();
+    let folder = lit_floor();
     done(
         folder.path(),
         &split("lab s.toml -q --methods path,naive --spp 1,16 --html page.html -o p"),

@@ -58,6 +58,26 @@ pub fn folder(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
+/// A folder with a small scene: a lit floor, `s.toml`, `a.obj`, `a.mtl`.
+pub fn lit_floor() -> TempDir {
+    folder(&[
+        (
+            "a.mtl",
+            "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 1 -1\nv 1 1 -1\n\
+             usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 4 3 6 5\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 4]\nlook_at = [0, 0.3, 0]\n\
+             [image]\nwidth = 40\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n",
+        ),
+    ])
+}
+
 /// The program in `folder`, with nothing to read, and its words kept.
 pub fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(PROGRAM);

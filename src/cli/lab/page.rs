@@ -143,7 +143,7 @@ impl Pictures<'_> {
 
     /// A picture as the scene's tone shows it.
     fn picture(&self, image: &RgbImage) -> io::Result<String> {
-        let image = shown(&averaged(image, self.factor), &self.comparison.tone);
+        let image = shown(&image.averaged(self.factor, |v| v), &self.comparison.tone);
         let bytes: Vec<u8> = image
             .pixels
             .iter()
@@ -154,7 +154,7 @@ impl Pictures<'_> {
 
     /// The relative error `e` of luminance, as the code of the signed root of its size: 0 is −100 % or less, 255 is +100 % or more.
     fn error_map(&self, image: &RgbImage, reference: &RgbImage) -> io::Result<String> {
-        let [image, reference] = [image, reference].map(|image| averaged(image, self.factor));
+        let [image, reference] = [image, reference].map(|image| image.averaged(self.factor, |v| v));
         let code = |error: f32| 127.5 + 127.5 * error.signum() * error.abs().min(1.0).sqrt();
         let errors = relative_differences(&image, &reference).into_iter();
         let bytes: Vec<u8> = errors.map(|error| code(error).round() as u8).collect();
@@ -166,22 +166,6 @@ impl Pictures<'_> {
 fn encoded(channels: usize, image: &RgbImage, bytes: &[u8]) -> io::Result<String> {
     let size = [image.width as u32, image.height as u32];
     Ok(STANDARD.encode(png_bytes(channels, size, bytes)?))
-}
-
-/// `image` with squares of `factor` pixels a side averaged to one; what is left over at its edges is cut off.
-fn averaged(image: &RgbImage, factor: usize) -> RgbImage {
-    let (width, height) = (image.width / factor, image.height / factor);
-    let pixel = |i: usize| {
-        let (x, y) = (i % width * factor, i / width * factor);
-        let square = (y..y + factor).flat_map(|row| &image.pixels[row * image.width + x..][..factor]);
-        let sum = square.fold([0.0f32; 3], |sum, pixel| [0, 1, 2].map(|c| sum[c] + pixel[c]));
-        sum.map(|sum| sum / (factor * factor) as f32)
-    };
-    RgbImage {
-        width,
-        height,
-        pixels: (0..width * height).map(pixel).collect(),
-    }
 }
 
 #[cfg(test)]
@@ -199,9 +183,9 @@ mod tests {
             height: 2,
             pixels: [1.0, 2.0, 9.0, 3.0, 6.0, 9.0].map(|v| [v, 0.0, -v]).into(),
         };
-        let half = averaged(&image, 2);
+        let half = image.averaged(2, |v| v);
         assert_eq!((half.width, half.height, half.pixels), (1, 1, vec![[3.0, 0.0, -3.0]]));
-        assert_eq!(averaged(&image, 1), image);
+        assert_eq!(image.averaged(1, |v| v), image);
     }
 
     #[test]

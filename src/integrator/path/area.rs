@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
+use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -47,27 +47,16 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         let mut came: Option<Next> = None;
 
         for depth in 0.. {
-            // Intersect the ray with the scene; a sampled point that is hidden ends the path
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, &mut beta, out);
-            if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
-                return;
-            }
-            let target = came.as_ref().and_then(|next| next.target.as_ref());
-            let is_hidden = |target| hit.is_none_or(|hit: Hit| !hit.is_same_surface(target));
-            if target.is_some_and(is_hidden) {
-                return;
-            }
-
-            // Add light that no light sample has counted
+            // Intersect the ray with the scene, and add light that no light sample has counted
             let slot = BsdfSlot::new();
-            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-            let met = hit.as_ref().zip(vertex.as_ref());
             let prev = came.as_ref().map(|next| &next.prev);
-            strategy.emitted(world.scene, &ray, prev, beta, met, |light| out.radiance(light));
-            let Some((hit, vertex)) = met else { return };
-            if depth == 0 {
-                world.see((hit, vertex), (&ray, beta), false, out);
+            let met = strategy.arrive(world, (&ray, depth), prev, &mut beta, &slot, out);
+            let Some((hit, vertex)) = &met else { return };
+
+            // A sampled point that is hidden ends the path
+            let target = came.as_ref().and_then(|next| next.target.as_ref());
+            if target.is_some_and(|target| !hit.is_same_surface(target)) {
+                return;
             }
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;

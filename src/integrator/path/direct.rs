@@ -8,8 +8,9 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, Sink, Strategy, World};
+use crate::integrator::{Gathered, RayKind, Sink, Strategy, World};
 use crate::light::{LightId, LightSampleContext};
+use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::{Incident, Scene};
@@ -77,6 +78,34 @@ impl Strategy {
                 }
             }
         }
+    }
+}
+
+impl Strategy {
+    /// Follows `ray`, which leaves `prev` after `depth` scatterings, to its first surface. Emission that it meets, and the background, go to `out`. `None`
+    /// where it meets no surface.
+    pub(super) fn arrive<'v, A: Accel>(
+        &self,
+        world: &'v World<A>,
+        (ray, depth): (&Ray, u32),
+        prev: Option<&PrevVertex>,
+        beta: &mut Spectrum,
+        slot: &'v BsdfSlot<'v>,
+        out: &mut impl Sink,
+    ) -> Option<(Hit, Vertex<'v>)> {
+        let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
+        let hit = world.intersect(ray, kind, beta, out);
+        if depth == 0 && hit.is_none() && world.see_background(ray, *beta, out) {
+            return None;
+        }
+        let vertex = hit.map(|hit| world.vertex(&hit, ray, slot));
+        let met = hit.as_ref().zip(vertex.as_ref());
+        self.emitted(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
+        let met = hit.zip(vertex)?;
+        if depth == 0 {
+            world.see((&met.0, &met.1), (ray, *beta), false, out);
+        }
+        Some(met)
     }
 }
 

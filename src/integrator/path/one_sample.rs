@@ -2,7 +2,7 @@ use super::direct::{Direct, LightNumbers};
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::integrator::{DirectLight, Integrator, RayKind, Sink, Strategy, World};
+use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -33,19 +33,9 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
 
         for depth in 0.. {
             // Intersect the ray with the scene, and add light that no light sample has counted
-            let kind = if depth == 0 { RayKind::Camera } else { RayKind::Bounce };
-            let hit = world.intersect(&ray, kind, &mut beta, out);
-            if depth == 0 && hit.is_none() && world.see_background(&ray, beta, out) {
-                return;
-            }
             let slot = BsdfSlot::new();
-            let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-            let met = hit.as_ref().zip(vertex.as_ref());
-            strategy.emitted(world.scene, &ray, prev.as_ref(), beta, met, |light| out.radiance(light));
-            let Some((hit, vertex)) = met else { return };
-            if depth == 0 {
-                world.see((hit, vertex), (&ray, beta), false, out);
-            }
+            let met = strategy.arrive(world, (&ray, depth), prev.as_ref(), &mut beta, &slot, out);
+            let Some((_, vertex)) = &met else { return };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;
             }

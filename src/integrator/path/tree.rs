@@ -5,7 +5,7 @@ use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{RayKind, Sink, Strategy, World};
+use crate::integrator::{Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::Sampler;
@@ -46,25 +46,9 @@ impl Branch {
         if out.is_cancelled() {
             return;
         }
-        let ray = &self.ray;
-        let kind = if self.depth == 0 {
-            RayKind::Camera
-        } else {
-            RayKind::Bounce
-        };
-        let mut beta = self.beta;
-        let hit = world.intersect(ray, kind, &mut beta, out);
-        if self.depth == 0 && hit.is_none() && world.see_background(ray, beta, out) {
-            return;
-        }
-        let slot = BsdfSlot::new();
-        let vertex = hit.map(|hit| world.vertex(&hit, ray, &slot));
-        let met = hit.as_ref().zip(vertex.as_ref());
-        strategy.emitted(world.scene, ray, prev, beta, met, |light| out.radiance(light));
-        let Some((hit, vertex)) = met else { return };
-        if self.depth == 0 {
-            world.see((hit, vertex), (ray, beta), false, out);
-        }
+        let (slot, mut beta) = (BsdfSlot::new(), self.beta);
+        let met = strategy.arrive(world, (&self.ray, self.depth), prev, &mut beta, &slot, out);
+        let Some((_, vertex)) = &met else { return };
         if max_depth.is_some_and(|max| self.depth >= max) {
             return;
         }

@@ -257,10 +257,16 @@ impl Camera {
     ///
     /// All rays of one film point meet in the plane of focus. The direction is a unit vector.
     // ANCHOR: ray
+    #[inline]
     pub fn ray(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        if self.is_moving() {
-            return self.at(time).ray(film, u_lens, time);
+        match self.is_moving() {
+            true => self.at(time).ray_of_still(film, u_lens, time),
+            false => self.ray_of_still(film, u_lens, time),
         }
+    }
+
+    #[inline]
+    fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
         // Direction through the centre of the lens, with depth 1 along the axis.
         let image = film * self.scale - self.offset;
         let through_center = image.x * self.right - image.y * self.up + self.forward;

@@ -135,12 +135,14 @@ impl Filter {
     }
 
     /// Draws a place relative to the pixel's corner, and what is seen there counts by the weight: 1 in the mean.
+    #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));
         (0.5 + Vec2::new(x, y) * self.radius, (wx * wy) as f32)
     }
 
     /// One coordinate in units of the radius, and the weight that it brings.
+    #[inline]
     fn draw(&self, u: f32) -> (f32, f64) {
         let Some(steps) = &self.steps else {
             return (2.0 * u - 1.0, 1.0);

@@ -85,6 +85,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens, at `time` or, where
     /// that is not given, at a random time.
+    #[inline(always)]
     pub(super) fn camera_ray(
         &self,
         key: SampleKey,
@@ -130,6 +131,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    #[inline(always)]
     pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
         let lens = match self.camera.has_lens() {
             true => sampler.get_2d(Dimension::LENS),

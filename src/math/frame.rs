@@ -35,11 +35,13 @@ impl Frame {
     }
 
     /// World direction to local direction.
+    #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }
 
     /// Local direction to world direction.
+    #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.x + v.y * self.y + v.z * self.z
     }

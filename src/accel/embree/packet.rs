@@ -41,12 +41,11 @@ pub(super) fn occluded_coherent(accel: &EmbreeAccel, rays: &[Ray], occluded: &mu
 
 /// Traces up to sixteen rays by one call.
 fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>]) {
-    let (valid, ray) = packet(rays);
-    // SAFETY: RTCHit16 is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only some
+    // SAFETY: RTCRayHit16 is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only some
     // builds of Embree have.
-    let mut hit: RTCHit16 = unsafe { std::mem::zeroed() };
-    hit.geomID = [RTC_INVALID_GEOMETRY_ID; WIDTH];
-    let mut query = RTCRayHit16 { ray, hit };
+    let mut query: RTCRayHit16 = unsafe { std::mem::zeroed() };
+    query.hit.geomID = [RTC_INVALID_GEOMETRY_ID; WIDTH];
+    let valid = fill(&mut query.ray, rays);
     let mut arguments = RTCIntersectArguments {
         flags: RTCRayQueryFlags::RTC_RAY_QUERY_FLAG_COHERENT,
         feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
@@ -69,14 +68,17 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
                 geom,
                 inst,
             };
-            accel.with_barycentrics(ray, hit)
+            let [b1, b2] = accel.barycentrics(ray, &hit);
+            Hit { b1, b2, ..hit }
         });
     }
 }
 
 /// Asks for up to sixteen rays by one call.
 fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
-    let (valid, mut query) = packet(rays);
+    // SAFETY: RTCRay16 is a C structure of numbers, and all zeros is a value of it.
+    let mut query: RTCRay16 = unsafe { std::mem::zeroed() };
+    let valid = fill(&mut query, rays);
     let mut arguments = RTCOccludedArguments {
         flags: RTCRayQueryFlags::RTC_RAY_QUERY_FLAG_COHERENT,
         feature_mask: RTCFeatureFlags::RTC_FEATURE_FLAG_ALL,
@@ -92,10 +94,9 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     }
 }
 
-/// A packet of `rays`, sixteen at most: all masks, no ids and no flags.
-fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
-    // SAFETY: RTCRay16 is a C structure of numbers, and all zeros is a value of it.
-    let mut packet: RTCRay16 = unsafe { std::mem::zeroed() };
+/// Puts `rays`, sixteen at most, into `packet`: all masks, no ids and no flags.
+#[inline(always)]
+fn fill(packet: &mut RTCRay16, rays: &[Ray]) -> Lanes {
     // Lanes whose validity is 0 are left alone.
     let mut valid = Lanes([0; WIDTH]);
     for (lane, ray) in rays.iter().enumerate().take(WIDTH) {
@@ -107,7 +108,7 @@ fn packet(rays: &[Ray]) -> (Lanes, RTCRay16) {
         packet.time[lane] = ray.time;
         packet.mask[lane] = u32::MAX;
     }
-    (valid, packet)
+    valid
 }
 
 /// Which lanes of a packet hold rays.

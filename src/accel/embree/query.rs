@@ -14,6 +14,7 @@ impl Dispatch for EmbreeAccel<'_> {
 }
 
 impl Accel for EmbreeAccel<'_> {
+    #[inline(always)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         // SAFETY: RTCHit is a C structure of numbers, and all zeros is a value of it. Zeroing covers fields that only
         // some builds of Embree have.
@@ -38,7 +39,8 @@ impl Accel for EmbreeAccel<'_> {
             geom,
             inst,
         };
-        Some(self.with_barycentrics(ray, hit))
+        let [b1, b2] = self.barycentrics(ray, &hit);
+        Some(Hit { b1, b2, ..hit })
     }
 
     fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
@@ -49,6 +51,7 @@ impl Accel for EmbreeAccel<'_> {
         packet::occluded_coherent(self, rays, occluded);
     }
 
+    #[inline(always)]
     fn occluded(&self, ray: &Ray) -> bool {
         let mut query = to_embree(ray);
         // SAFETY: as for rtcIntersect1, with an RTCRay.

@@ -76,30 +76,26 @@ impl<'a> EmbreeAccel<'a> {
         (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 
-    /// The hit with barycentrics that can be believed. Where the triangle is tiny as its ray sees it, of 10⁻¹⁸ square units, Embree's are both 0
+    /// Barycentrics of `hit` that can be believed. Where the triangle is tiny as its ray sees it, of 10⁻¹⁸ square units, Embree's are both 0
     /// (`min_rcp_input` in its sources).
     #[inline(always)]
-    pub(super) fn with_barycentrics(&self, ray: &Ray, hit: Hit) -> Hit {
+    pub(super) fn barycentrics(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
         match hit.b1 == 0.0 && hit.b2 == 0.0 {
             true => self.of_tiny_triangle(ray, hit),
-            false => hit,
+            false => [hit.b1, hit.b2],
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn of_tiny_triangle(&self, ray: &Ray, hit: Hit) -> Hit {
-        let corners = self.meshes.corners(&hit, ray.time).map(|p| p.as_dvec3());
+    fn of_tiny_triangle(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
+        let corners = self.meshes.corners(hit, ray.time).map(|p| p.as_dvec3());
         let Some((_, b1, b2)) = crossing(ray, corners) else {
-            return hit;
+            return [hit.b1, hit.b2];
         };
         let b1 = b1.clamp(0.0, 1.0);
         let b2 = b2.clamp(0.0, 1.0 - b1);
-        Hit {
-            b1: b1 as f32,
-            b2: b2 as f32,
-            ..hit
-        }
+        [b1 as f32, b2 as f32]
     }
 
     /// The committed scene.

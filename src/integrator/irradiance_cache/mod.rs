@@ -140,7 +140,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     fn emitted<R: Gathered>(&self, path: &PathState, met: Option<(&Hit, &Vertex)>) -> R {
         let PathIntegrator { world, strategy, .. } = &self.path;
         let mut sum = R::default();
-        strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
+        strategy.found(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
             sum += light
         });
         sum

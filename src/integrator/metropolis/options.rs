@@ -188,7 +188,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());
             if depth > 1 {
-                Strategy::default().emitted(world.scene, &ray, None, beta, met, |light| out.radiance(light));
+                Strategy::default().found(world.scene, &ray, None, beta, met, |light| out.radiance(light));
             }
             let Some(vertex) = vertex else { return };
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));

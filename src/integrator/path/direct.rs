@@ -27,12 +27,14 @@ pub(crate) struct LightNumbers<'a, S> {
 
 impl<'a, S: Sampler> LightNumbers<'a, S> {
     /// Draws the numbers of the vertex after `depth` scattering events.
+    #[inline(always)]
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
         Self::with_choice(sampler, depth, decisions.x)
     }
 
     /// Draws the other numbers, where the one that chooses the light has been drawn.
+    #[inline(always)]
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         Self {
             choice,
@@ -53,7 +55,7 @@ impl Strategy {
     /// Gives `add` the light that `ray` finds, times the throughput `beta`: emitted by the surface `met`, or by infinitely distant lights where it
     /// meets none. It is weighed against the light samples of the previous vertex.
     #[inline(always)]
-    pub(crate) fn emitted<R: Gathered>(
+    pub(crate) fn found<R: Gathered>(
         &self,
         scene: &Scene,
         ray: &Ray,
@@ -62,23 +64,56 @@ impl Strategy {
         met: Option<(&Hit, &Vertex)>,
         mut add: impl FnMut(R),
     ) {
-        let from = prev.map_or(LightSampleContext::any_side(ray.origin), |prev| prev.from);
-        let mut add = |light: Incident| {
-            let weight = self.emission_weight(prev, &light);
-            add(R::of_light(beta * light.radiance * weight, light.id, scene));
-        };
         match met {
-            Some((hit, vertex)) => {
-                let light = scene.emitted(hit, &from, vertex.point.p, ray.direction, ray.time);
-                light.into_iter().for_each(add);
-            }
-            None => {
-                for light in scene.escaped(from, ray.direction) {
-                    add(light);
-                }
-            }
+            Some(met) => add(self.emitted(scene, ray, prev, beta, met)),
+            None => scene
+                .escaped(from(ray, prev), ray.direction)
+                .for_each(|light| add(self.weighed(prev, beta, light, scene))),
         }
     }
+
+    /// Light that the surface that `ray` meets emits, times the throughput `beta`, weighed against the light samples of the previous vertex.
+    #[inline(always)]
+    pub(crate) fn emitted<R: Gathered>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        prev: Option<&PrevVertex>,
+        beta: Spectrum,
+        (hit, vertex): (&Hit, &Vertex),
+    ) -> R {
+        match scene.emitted(hit, &from(ray, prev), vertex.point.p, ray.direction, ray.time) {
+            Some(light) => self.weighed(prev, beta, light, scene),
+            None => R::default(),
+        }
+    }
+
+    /// Light of the infinitely distant lights that `ray` escapes to, times the throughput `beta`, weighed against the light samples of the previous
+    /// vertex.
+    #[inline(never)]
+    pub(crate) fn escaped<R: Gathered>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        prev: Option<&PrevVertex>,
+        beta: Spectrum,
+    ) -> R {
+        let mut sum = R::default();
+        self.found(scene, ray, prev, beta, None, |light| sum += light);
+        sum
+    }
+
+    #[inline(always)]
+    fn weighed<R: Gathered>(&self, prev: Option<&PrevVertex>, beta: Spectrum, light: Incident, scene: &Scene) -> R {
+        let weight = self.emission_weight(prev, &light);
+        R::of_light(beta * light.radiance * weight, light.id, scene)
+    }
+}
+
+/// Where light that `ray` finds could have been sampled from.
+#[inline(always)]
+fn from(ray: &Ray, prev: Option<&PrevVertex>) -> LightSampleContext {
+    prev.map_or(LightSampleContext::any_side(ray.origin), |prev| prev.from)
 }
 
 impl Strategy {
@@ -100,7 +135,7 @@ impl Strategy {
         }
         let vertex = hit.map(|hit| world.vertex(&hit, ray, slot));
         let met = hit.as_ref().zip(vertex.as_ref());
-        self.emitted(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
+        self.found(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
         let met = hit.zip(vertex)?;
         if depth == 0 {
             world.see((&met.0, &met.1), (ray, *beta), false, out);

@@ -148,11 +148,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
     /// The radiance that arrives along the ray of `start`, by following one path. The first vertices are made in `slots`, as many as there are, and
     /// `reuse` is told of them; it may end the path at one of them.
     #[inline(always)]
-    pub(crate) fn li<'v, S: Sampler, R: Gathered>(
+    pub(crate) fn li<'v, S: Sampler, R: Gathered, M: Reuse<'v>>(
         &'v self,
         start: &PathStart<S>,
         slots: &'v [BsdfSlot<'v>],
-        reuse: &mut impl Reuse<'v>,
+        reuse: &mut M,
         out: &mut impl Sink<Radiance = R>,
     ) -> PathRadiance<R> {
         let (world, strategy) = (&self.world, &self.strategy);
@@ -166,8 +166,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
         // Whether the first vertex counts the light that is missing there, in place of that which arrives
         let mut is_missing = false;
         for depth in start.depth.. {
-            // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile.
-            let u = VertexNumbers::draw(start.sampler, depth, self.roulette);
+            // Random numbers of a vertex do not depend on the hit: they are drawn before the ray is traced, and so meanwhile, if they are needed.
+            let draw = || VertexNumbers::draw(start.sampler, depth, self.roulette);
+            let numbers = (!M::ENDS_PATHS).then(draw);
 
             // Intersect the ray with the scene
             let is_first = depth == start.depth;
@@ -176,38 +177,40 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 true => start.hit,
                 false => world.intersect(&path.ray, RayKind::Bounce, &mut path.beta, out),
             };
-            let later = BsdfSlot::new();
-            let vertex = match (hit, slots.get((depth - start.depth) as usize)) {
-                (None, _) => None,
-                (Some(hit), Some(slot)) => {
-                    let vertex = world.vertex(&hit, &path.ray, slot);
-                    Some(reuse.meet(depth, vertex, &path, || trail.events()))
+            let Some(hit) = hit else {
+                // A camera ray that leaves the scene sees the background, any other the infinitely distant lights
+                if depth > 0 || !world.see_background(&path.ray, path.beta, out) {
+                    let beta = match is_missing && depth == 1 {
+                        false => path.beta,
+                        // Of light that glass dims, the part that it takes is missing
+                        true => path.beta - before,
+                    };
+                    let escaped = strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), beta);
+                    radiance += escaped;
+                    trail.find(escaped);
                 }
-                (Some(hit), None) => Some(world.vertex(&hit, &path.ray, &later)),
-            };
-
-            // A camera ray that leaves the scene sees the background
-            if depth == 0 && hit.is_none() && world.see_background(&path.ray, path.beta, out) {
                 break;
-            }
+            };
+            let later = BsdfSlot::new();
+            let vertex = match slots.get((depth - start.depth) as usize) {
+                Some(slot) => {
+                    let vertex = world.vertex(&hit, &path.ray, slot);
+                    reuse.meet(depth, &vertex, &path, || trail.events());
+                    vertex
+                }
+                None => world.vertex(&hit, &path.ray, &later),
+            };
 
             // Add emitted light, weighed against the light samples of the previous vertex
-            let mut emitted = R::default();
-            let met = hit.as_ref().zip(vertex.as_ref());
-            let (found, beta) = match is_missing && depth == 1 {
-                false => (met, path.beta),
-                true => (None, missing(before, path.beta, met.is_some())),
+            let emitted = match is_missing && depth == 1 {
+                false => strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, (&hit, &vertex)),
+                // What is behind the surface does not arrive
+                true => strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), before * -1.0),
             };
-            strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), beta, found, |light| {
-                emitted += light
-            });
             radiance += emitted;
             trail.find(emitted);
 
-            // End the path where it leaves the scene, and at its maximum depth
-            let (Some(hit), Some(vertex)) = (hit, vertex) else {
-                break;
-            };
+            // End the path at its maximum depth
             if depth == 0 {
                 is_missing = world.see((&hit, &vertex), (&path.ray, path.beta), true, out);
             }
@@ -221,6 +224,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             }
 
             // Sample lights (next-event estimation)
+            let u = numbers.unwrap_or_else(draw);
             let light_samples = if depth == 0 { self.light_samples } else { 1 };
             let numbers = (start.key, start.sampler, u.light.as_ref());
             let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
@@ -306,12 +310,6 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Throughput of the light from a direction that is missing at the first vertex, as negative light: all of `before` if a surface is met there, else
-/// what the glass took that leaves `passed`.
-fn missing(before: Spectrum, passed: Spectrum, is_met: bool) -> Spectrum {
-    if is_met { before * -1.0 } else { passed - before }
-}
-
 /// Camera rays of several samples, traced as one packet.
 pub(crate) struct CameraPacket<S> {
     samplers: [S; SAMPLES_AT_ONCE],
@@ -386,11 +384,10 @@ impl<S> PathStart<'_, S> {
         let slot = BsdfSlot::new();
         let vertex = self.hit.map(|hit| world.vertex(&hit, &self.ray, &slot));
         let met = self.hit.as_ref().zip(vertex.as_ref());
-        let mut emitted = R::default();
-        strategy.emitted(world.scene, &self.ray, Some(prev), self.tint, met, |light| {
-            emitted += light
-        });
-        emitted
+        match met {
+            Some(met) => strategy.emitted(world.scene, &self.ray, Some(prev), self.tint, met),
+            None => strategy.escaped(world.scene, &self.ray, Some(prev), self.tint),
+        }
     }
 }
 

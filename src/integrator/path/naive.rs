@@ -86,7 +86,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 if depth == 0 && world.see_background(&ray, beta, out) {
                     return;
                 }
-                Strategy::default().emitted(world.scene, &ray, None, beta, None, |light: R| {
+                Strategy::default().found(world.scene, &ray, None, beta, None, |light: R| {
                     out.radiance(trail.arriving(light, world.paths));
                 });
                 return;

@@ -165,7 +165,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let met = hit.as_ref().zip(vertex.as_ref());
         let mut emitted = R::default();
         let prev = segment.prev.as_ref();
-        strategy.emitted(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
+        strategy.found(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
         let is_caustic = matches!(segment.purpose, Purpose::Gather { after_delta: true, .. });
         let mut radiance = if is_caustic { R::default() } else { emitted * beta };
         let Some((hit, vertex)) = met else { return radiance };

@@ -138,7 +138,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         let mut sum = R::default();
         let scene = self.world.scene;
         self.strategy
-            .emitted(scene, ray, prev, Spectrum::ONE, met, |light| sum += light);
+            .found(scene, ray, prev, Spectrum::ONE, met, |light| sum += light);
         sum
     }
 

@@ -37,7 +37,6 @@ use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use end::End;
-use std::array::from_fn;
 use viewers::Workspace;
 
 /// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that scatter widely (Bekaert, Sbert and
@@ -70,19 +69,21 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             let packet = CameraPacket::trace(&path.world, keys, sampler, true, out);
 
             // Follow each path to its end, or as far as it goes if it has none
-            let slots: [[BsdfSlot; LOOKED_AT]; SAMPLES_AT_ONCE] = from_fn(|_| from_fn(|_| BsdfSlot::new()));
+            // On the heap: slots are large, and an array of them would be copied when it is made.
+            let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
             let mut firsts = [const { None }; SAMPLES_AT_ONCE];
             let mut ends = [const { None }; SAMPLES_AT_ONCE];
             // Light after the first bounce, where it is limited
             let limit = path.clamp_indirect;
             let mut indirect = limit.map(|_| [Default::default(); SAMPLES_AT_ONCE]);
-            for (i, out) in out.iter_mut().enumerate() {
+            let slots = slots.chunks_exact(LOOKED_AT);
+            for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
                 let mut shared = Shared {
                     first: &mut firsts[i],
                     end: &mut ends[i],
                     max_depth: path.max_depth,
                 };
-                let radiance = path.li(&packet.start(i, keys), &slots[i], &mut shared, out);
+                let radiance = path.li(&packet.start(i, keys), slots, &mut shared, out);
                 match &mut indirect {
                     Some(indirect) if radiance.has_tail => {
                         out.radiance(radiance.head);
@@ -115,16 +116,18 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
 
 /// Hooks of path reuse into [`PathIntegrator::li`].
 pub(crate) trait Reuse<'v> {
-    /// Takes note of a vertex that `path` meets after `depth` scatterings, and gives it back. `events` are those on the way, where paths are told apart.
+    /// Whether paths may end where others share what is scattered.
+    const ENDS_PATHS: bool;
+
+    /// Takes note of a vertex that `path` meets after `depth` scatterings. `events` are those on the way, where paths are told apart.
     #[inline(always)]
     fn meet(
         &mut self,
         _depth: u32,
-        vertex: Vertex<'v>,
+        _vertex: &Vertex<'v>,
         _path: &PathState,
         _events: impl FnOnce() -> Vec<ScatteringEvent>,
-    ) -> Vertex<'v> {
-        vertex
+    ) {
     }
 
     /// Whether the path ends at the vertex that was met last, because others share what is scattered there.
@@ -143,7 +146,9 @@ pub(crate) trait Reuse<'v> {
 /// No path reuse: each path serves its own pixel.
 pub(crate) struct NoReuse;
 
-impl Reuse<'_> for NoReuse {}
+impl Reuse<'_> for NoReuse {
+    const ENDS_PATHS: bool = false;
+}
 
 /// The vertex from which a pixel looks at the ends of all paths of its group.
 struct First<'v> {
@@ -166,21 +171,23 @@ struct Shared<'s, 'v> {
 }
 
 impl<'v> Reuse<'v> for Shared<'_, 'v> {
+    const ENDS_PATHS: bool = true;
+
     #[inline(always)]
     fn meet(
         &mut self,
         depth: u32,
-        vertex: Vertex<'v>,
+        vertex: &Vertex<'v>,
         path: &PathState,
         events: impl FnOnce() -> Vec<ScatteringEvent>,
-    ) -> Vertex<'v> {
+    ) {
         match self.first {
             None => {
                 let is_late = depth > 0 && (self.max_depth.is_some() || depth as usize + 1 >= LOOKED_AT);
                 // All surfaces before it are mirrors or smooth glass.
                 if !vertex.bsdf.is_delta() && !is_late {
                     *self.first = Some(First {
-                        vertex,
+                        vertex: *vertex,
                         beta: path.beta,
                         depth,
                         events: events(),
@@ -189,12 +196,11 @@ impl<'v> Reuse<'v> for Shared<'_, 'v> {
             }
             Some(first) => {
                 let is_second = depth == first.depth + 1 && !path.is_delta();
-                if is_second && self.max_depth.is_none_or(|max| depth < max) && End::can_be(&vertex) {
-                    *self.end = Some(End::new(vertex, depth, path, events()));
+                if is_second && self.max_depth.is_none_or(|max| depth < max) && End::can_be(vertex) {
+                    *self.end = Some(End::new(*vertex, depth, path, events()));
                 }
             }
         }
-        vertex
     }
 
     #[inline(always)]

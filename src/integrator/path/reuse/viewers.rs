@@ -42,11 +42,17 @@ pub(super) struct Candidate {
     pdf: f32,
     /// Direction from the first vertex to the end, local frame of the first vertex.
     wi: Vec3,
-    /// Direction from the end to the first vertex, local frame of the end.
-    wo: Vec3,
+    /// The same direction, world frame.
+    w: Vec3,
 }
 
 impl Candidate {
+    /// Direction from `end` to the first vertex, local frame of the end.
+    #[inline(always)]
+    fn wo(&self, end: &End) -> Vec3 {
+        end.vertex.frame.to_local(-self.w)
+    }
+
     /// `light` that the end sends to the first vertex, in the classes that it has for the camera.
     #[inline(always)]
     pub fn seen<R: Gathered>(&self, light: R, work: &Workspace, paths: Option<&LightPaths>) -> R {
@@ -127,7 +133,6 @@ impl<'v> Workspace<'v> {
     fn find_candidates(&mut self, end: &End, owner: usize) -> usize {
         // The first vertices on the right side of the end, and their geometry terms
         let mut geometry = [0.0; SAMPLES_AT_ONCE];
-        let mut lanes = DirectionLanes::splat(Vec3::Z);
         let mut count = 0;
         let others = (0..SAMPLES_AT_ONCE).filter(|i| *i != owner);
         for index in iter::once(owner).chain(others) {
@@ -140,24 +145,26 @@ impl<'v> Workspace<'v> {
             if g.is_nan() || g <= 0.0 || end.curved.is_some_and(|point| point.bends_for(-w)) {
                 continue;
             }
-            let wi = first.vertex.frame.to_local(w);
-            lanes.set(index, wi);
             geometry[count] = g;
-            self.candidates[count] = Candidate {
-                index,
-                wi,
-                wo: end.vertex.frame.to_local(-w),
-                ..Candidate::default()
-            };
+            let candidate = &mut self.candidates[count];
+            (candidate.index, candidate.w) = (index, w);
+            candidate.wi = first.vertex.frame.to_local(w);
             count += 1;
         }
 
         // Values and densities of their BSDFs
         let held = self.first_bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
-        let values = held.map(|held| held.eval_pdf(&lanes));
+        let values = held.map(|held| {
+            let mut lanes = DirectionLanes::splat(Vec3::Z);
+            let candidates = &self.candidates[..count];
+            candidates
+                .iter()
+                .for_each(|candidate| lanes.set(candidate.index, candidate.wi));
+            held.eval_pdf(&lanes)
+        });
         let mut kept = 0;
         for (k, geometry) in geometry[..count].iter().enumerate() {
-            let candidate = self.candidates[k];
+            let candidate = &self.candidates[k];
             let Some(first) = &self.firsts[candidate.index] else {
                 continue;
             };
@@ -167,11 +174,9 @@ impl<'v> Workspace<'v> {
             };
             let pdf = pdf * geometry;
             if pdf > 0.0 && pdf.is_finite() {
-                self.candidates[kept] = Candidate {
-                    beta: first.beta * f * (candidate.wi.z.abs() * geometry),
-                    pdf,
-                    ..candidate
-                };
+                let beta = first.beta * f * (candidate.wi.z.abs() * geometry);
+                let candidate = move_to(&mut self.candidates, k, kept);
+                (candidate.beta, candidate.pdf) = (beta, pdf);
                 kept += 1;
             }
         }
@@ -185,7 +190,7 @@ impl<'v> Workspace<'v> {
         if self.directions == Directions::Bsdf {
             let mut wo = DirectionLanes::splat(end.vertex.wo);
             for (i, candidate) in candidates.iter().enumerate() {
-                wo.set(i, candidate.wo);
+                wo.set(i, candidate.wo(end));
             }
             if empty_lanes(&mut self.lanes).hold(bsdf, &wo) {
                 return EndBsdf::Lanes;
@@ -193,10 +198,19 @@ impl<'v> Workspace<'v> {
         }
         let views = self.views.get_or_insert_with(|| Box::new([None; SAMPLES_AT_ONCE]));
         for (view, candidate) in views.iter_mut().zip(candidates) {
-            *view = Vertex::needs_view(bsdf).then(|| BsdfView::new(bsdf, candidate.wo));
+            *view = Vertex::needs_view(bsdf).then(|| BsdfView::new(bsdf, candidate.wo(end)));
         }
         EndBsdf::Views
     }
+}
+
+/// The candidate at `from`, moved to `to` where that is another place.
+#[inline(always)]
+fn move_to(candidates: &mut [Candidate], from: usize, to: usize) -> &mut Candidate {
+    if from != to {
+        candidates[to] = candidates[from];
+    }
+    &mut candidates[to]
 }
 
 /// The lanes, made where there are none yet.
@@ -251,15 +265,11 @@ impl Viewers {
             bsdf: EndBsdf::Alike,
         };
         for (i, seen) in seen[..count].iter().enumerate().filter(|(_, seen)| !seen.is_blocked()) {
-            let candidate = candidates[i];
-            let pdf = seen.pass * candidate.pdf;
-            candidates[viewers.count] = Candidate {
-                beta: candidate.beta * seen.color(),
-                pdf,
-                ..candidate
-            };
+            let candidate = move_to(candidates, i, viewers.count);
+            candidate.beta *= seen.color();
+            candidate.pdf *= seen.pass;
             viewers.count += 1;
-            viewers.pdf += pdf;
+            viewers.pdf += candidate.pdf;
         }
         if !end.vertex.bsdf.is_lambert() {
             viewers.bsdf = work.view(end, viewers.count);
@@ -275,7 +285,7 @@ impl Viewers {
 
     /// The event of light from `wi` (local frame) that `end` scatters to the viewer number `i`.
     pub fn event(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> ScatteringEvent {
-        end.vertex.bsdf.event(work.candidates[i].wo, wi, false)
+        end.vertex.bsdf.event(work.candidates[i].wo(end), wi, false)
     }
 
     /// Light from `wi` (local frame), as `end` scatters it to the viewers.
@@ -311,7 +321,7 @@ impl Viewers {
                         (Some(terms), Some(view)) => view.eval_pdf_with(terms),
                         (_, view) => {
                             let vertex = Vertex {
-                                wo: candidate.wo,
+                                wo: candidate.wo(end),
                                 view: view.as_ref(),
                                 ..end.vertex
                             };

@@ -32,6 +32,7 @@ mod man;
 mod merge;
 mod outputs;
 mod pixel;
+mod plot;
 mod progress;
 mod reference;
 mod run;

@@ -45,6 +45,7 @@ mod mtl;
 mod panes;
 mod patches;
 mod photons;
+mod plots;
 #[cfg(feature = "tobj")]
 mod readers;
 mod reuse;

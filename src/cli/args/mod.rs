@@ -18,6 +18,7 @@ mod light;
 mod load;
 mod man;
 mod merge;
+mod points;
 mod render;
 mod scene;
 mod values;
@@ -36,6 +37,7 @@ pub(super) use lab::{LabArgs, MethodFlag};
 pub(super) use load::LoadArgs;
 pub(super) use man::ManArgs;
 pub(super) use merge::MergeArgs;
+pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
 pub(super) use scene::SceneArgs;
 pub(super) use views::ViewsArgs;
@@ -151,6 +153,8 @@ Examples:
     Check(SceneArgs),
     /// Describe what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
+    /// Show the points of a sampler: projections, discrepancy, convergence of known integrals
+    Points(PointsArgs),
     /// Measure how far an image is from a reference, and test whether by more than noise
     Compare(CompareArgs),
     /// Print the script that makes a shell complete commands and flags

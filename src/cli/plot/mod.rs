@@ -3,8 +3,10 @@
 //!
 //! Text and axes have the colour of the surrounding text, so that a picture is at home in light and dark pages; as a file it brings both colours.
 
+mod braille;
 mod log_log;
 
+pub(super) use braille::Braille;
 pub(super) use log_log::{LogLog, PLOT_SIZE, slope};
 
 use std::fmt::Write;

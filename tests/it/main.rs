@@ -44,6 +44,7 @@ mod motion;
 mod mtl;
 mod panes;
 mod patches;
+mod paths;
 mod photons;
 mod plots;
 #[cfg(feature = "tobj")]

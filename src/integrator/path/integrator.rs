@@ -17,6 +17,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::integrator::path_record;
 use crate::integrator::trail::Trail;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
@@ -198,10 +199,15 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 false => (met, path.beta),
                 true => (None, missing(before, path.beta, met.is_some())),
             };
+            if let Some(met) = met {
+                path_record::vertex(depth, met, path.beta, out);
+            }
+            strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), found, out);
             strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), beta, found, |light| {
                 emitted += light
             });
             radiance += emitted;
+            path_record::light(emitted.sum(), out);
             trail.find(emitted);
 
             // End the path where it leaves the scene, and at its maximum depth
@@ -241,6 +247,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 if R::TELLS_PATHS {
                     event = Some(vertex.event(sample.wi, sample.is_delta()));
                 }
+                if let Some(factor) = factor {
+                    path_record::scatter(depth, &vertex, &sample, factor, out);
+                }
                 factor.map(|factor| PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -253,6 +262,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             direct += shadow.arrives(world, out);
             let direct = direct * path.beta;
             radiance += direct;
+            path_record::light(direct.sum(), out);
             trail.find(direct);
             let Some(next) = next else { break };
             if let Some(event) = event {

@@ -245,7 +245,7 @@ impl Bsdf {
 
     /// The lobes, each with its share of [`Bsdf::eval`].
     #[inline(always)]
-    fn lobe_values(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = (&Lobe, Spectrum)> {
+    pub fn lobe_values(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = (&Lobe, Spectrum)> {
         let [o, i] = [wo, wi].map(|w| self.passed(w));
         self.places().map(move |(place, lobe)| {
             let f = lobe.eval(wo, wi);

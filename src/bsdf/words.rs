@@ -1,7 +1,8 @@
 //! Lobes and Fresnel terms in the words that `explain` and `info` print.
 
-use super::{Fresnel, Lobe};
-use crate::math::list;
+use super::{Bsdf, Fresnel, Lobe, TransportMode};
+use crate::color::Spectrum;
+use crate::math::{Vec3, list};
 use std::fmt;
 
 impl fmt::Display for Fresnel {
@@ -12,6 +13,27 @@ impl fmt::Display for Fresnel {
             Self::Conductor { eta, k } => write!(f, "conductor Fresnel term, eta {}, k {}", list(eta), list(k)),
             Self::Schlick { f0 } => write!(f, "Schlick Fresnel term, f0 {}", list(f0)),
         }
+    }
+}
+
+impl Bsdf {
+    /// Name of the lobe that has the largest share of the light from `wi`, among delta lobes or the others.
+    pub fn lobe_name(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> &'static str {
+        /// Roundings of a direction.
+        const NEAR: f32 = 1e-6;
+        let share = |(lobe, f): (&Lobe, Spectrum)| match is_delta {
+            false => f.luminance(),
+            true => {
+                let directions = lobe.directions(wo, TransportMode::Radiance).into_iter().flatten();
+                let met = directions.filter(|sample| sample.wi.distance_squared(wi) < NEAR);
+                met.map(|sample| sample.pdf).fold(0.0, f32::max)
+            }
+        };
+        let lobes = self.lobe_values(wo, wi).filter(|(lobe, _)| lobe.is_delta() == is_delta);
+        let best = lobes
+            .map(|(lobe, f)| (lobe, share((lobe, f))))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map_or("", |(lobe, _)| lobe.name())
     }
 }
 
@@ -70,6 +92,75 @@ impl Lobe {
             Self::ThinDielectric(lobe) => {
                 boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
             }
+        }
+    }
+}
+
+impl Lobe {
+    /// The numbers of the lobe by their names: one, or three for colours.
+    pub fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
+        let color = |name, value: [f32; 3]| (name, value.to_vec());
+        let number = |name, value| (name, vec![value]);
+        let boundary = |reflectance, transmittance, ior| {
+            vec![
+                color("reflectance", reflectance),
+                color("transmittance", transmittance),
+                number("ior", ior),
+            ]
+        };
+        match self {
+            Self::Lambert(lobe) => vec![color("albedo", lobe.albedo.to_array())],
+            Self::CoatedLambert(lobe) => {
+                let (albedo, f0, roughness) = lobe.parameters();
+                vec![
+                    color("albedo", albedo.to_array()),
+                    number("f0", f0),
+                    number("roughness", roughness),
+                ]
+            }
+            Self::Phong(lobe) => vec![
+                color("reflectance", lobe.reflectance.to_array()),
+                number("exponent", lobe.exponent),
+            ],
+            Self::Blinn(lobe) => {
+                let values = vec![
+                    color("reflectance", lobe.reflectance.to_array()),
+                    number("exponent", lobe.exponent),
+                ];
+                [values, lobe.fresnel.values()].concat()
+            }
+            Self::RoughMirror(lobe) => {
+                let (reflectance, fresnel) = lobe.parameters();
+                let values = vec![color("reflectance", reflectance), number("roughness", lobe.roughness())];
+                [values, fresnel.values()].concat()
+            }
+            Self::RoughDielectric(lobe) => {
+                let (reflectance, transmittance, ior) = lobe.parameters();
+                let values = boundary(reflectance, transmittance, ior);
+                [values, vec![number("roughness", lobe.roughness())]].concat()
+            }
+            Self::Sheen(lobe) => vec![color("color", lobe.color.to_array())],
+            Self::Mirror(lobe) => [
+                vec![color("reflectance", lobe.reflectance.to_array())],
+                lobe.fresnel.values(),
+            ]
+            .concat(),
+            Self::Dielectric(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
+            Self::ThinDielectric(lobe) => {
+                boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
+            }
+        }
+    }
+}
+
+impl Fresnel {
+    /// The numbers of the term by their names.
+    fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
+        match self {
+            Self::Full => Vec::new(),
+            Self::Dielectric { eta } => vec![("eta", vec![*eta])],
+            Self::Conductor { eta, k } => vec![("eta", eta.to_vec()), ("k", k.to_vec())],
+            Self::Schlick { f0 } => vec![("f0", f0.to_vec())],
         }
     }
 }

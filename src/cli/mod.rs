@@ -1,7 +1,7 @@
 //! The command line: `args` (what was typed) → `job` (validated and resolved) → the module of the command, such as `run`.
 //!
 //! The commands stand on the library. `run` and `merge` use sessions, files and observers and nothing below (`tests/it/rooms.rs` checks it). `lab`,
-//! `audit`, `bench`, `check` and `explain` exist to look below.
+//! `audit`, `bench`, `check`, `explain`, `paths` and `points` exist to look below.
 
 // Its macros are for all that follow.
 #[macro_use]
@@ -31,7 +31,10 @@ mod lab;
 mod man;
 mod merge;
 mod outputs;
+mod paths;
 mod pixel;
+mod plot;
+mod points;
 mod progress;
 mod reference;
 mod run;
@@ -121,6 +124,8 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),
         Some(Command::Explain(args)) => explain::explain(&args),
+        Some(Command::Points(args)) => points::points(&args),
+        Some(Command::Paths(args)) => paths::paths(&args),
         Some(Command::Completions(args)) => completions::completions(&args),
         Some(Command::Man(args)) => man::man(&args),
         Some(Command::Help(args)) => help::help(&args),

@@ -1,27 +1,34 @@
 use super::error::CliError;
+use super::paths;
 use crate::accel::{Accel, Answer, Recorder};
 use crate::color::Spectrum;
-use crate::film::{FirstSurface, Rect};
+use crate::film::FirstSurface;
 use crate::integrator::{CameraView, RayKind, RaySink, Sink};
-use crate::math::{UVec2, list};
+use crate::math::list;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
 use crate::session::{Prepared, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
-/// Traces one sample and prints every ray with its answer, and what it added to the pixel.
-pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<ExitCode, CliError> {
+/// Traces one sample and prints every ray with its answer, and what it added to the pixel; as JSON the vertices, densities, weights and contributions of
+/// `embrasure paths`.
+pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: bool) -> Result<ExitCode, CliError> {
+    if as_json {
+        let traces = paths::traces(renderer, pixel, sample..sample.saturating_add(1))?;
+        outln!("{:#}", paths::facts(renderer, pixel, &traces));
+        return Ok(ExitCode::SUCCESS);
+    }
     let session = renderer.session();
-    let key = key(pixel, sample, session.settings().crop())?;
+    let key = paths::key(pixel, sample, session.settings().crop())?;
     renderer.prepare();
     let prepared = renderer.prepared();
     if print_sample(session, prepared, renderer.accel().as_dyn(), key) {
         return Ok(ExitCode::SUCCESS);
     }
     Err(CliError::Usage(format!(
-        "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: use path, or another integrator whose \
-         paths start at the camera alone",
+        "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: add --json, or use `embrasure paths`: they \
+         trace a whole iteration",
         session.settings().method().name()
     )))
 }
@@ -69,20 +76,6 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     }
     outln!("radiance {}", list(&(story.radiance * story.weight).to_array()));
     true
-}
-
-/// The pixel and sample that `--pixel` and `--sample` name.
-fn key([x, y]: [u32; 2], sample: u32, crop: Rect) -> Result<SampleKey, CliError> {
-    if crop.contains(UVec2::new(x, y)) {
-        return Ok(SampleKey::new(x, y, sample));
-    }
-    Err(CliError::Usage(format!(
-        "--pixel {x},{y} is outside the image\n  help: columns {} to {}, rows {} to {}",
-        crop.min.x,
-        crop.max.x - 1,
-        crop.min.y,
-        crop.max.y - 1
-    )))
 }
 
 /// The rays, their purpose and what they gave, in one order.

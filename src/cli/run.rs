@@ -91,7 +91,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             load_s,
         };
         match job.pixel {
-            Some((pixel, sample)) => pixel::trace(renderer, pixel, sample),
+            Some((pixel, sample)) => pixel::trace(renderer, pixel, sample, args.json),
             None => run.render(checkpointer, preview, &mut warnings, audit),
         }
     };

@@ -12,6 +12,7 @@ mod irradiance_cache;
 mod metropolis;
 mod opacity;
 mod path;
+mod path_record;
 mod photon;
 mod search_radius;
 mod trail;
@@ -44,6 +45,7 @@ pub use path::roulette::{Roulette, Survival};
 pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
+pub use path_record::PathEvent;
 pub use photon::grid::{PhotonGrid, Placed};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
 pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
@@ -142,6 +144,22 @@ impl<R: Gathered> RaySink for &mut (dyn Sink<Radiance = R> + '_) {
     fn is_cancelled(&self) -> bool {
         (**self).is_cancelled()
     }
+
+    fn records(&self) -> bool {
+        (**self).records()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        (**self).record(event);
+    }
+
+    fn record_len(&self) -> usize {
+        (**self).record_len()
+    }
+
+    fn take_record(&mut self, from: usize) -> Vec<PathEvent> {
+        (**self).take_record(from)
+    }
 }
 
 /// An integrator whose light paths may light any pixel. Each iteration is one sample of every pixel.
@@ -191,7 +209,7 @@ pub trait IterationIntegrator: Sync {
     }
 }
 
-/// Counts rays.
+/// Counts rays, and may record paths.
 pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
@@ -202,6 +220,24 @@ pub trait RaySink {
     /// Whether the work is to end: what it finds will be thrown away. Loops that may be long look here, and leave.
     fn is_cancelled(&self) -> bool {
         false
+    }
+
+    /// Whether the sink records paths: only then are events made for it.
+    fn records(&self) -> bool {
+        false
+    }
+
+    /// Takes an event of a path.
+    fn record(&mut self, _event: PathEvent) {}
+
+    /// Number of events so far.
+    fn record_len(&self) -> usize {
+        0
+    }
+
+    /// The events from the place `from` on, which the sink then forgets: a Markov chain records a path where its light is added.
+    fn take_record(&mut self, _from: usize) -> Vec<PathEvent> {
+        Vec::new()
     }
 }
 

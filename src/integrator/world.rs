@@ -9,6 +9,7 @@
 
 use super::background::Backdrop;
 use super::opacity::{OpacityWalk, Passing, Transmittance, stops};
+use super::path_record;
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
@@ -97,7 +98,9 @@ impl<'a, A: Accel> World<'a, A> {
         let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
         out.weight(weight);
         let film = key.pixel().as_vec2() + place;
-        self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler)
+        let ray = self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler);
+        path_record::start(&ray, None, Spectrum::ONE, out);
+        ray
     }
 
     /// A random time, where anything moves.

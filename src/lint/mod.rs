@@ -1,5 +1,5 @@
 //! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`shells`), what the camera sees
-//! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`).
+//! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`, `profile`).
 //!
 //! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
 //! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
@@ -9,12 +9,14 @@ mod definitions;
 mod faces;
 mod memory;
 mod preview;
+mod profile;
 mod shells;
 mod tally;
 mod view;
 
 pub use memory::{AccelMemory, Forecast};
-pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, preview_scene};
+pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
+pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};
 pub use view::inspect_view;
 
 use crate::description::{DEFAULT_MATERIAL, Inspection, MaterialSource, SceneFile};

@@ -47,6 +47,15 @@ pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     bsdf.lobes().enumerate().map(lobe).collect()
 }
 
+/// Share of the flux from all directions that `bsdf` scatters to `wo`, layers included: its directional albedo.
+pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
+    integrate(|[u_lobe, u, v, ..]| {
+        // Importance is flux: radiance is compressed where light is refracted.
+        let sample = bsdf.sample(wo, u_lobe, Vec2::new(u, v), TransportMode::Importance);
+        sample.map_or(Spectrum::ZERO, |sample| sample.weight)
+    })
+}
+
 /// An estimate of the flux's share that a lobe scatters to or from `wo`.
 fn scattered(lobe: &Lobe, wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
     // Importance is flux: radiance is compressed where light is refracted.

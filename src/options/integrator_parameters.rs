@@ -96,6 +96,8 @@ parameters! {
         /// Rays from which a record of irradiance-cache is made, about
         cache_rays: u32 = 1024, in Range::FromTo(16, 1 << 20);
         /// What debug shows
+        ///
+        /// `uv` shows fractional parts of texture coordinates as red and green, and blue where there are none. `depth` goes from white to black through the scene's bounding box. `light-count` counts lights from which light arrives, `ray-cost` the rays of a sample of `path`.
         debug_view: DebugView = DebugView::Normals;
         /// Direct light of Metropolis methods: by ordinary path tracing or by the chains
         ///

@@ -37,7 +37,9 @@ named! {
     Heuristic: "power" => Self::Power, "balance" => Self::Balance;
     SelectionMode: "auto" => Self::Auto, "power" => Self::Power, "place" => Self::Place, "visibility" => Self::Visibility, "uniform" => Self::Uniform, "all" => Self::All;
     TriangleSampling: "area" => Self::Area, "solid-angle" => Self::SolidAngle;
-    DebugView: "normals" => Self::Normals, "uv" => Self::Uv, "ids" => Self::Ids;
+    DebugView: "normals" => Self::Normals, "uv" => Self::Uv, "barycentrics" => Self::Barycentrics, "ids" => Self::Ids, "material" => Self::Material,
+        "albedo" => Self::Albedo, "depth" => Self::Depth, "wireframe" => Self::Wireframe, "facing" => Self::Facing, "light-count" => Self::LightCount,
+        "ray-cost" => Self::RayCost;
     MetropolisDirect: "ordinary" => Self::Ordinary, "metropolis" => Self::Metropolis;
     MetropolisTarget: "relative" => Self::Relative, "luminance" => Self::Luminance;
 }

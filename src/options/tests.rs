@@ -60,7 +60,7 @@ fn what_is_wrong_is_told_with_what_would_be_right() {
             "debug_view",
             Input::String("normal"),
             "\"normal\"",
-            "did you mean normals? there is normals, uv, ids",
+            "did you mean normals? there is normals, uv, barycentrics, ids, material, albedo, depth, wireframe, facing, light-count, ray-cost",
         ),
         ("reuse", Input::Flag("x"), "x", "there is pixels, none"),
     ] {

@@ -14,9 +14,15 @@ use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
-use crate::integrator::{ByGroup, CameraView, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink};
+use crate::integrator::{
+    ByGroup, CameraView, Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Sink, SplatSink,
+};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
+
+mod record;
+
+pub use record::{Recorded, record_iteration};
 
 /// Pieces of work at most whose light is kept until all before them have been added: a bound on memory, which decides no bit.
 const PIECES_AT_ONCE: usize = 128;
@@ -219,6 +225,8 @@ struct Piece<'a, R> {
     radiance: R,
     view: Option<CameraView<R>>,
     cancellation: Cancellation<'a>,
+    /// What happens, where that is recorded.
+    record: Option<Vec<PathEvent>>,
 }
 
 impl<'a, R: Gathered> Piece<'a, R> {
@@ -235,6 +243,7 @@ impl<'a, R: Gathered> Piece<'a, R> {
             radiance: R::default(),
             view: None,
             cancellation: Cancellation::new(observer),
+            record: None,
         }
     }
 
@@ -348,6 +357,25 @@ impl<R> RaySink for Piece<'_, R> {
     fn is_cancelled(&self) -> bool {
         self.cancellation.look()
     }
+
+    fn records(&self) -> bool {
+        self.record.is_some()
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        if let Some(record) = &mut self.record {
+            record.push(event);
+        }
+    }
+
+    fn record_len(&self) -> usize {
+        self.record.as_ref().map_or(0, Vec::len)
+    }
+
+    fn take_record(&mut self, from: usize) -> Vec<PathEvent> {
+        let record = self.record.as_mut().filter(|record| from <= record.len());
+        record.map_or(Vec::new(), |record| record.split_off(from))
+    }
 }
 
 impl<R: Gathered> Sink for Piece<'_, R> {
@@ -358,6 +386,10 @@ impl<R: Gathered> Sink for Piece<'_, R> {
     }
 
     fn radiance(&mut self, radiance: R) {
+        self.record(PathEvent::Added {
+            film: None,
+            radiance: radiance.sum(),
+        });
         match radiance.sum().is_valid() {
             true => self.radiance += radiance,
             false => self.drop(radiance.sum()),
@@ -377,6 +409,10 @@ impl<R: Gathered> Sink for Piece<'_, R> {
 
 impl<R: Gathered> SplatSink for Piece<'_, R> {
     fn splat(&mut self, film: Vec2, radiance: R) {
+        self.record(PathEvent::Added {
+            film: Some(film),
+            radiance: radiance.sum(),
+        });
         if !radiance.sum().is_valid() {
             self.drop(radiance.sum());
             return;

@@ -81,7 +81,7 @@ fn in_ball(point: DVec3) -> Option<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sampler::sphere::{cap_discrepancy, pair};
+    use crate::sampler::{cap_discrepancy, sphere::pair};
     use crate::sampling::warp::uniform_sphere;
 
     const ALL: [CubePoints; 3] = [CubePoints::Halton, CubePoints::Hammersley, CubePoints::Sobol];

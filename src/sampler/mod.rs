@@ -7,6 +7,7 @@
 mod antithetic;
 mod any;
 mod ball;
+mod discrepancy;
 mod fibonacci;
 mod halton;
 mod hash;
@@ -23,6 +24,7 @@ mod z_sobol;
 pub use antithetic::Antithetic;
 pub use any::{AnySampler, SamplerKind};
 pub use ball::CubePoints;
+pub use discrepancy::{cap_discrepancy, star_discrepancy};
 pub use fibonacci::Fibonacci;
 pub use halton::{Halton, Hammersley};
 pub use independent::Independent;

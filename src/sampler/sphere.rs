@@ -31,21 +31,3 @@ pub(super) fn rotation(key: u64) -> Quat {
 pub(super) fn pair(bits: u64) -> Vec2 {
     Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32))
 }
-
-/// Largest difference between the share of `points` in a spherical cap and the cap's share of the sphere, over 512 axes and 199 heights.
-#[cfg(test)]
-pub(super) fn cap_discrepancy(points: &[Vec3]) -> f64 {
-    use crate::sampling::warp::uniform_sphere;
-    let axes = (0..512).map(|i| uniform_sphere(pair(numbered(1, i))));
-    let of_axis = |axis: Vec3| {
-        let heights = (1..200).map(|i| i as f32 / 100.0 - 1.0);
-        let mut cosines: Vec<f32> = points.iter().map(|p| p.dot(axis)).collect();
-        cosines.sort_by(f32::total_cmp);
-        let difference = |cos: f32| {
-            let inside = cosines.len() - cosines.partition_point(|&c| c <= cos);
-            (inside as f64 / cosines.len() as f64 - 0.5 * (1.0 - cos as f64)).abs()
-        };
-        heights.map(difference).fold(0.0, f64::max)
-    };
-    axes.map(of_axis).fold(0.0, f64::max)
-}

@@ -44,7 +44,9 @@ mod motion;
 mod mtl;
 mod panes;
 mod patches;
+mod paths;
 mod photons;
+mod plots;
 #[cfg(feature = "tobj")]
 mod readers;
 mod reuse;

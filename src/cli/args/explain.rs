@@ -9,7 +9,8 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   embrasure explain scenes/cornell-box.toml red
-  embrasure explain room.obj \"Window Glass\" -o glass.png --size 256x256")]
+  embrasure explain room.obj \"Window Glass\" -o glass.png --size 256x256
+  embrasure explain scenes/spheres.toml brass --plots -o brass.svg")]
 pub(in crate::cli) struct ExplainArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
@@ -17,9 +18,13 @@ pub(in crate::cli) struct ExplainArgs {
     /// Name of a material that the scene uses
     pub material: String,
 
-    /// Render a sphere of it here, .exr or .png
+    /// Write here: .exr or .png a sphere of it, .svg polar plots of its lobes; may be repeated
     #[arg(short, long, value_name = "FILE")]
-    pub output: Option<PathBuf>,
+    pub output: Vec<PathBuf>,
+
+    /// Draw polar plots in the terminal; with --json, print their numbers
+    #[arg(long)]
+    pub plots: bool,
 
     /// Print JSON
     #[arg(long)]

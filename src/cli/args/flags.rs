@@ -106,14 +106,16 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
     fn parse_ref(&self, _: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<T, Error> {
         let name = value.to_string_lossy();
         T::of_text(name.trim()).ok_or_else(|| {
-            let flag = arg.and_then(Arg::get_long).unwrap_or_default();
+            let flag = arg
+                .and_then(Arg::get_long)
+                .map_or(String::new(), |flag| format!("--{flag} "));
             let known = T::names();
             let suggestion = crate::options::nearest(&name, known.iter().copied());
             let suggestion = suggestion.map_or(String::new(), |known| format!("did you mean {known}? "));
             let help = format!("{suggestion}there is {}", known.join(", "));
             Error::raw(
                 ErrorKind::ValueValidation,
-                format!("--{flag} {name}: no such name\n  help: {help}\n"),
+                format!("{flag}{name}: no such name\n  help: {help}\n"),
             )
         })
     }

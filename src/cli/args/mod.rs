@@ -18,6 +18,8 @@ mod light;
 mod load;
 mod man;
 mod merge;
+mod paths;
+mod points;
 mod render;
 mod scene;
 mod values;
@@ -36,6 +38,8 @@ pub(super) use lab::{LabArgs, MethodFlag};
 pub(super) use load::LoadArgs;
 pub(super) use man::ManArgs;
 pub(super) use merge::MergeArgs;
+pub(super) use paths::PathsArgs;
+pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
 pub(super) use scene::SceneArgs;
 pub(super) use views::ViewsArgs;
@@ -151,6 +155,10 @@ Examples:
     Check(SceneArgs),
     /// Describe what a material does with light, and render a sphere of it
     Explain(ExplainArgs),
+    /// Record the paths of a pixel: vertices, densities, weights, contributions
+    Paths(Box<PathsArgs>),
+    /// Show the points of a sampler: projections, discrepancy, convergence of known integrals
+    Points(PointsArgs),
     /// Measure how far an image is from a reference, and test whether by more than noise
     Compare(CompareArgs),
     /// Print the script that makes a shell complete commands and flags

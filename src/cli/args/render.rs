@@ -130,6 +130,10 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "K", requires = "pixel")]
     pub sample: Option<u32>,
 
+    /// Print the vertices, densities, weights and contributions of --pixel as JSON
+    #[arg(long, requires = "pixel")]
+    pub json: bool,
+
     /// Write the scene as it is rendered, flags included, to a .toml scene file
     #[arg(long, value_name = "FILE", value_parser = parse_scene_output)]
     pub dump_scene: Option<PathBuf>,

@@ -84,6 +84,32 @@ pub(in crate::cli) fn parse_scene_output(text: &str) -> Result<PathBuf, String> 
     }
 }
 
+/// The name of an SVG picture to write.
+pub(in crate::cli) fn parse_svg_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_svg = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+    match is_svg {
+        true => Ok(path),
+        false => Err("the name of an .svg picture is expected".into()),
+    }
+}
+
+/// The name of a file of paths to write.
+pub(in crate::cli) fn parse_paths_output(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_known = |extension: &std::ffi::OsStr| {
+        ["svg", "obj", "json"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
+    };
+    match path.extension().is_some_and(is_known) {
+        true => Ok(path),
+        false => Err("a name that ends in .svg, .obj or .json is expected".into()),
+    }
+}
+
 pub(in crate::cli) fn parse_share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
     share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())

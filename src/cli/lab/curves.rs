@@ -1,10 +1,9 @@
 //! Convergence curves: relMSE against samples and against seconds, in logarithms, with the slopes of lines fitted to them.
 
-mod plot;
-
-pub(super) use plot::{Place, color, escaped, svg};
-
+use super::Comparison;
 use super::runs::Snapshot;
+use crate::cli::plot::{LogLog, PLOT_SIZE, Place, escaped, mark, slope, svg_head};
+use std::fmt::Write;
 
 /// What a curve's error is plotted against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,33 +47,35 @@ impl Measure {
     }
 }
 
-/// Points from which on a line is worth a number.
-const MIN_POINTS: usize = 3;
+/// Where the legend begins, to the right and down, and the height of a line of it.
+const LEGEND: [f64; 2] = [72.0, 366.0];
+const LINE: f64 = 20.0;
 
-/// Slope of the line through the logarithms of `points`, by least squares of the errors; `None` for too few points, or points of one place.
-fn slope(points: &[[f64; 2]]) -> Option<f64> {
-    let count = points.len() as f64;
-    let logarithms = || points.iter().map(|point| point.map(f64::ln));
-    let [mean_x, mean_y] = [0, 1].map(|axis| logarithms().map(|point| point[axis]).sum::<f64>() / count);
-    let covariance: f64 = logarithms().map(|[x, y]| (x - mean_x) * (y - mean_y)).sum();
-    let variance: f64 = logarithms().map(|[x, _]| (x - mean_x).powi(2)).sum();
-    (points.len() >= MIN_POINTS && variance > 0.0).then(|| covariance / variance)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn slopes_of_power_laws_are_their_exponents() {
-        for exponent in [-2.0, -1.0, -0.5, 0.25] {
-            let points = [1.0, 4.0, 16.0, 100.0f64].map(|x| [x, 3.0 * x.powf(exponent)]);
-            assert!((slope(&points).unwrap() - exponent).abs() < 1e-12);
-        }
-        // Least squares by hand: ln y = (0, 0, 3) at ln x = (0, 1, 2) has the slope 1.5.
-        let points = [(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)].map(|(x, y): (f64, f64)| [x.exp(), y.exp()]);
-        assert!((slope(&points).unwrap() - 1.5).abs() < 1e-12);
-        assert_eq!(slope(&points[..2]), None);
-        assert_eq!(slope(&[[2.0, 1.0], [2.0, 2.0], [2.0, 3.0]]), None);
+/// The curves of all estimators as a picture: two plots side by side, and a legend below.
+pub(super) fn svg(comparison: &Comparison, place: Place) -> String {
+    let rows = comparison.rendered().count();
+    let size = [2.0 * PLOT_SIZE[0], LEGEND[1] + LINE * rows as f64];
+    let mut text = svg_head(size, "Convergence: relMSE against samples and against seconds", place);
+    for (measure, name, title, shift) in [
+        (Measure::Samples, "samples", "relMSE against samples a pixel", 0.0),
+        (Measure::Seconds, "seconds", "relMSE against seconds", PLOT_SIZE[0]),
+    ] {
+        let curve = |(_, run): (_, &super::Run)| measure.points(&run.snapshots);
+        let curves: Vec<_> = comparison.rendered().map(curve).collect();
+        let plot = LogLog {
+            title,
+            name,
+            curves: &curves,
+            guides: &[],
+        };
+        plot.draw(&mut text, [shift, 0.0]);
     }
+    for (row, (contender, run)) in comparison.rendered().enumerate() {
+        let y = LEGEND[1] + LINE * row as f64;
+        let words = Measure::in_words(&run.snapshots).map_or(String::new(), |words| format!(": {words}"));
+        let label = escaped(&format!("{}{words}", contender.name));
+        mark(&mut text, row, LEGEND[0], y - 4.0);
+        let _ = writeln!(text, "<text x=\"{}\" y=\"{y}\">{label}</text>", LEGEND[0] + 14.0);
+    }
+    text + "</svg>\n"
 }

@@ -18,6 +18,7 @@ use super::args::{Flags, LabArgs, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
+use super::plot::Place;
 use super::progress::{Heeding, is_interrupted};
 use super::warnings::ShownWarnings;
 use super::words;
@@ -195,7 +196,7 @@ impl Files {
             (&self.csv, comparison.csv()),
             (&self.markdown, table.clone()),
             (&self.curves_csv, comparison.curves_csv()),
-            (&self.curves, curves::svg(comparison, curves::Place::File)),
+            (&self.curves, curves::svg(comparison, Place::File)),
         ];
         for (output, text) in &texts {
             output.write(|w| w.write_all(text.as_bytes()))?;

@@ -6,9 +6,10 @@
 use super::Comparison;
 use super::budget::Budget;
 use super::contenders::Contender;
-use super::curves::{self, Measure, Place};
+use super::curves::{self, Measure};
 use super::runs::{Run, Snapshot};
 use super::sheet::shown;
+use crate::cli::plot::{self, Place};
 use crate::cli::words::count;
 use crate::color::{false_color, srgb};
 use crate::compare::relative_differences;
@@ -32,7 +33,7 @@ pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Res
         .replace("{{style}}", include_str!("page/page.css").trim_end())
         .replace("{{script}}", include_str!("page/page.js").trim_end())
         .replace("{{curves}}", curves::svg(comparison, Place::Page).trim_end())
-        .replace("{{title}}", &curves::escaped(&title))
+        .replace("{{title}}", &plot::escaped(&title))
         // No tag can end the script within it.
         .replace("{{data}}", &data.replace('<', "\\u003c"));
     writer.write_all(page.as_bytes())
@@ -55,7 +56,7 @@ fn data(comparison: &Comparison) -> io::Result<Value> {
         .runs
         .iter()
         .map(|(contender, run)| {
-            let color = (!run.snapshots.is_empty()).then(|| curves::color(index));
+            let color = (!run.snapshots.is_empty()).then(|| plot::color(index));
             index += usize::from(color.is_some());
             pictures.estimator(contender, run, color)
         })

@@ -54,6 +54,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         }
         for c in found {
             if let Some(film) = c.film {
+                c.record(out);
                 out.splat(film, Gathered::of_light(c.radiance, c.light, self.world.scene));
             }
         }

@@ -32,8 +32,9 @@ pub use record::{Gradients, Record};
 
 use super::path::integrator::{PathState, VertexNumbers};
 use super::path::strategy::PrevVertex;
+use super::path_record;
 use super::vertex::Vertex;
-use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, Sink};
+use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
@@ -84,7 +85,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &path.ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());
-            radiance += self.emitted::<R>(&path, met);
+            radiance += self.emitted::<R>(&path, depth, met, out);
             let Some((hit, vertex)) = met else { break };
             if depth == 0 {
                 out.first_surface(world.first_surface(hit, vertex));
@@ -100,7 +101,9 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
                 .path
                 .sample_lights(vertex, (key, sampler, u.light.as_ref()), false, out);
             direct += shadow.arrives(world, out);
-            radiance += direct * path.beta;
+            let direct = direct * path.beta;
+            path_record::light(direct.sum(), out);
+            radiance += direct;
 
             // Sample the BSDF, update the throughput and play Russian roulette
             let u_lobe = u.lobe(vertex.bsdf);
@@ -109,6 +112,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
                 let beta = path.beta * sample.weight;
                 let roulette_scale = path.roulette_scale * sample.eta * sample.eta;
                 let factor = self.path.roulette.play(depth, beta * roulette_scale, u.roulette)?;
+                path_record::scatter(depth, vertex, &sample, factor, out);
                 Some(PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -120,12 +124,14 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             // End with the indirect light that the cache knows, and the other half of the estimate of direct light
             let indirect = only_mirrors.then(|| self.indirect(vertex, depth)).flatten();
             if let Some(indirect) = indirect {
-                radiance += R::from(indirect) * path.beta;
+                let indirect = R::from(indirect) * path.beta;
+                path_record::cached(indirect.sum(), out);
+                radiance += indirect;
                 if let Some(mut next) = next.filter(|_| strategy.direct != DirectLight::Light) {
                     let hit = world.intersect(&next.ray, RayKind::Bounce, &mut next.beta, out);
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &next.ray, &slot));
-                    radiance += self.emitted::<R>(&next, hit.as_ref().zip(vertex.as_ref()));
+                    radiance += self.emitted::<R>(&next, depth + 1, hit.as_ref().zip(vertex.as_ref()), out);
                 }
                 break;
             }
@@ -137,12 +143,23 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     }
 
     /// The emitted light that the ray of `path` finds.
-    fn emitted<R: Gathered>(&self, path: &PathState, met: Option<(&Hit, &Vertex)>) -> R {
+    fn emitted<R: Gathered>(
+        &self,
+        path: &PathState,
+        depth: u32,
+        met: Option<(&Hit, &Vertex)>,
+        out: &mut impl RaySink,
+    ) -> R {
         let PathIntegrator { world, strategy, .. } = &self.path;
         let mut sum = R::default();
         strategy.found(world.scene, &path.ray, path.prev.as_ref(), path.beta, met, |light| {
             sum += light
         });
+        if let Some(met) = met {
+            path_record::vertex(depth, met, path.beta, out);
+        }
+        strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), met, out);
+        path_record::light(sum.sum(), out);
         sum
     }
 

@@ -19,7 +19,8 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
-    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, RaySink, Roulette, SplatSink, World,
+    Gathered, Heuristic, ImportanceImage, IterationIntegrator, Metropolis, PathEvent, RaySink, Roulette, SplatSink,
+    World,
 };
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f64};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Step, Stream};
@@ -86,6 +87,8 @@ struct State {
     target: f32,
     /// The share of the chain's mean that the path has, so far.
     share: f64,
+    /// How the path was made, where that is recorded.
+    record: Vec<PathEvent>,
 }
 
 impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
@@ -240,7 +243,11 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     /// What the path of `length` vertices that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.
     fn state(&self, length: usize, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
+        let before = out.record_len();
         self.trace(length, numbers, out, &mut state.found);
+        if out.records() {
+            state.record = out.take_record(before);
+        }
         let mut target = 0.0;
         for contribution in &state.found {
             let film = contribution.film.unwrap_or_default();
@@ -329,6 +336,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 radiance = radiance * (1.0 / state.target) * (scale * state.share) as f32;
             }
             let film = contribution.film.unwrap_or_default();
+            if out.records() {
+                state.record.iter().for_each(|event| out.record(*event));
+                contribution.record(out);
+            }
             out.splat(film, Gathered::of_light(radiance, contribution.light, self.world.scene));
         }
     }

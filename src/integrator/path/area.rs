@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
+use crate::integrator::{DirectLight, Integrator, PathEvent, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -30,6 +30,8 @@ struct Next {
     ray: Ray,
     /// Factor of the throughput.
     weight: Spectrum,
+    /// Density of the direction per solid angle; the probability of a delta lobe.
+    pdf: f32,
     /// The surface point that the ray must meet; `None` along a delta lobe.
     target: Option<Hit>,
     prev: PrevVertex,
@@ -71,6 +73,22 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
             let Some(next) = self.next(vertex, depth, sampler) else {
                 return;
             };
+            if out.records() {
+                out.record(PathEvent::Scatter {
+                    depth,
+                    direction: next.ray.direction,
+                    lobe: vertex.bsdf.lobe_name(
+                        vertex.wo,
+                        vertex.frame.to_local(next.ray.direction),
+                        next.prev.is_delta,
+                    ),
+                    is_delta: next.prev.is_delta,
+                    pdf: next.pdf,
+                    weight: next.weight,
+                    eta: 1.0,
+                    roulette: 1.0,
+                });
+            }
             beta *= next.weight;
             ray = next.ray;
             came = Some(next);
@@ -89,6 +107,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
             return Some(Next {
                 ray: vertex.ray_along(sample.wi),
                 weight: sample.weight,
+                pdf: sample.pdf,
                 target: None,
                 prev: PrevVertex::new(vertex, &sample, 1),
             });
@@ -109,12 +128,14 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let direction = to / distance_squared.sqrt();
         let wi = vertex.frame.to_local(direction);
         let (f, _) = vertex.eval_pdf(wi);
-        let weight = f * (wi.z.abs() * point.ng.dot(direction).abs() / (distance_squared * pdf * smooth));
+        let cos = point.ng.dot(direction).abs();
+        let weight = f * (wi.z.abs() * cos / (distance_squared * pdf * smooth));
         let origin = vertex.origin(wi);
         let towards = (point.p - origin).try_normalize()?;
         (!weight.is_black()).then(|| Next {
             ray: Ray::new(origin, towards).when(time),
             weight,
+            pdf: pdf * smooth * distance_squared / cos,
             target: Some(target),
             prev: PrevVertex {
                 from: vertex.light_context(),

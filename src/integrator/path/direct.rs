@@ -7,8 +7,9 @@ use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::integrator::path_record;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, RayKind, Sink, Strategy, World};
+use crate::integrator::{Gathered, PathEvent, RayKind, RaySink, Sink, Strategy, World};
 use crate::light::{LightId, LightSampleContext};
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2};
@@ -103,6 +104,39 @@ impl Strategy {
         sum
     }
 
+    /// Records the light that [`Strategy::found`] adds.
+    #[inline(always)]
+    pub(crate) fn record_emitted(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        prev: Option<&PrevVertex>,
+        met: Option<(&Hit, &Vertex)>,
+        out: &mut impl RaySink,
+    ) {
+        if !out.records() {
+            return;
+        }
+        let from = from(ray, prev);
+        let lights: Vec<Incident> = match met {
+            Some((hit, vertex)) => {
+                let light = scene.emitted(hit, &from, vertex.point.p, ray.direction, ray.time);
+                light.into_iter().collect()
+            }
+            None => scene.escaped(from, ray.direction).collect(),
+        };
+        for light in lights.into_iter().filter(|light| !light.radiance.is_black()) {
+            out.record(PathEvent::Emission {
+                light: light.id,
+                direction: ray.direction,
+                scattering_pdf: prev.filter(|prev| !prev.is_delta).map_or(0.0, |prev| prev.pdf),
+                light_pdf: light.pdf,
+                weight: self.emission_weight(prev, &light),
+                radiance: light.radiance,
+            });
+        }
+    }
+
     #[inline(always)]
     fn weighed<R: Gathered>(&self, prev: Option<&PrevVertex>, beta: Spectrum, light: Incident, scene: &Scene) -> R {
         let weight = self.emission_weight(prev, &light);
@@ -135,6 +169,10 @@ impl Strategy {
         }
         let vertex = hit.map(|hit| world.vertex(&hit, ray, slot));
         let met = hit.as_ref().zip(vertex.as_ref());
+        if let Some(met) = met {
+            path_record::vertex(depth, met, *beta, out);
+        }
+        self.record_emitted(world.scene, ray, prev, met, out);
         self.found(world.scene, ray, prev, *beta, met, |light| out.radiance(light));
         let met = hit.zip(vertex)?;
         if depth == 0 {
@@ -188,13 +226,13 @@ impl<R: Gathered> Direct<R> {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
                     break;
                 }
-                let light = Self::of_light(world, vertex, strategy, (id, count as f32), u.point_of(index));
+                let light = Self::of_light(world, vertex, strategy, (id, count as f32), u.point_of(index), out);
                 sum += light.arrives(world, out);
             }
             return Self::Known(sum);
         }
         match selection.sample(world.scene.lights(), &vertex.light_context(), u.choice) {
-            Some((id, pmf)) => Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point),
+            Some((id, pmf)) => Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out),
             None => Self::none(),
         }
     }
@@ -207,6 +245,7 @@ impl<R: Gathered> Direct<R> {
         strategy: &Strategy,
         (id, expected): (LightId, f32),
         u: Vec2,
+        out: &mut impl RaySink,
     ) -> Self {
         let scene = world.scene;
         // A direction towards the light
@@ -227,6 +266,19 @@ impl<R: Gathered> Direct<R> {
         }
         let pdf = expected * light.pdf;
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
+        if out.records() {
+            out.record(PathEvent::LightSample {
+                light: id,
+                direction: light.wi,
+                target: light.target,
+                pmf: expected,
+                pdf: light.pdf,
+                scattering_pdf,
+                weight,
+                f_cos: f,
+                radiance: light.radiance,
+            });
+        }
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
         let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);
         Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))
@@ -245,8 +297,18 @@ impl<R: Gathered> Direct<R> {
     pub fn arrives<A: Accel>(self, world: &World<A>, out: &mut impl Sink<Radiance = R>) -> R {
         match self {
             Self::Known(radiance) => radiance,
-            Self::Unless(ray, radiance) => radiance * world.transmittance(&ray, out).color(),
-            Self::Missing(ray, radiance) => radiance * (world.transmittance(&ray, out).color() - Spectrum::ONE),
+            Self::Unless(ray, radiance) => radiance * transmitted(world, &ray, out),
+            Self::Missing(ray, radiance) => radiance * (transmitted(world, &ray, out) - Spectrum::ONE),
         }
     }
+}
+
+/// Transmittance along the shadow ray `ray`.
+#[inline(always)]
+fn transmitted<A: Accel>(world: &World<A>, ray: &Ray, out: &mut impl RaySink) -> Spectrum {
+    let transmittance = world.transmittance(ray, out).color();
+    if out.records() {
+        out.record(PathEvent::Shadow { transmittance });
+    }
+    transmittance
 }

@@ -1,6 +1,7 @@
 use super::strategy::PrevVertex;
 use super::tree::Branch;
 use crate::accel::Accel;
+use crate::integrator::path_record;
 use crate::integrator::{Integrator, Sink, Strategy, World};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
@@ -45,6 +46,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     beta: beta * sample.weight / self.branching as f32,
                 };
                 if !child.beta.is_black() {
+                    path_record::scatter(branch.depth, vertex, &sample, 1.0 / self.branching as f32, out);
                     self.follow(&child, Some(&PrevVertex::new(vertex, &sample, 1)), sampler, out);
                 }
             }

@@ -17,6 +17,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::integrator::path_record;
 use crate::integrator::trail::Trail;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, Integrator, RayKind, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
@@ -187,6 +188,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
                     };
                     let escaped = strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), beta);
                     radiance += escaped;
+                    strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), None, out);
+                    path_record::light(escaped.sum(), out);
                     trail.find(escaped);
                 }
                 break;
@@ -201,13 +204,24 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 None => world.vertex(&hit, &path.ray, &later),
             };
 
+            path_record::vertex(depth, (&hit, &vertex), path.beta, out);
+
             // Add emitted light, weighed against the light samples of the previous vertex
-            let emitted = match is_missing && depth == 1 {
-                false => strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, (&hit, &vertex)),
+            let met = (&hit, &vertex);
+            let (emitted, found) = match is_missing && depth == 1 {
+                false => (
+                    strategy.emitted(world.scene, &path.ray, path.prev.as_ref(), path.beta, met),
+                    Some(met),
+                ),
                 // What is behind the surface does not arrive
-                true => strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), before * -1.0),
+                true => (
+                    strategy.escaped(world.scene, &path.ray, path.prev.as_ref(), before * -1.0),
+                    None,
+                ),
             };
+            strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), found, out);
             radiance += emitted;
+            path_record::light(emitted.sum(), out);
             trail.find(emitted);
 
             // End the path at its maximum depth
@@ -245,6 +259,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 if R::TELLS_PATHS {
                     event = Some(vertex.event(sample.wi, sample.is_delta()));
                 }
+                if let Some(factor) = factor {
+                    path_record::scatter(depth, &vertex, &sample, factor, out);
+                }
                 factor.map(|factor| PathState {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
@@ -257,6 +274,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             direct += shadow.arrives(world, out);
             let direct = direct * path.beta;
             radiance += direct;
+            path_record::light(direct.sum(), out);
             trail.find(direct);
             let Some(next) = next else { break };
             if let Some(event) = event {

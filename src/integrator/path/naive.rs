@@ -1,5 +1,6 @@
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::integrator::path_record;
 use crate::integrator::trail::Trail;
 use crate::integrator::{Directions, Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
 use crate::light::LightSampleContext;
@@ -86,6 +87,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 if depth == 0 && world.see_background(&ray, beta, out) {
                     return;
                 }
+                Strategy::default().record_emitted(world.scene, &ray, None, None, out);
                 Strategy::default().found(world.scene, &ray, None, beta, None, |light: R| {
                     out.radiance(trail.arriving(light, world.paths));
                 });
@@ -96,6 +98,8 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             if depth == 0 {
                 world.see((&hit, &vertex), (&ray, beta), false, out);
             }
+
+            path_record::vertex(depth, (&hit, &vertex), beta, out);
 
             // Emit or reflect, by the flip of a coin
             let emitted = world.scene.emitted(
@@ -114,6 +118,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             };
             if decisions.x < probability {
                 if let Some(light) = emitted {
+                    Strategy::default().record_emitted(world.scene, &ray, None, Some((&hit, &vertex)), out);
                     let radiance = beta * light.radiance / probability;
                     let light = R::of_light(radiance, light.id, world.scene);
                     out.radiance(trail.arriving(light, world.paths));
@@ -145,6 +150,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {
                 return;
             };
+            path_record::scatter(depth, &vertex, &sample, factor, out);
             beta *= factor;
             ray = vertex.ray_along(sample.wi);
         }

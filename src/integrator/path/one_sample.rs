@@ -2,6 +2,7 @@ use super::direct::{Direct, LightNumbers};
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::integrator::path_record;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -59,6 +60,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(vertex, u_lobe, direction) else {
                 return;
             };
+            path_record::scatter(depth, vertex, &sample, 1.0 / (1.0 - probability), out);
             beta = beta * sample.weight / (1.0 - probability);
             prev = Some(PrevVertex::new(vertex, &sample, 1));
             ray = vertex.ray_along(sample.wi);

@@ -1,6 +1,7 @@
 use super::tree::Branch;
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
+use crate::integrator::path_record;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -42,6 +43,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
                 if beta.max_component() * eta_squared < MIN_SHARE {
                     continue;
                 }
+                path_record::scatter(branch.depth, vertex, &sample, sample.pdf, out);
                 let child = Branch {
                     ray: vertex.ray_along(sample.wi),
                     depth: branch.depth + 1,

@@ -16,8 +16,9 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::path_record;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, Integrator, RayKind, Roulette, Sink, Strategy, World};
+use crate::integrator::{Gathered, Integrator, PathEvent, RayKind, RaySink, Roulette, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -168,6 +169,13 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         strategy.found(world.scene, &ray, prev, Spectrum::ONE, met, |light| emitted += light);
         let is_caustic = matches!(segment.purpose, Purpose::Gather { after_delta: true, .. });
         let mut radiance = if is_caustic { R::default() } else { emitted * beta };
+        if let Some(met) = met {
+            path_record::vertex(depth, met, beta, out);
+        }
+        if !is_caustic {
+            strategy.record_emitted(world.scene, &ray, prev, met, out);
+            path_record::light(radiance.sum(), out);
+        }
         let Some((hit, vertex)) = met else { return radiance };
         if depth == 0 {
             out.first_surface(world.first_surface(hit, vertex));
@@ -183,10 +191,12 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let length = length + hit.t;
             let (found, radius) = match is_delta {
                 true => (R::default(), 0.0),
-                false => self.density(&self.maps.global, FAR_SHARE, vertex, depth),
+                false => self.density(&self.maps.global, FAR_SHARE, vertex, depth, out),
             };
             if length > radius {
-                radiance += found * beta;
+                let found = found * beta;
+                path_record::light(found.sum(), out);
+                radiance += found;
                 gathered = Some(length);
             }
         }
@@ -195,9 +205,14 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let block = segment.block();
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
-            radiance += Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out) * beta;
+            let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out) * beta;
+            path_record::light(direct.sum(), out);
+            radiance += direct;
             if vertex.bsdf.is_wide() {
-                radiance += self.density::<R>(&self.maps.caustics, NEAR_SHARE, vertex, depth).0 * beta;
+                let (caustics, _) = self.density::<R>(&self.maps.caustics, NEAR_SHARE, vertex, depth, out);
+                let caustics = caustics * beta;
+                path_record::light(caustics.sum(), out);
+                radiance += caustics;
             }
         }
 
@@ -240,6 +255,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 continue;
             };
+            path_record::scatter(depth, vertex, &sample, factor / rays as f32, out);
             segments.push(QueuedRay {
                 ray: vertex.ray_along(sample.wi),
                 purpose,
@@ -254,7 +270,14 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     }
 
     /// The light of photons of `map` that `vertex` scatters, after `depth` scatterings of the path, and how far they reach.
-    fn density<R: Gathered>(&self, map: &PhotonTree, share: f32, vertex: &Vertex, depth: u32) -> (R, f32) {
+    fn density<R: Gathered>(
+        &self,
+        map: &PhotonTree,
+        share: f32,
+        vertex: &Vertex,
+        depth: u32,
+        out: &mut impl RaySink,
+    ) -> (R, f32) {
         let scene = self.world.scene;
         let most = self.radius.unwrap_or_else(|| share * scene.ball().radius);
         let mut density = Density::new(scene, vertex);
@@ -264,6 +287,12 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         });
         for photon in &nearest.photons {
             density.add(photon);
+        }
+        if out.records() {
+            out.record(PathEvent::Photons {
+                count: nearest.photons.len() as u32,
+                radius: nearest.squared.sqrt(),
+            });
         }
         (
             density.radiance(self.maps.paths, nearest.squared),

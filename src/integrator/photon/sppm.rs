@@ -17,9 +17,12 @@ use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::path_record;
 use crate::integrator::search_radius::{ProgressiveRadius, Radii};
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{Gathered, IterationIntegrator, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World};
+use crate::integrator::{
+    Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Roulette, Sink, SplatSink, Strategy, World,
+};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -73,16 +76,27 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     }
 
     /// The light that photons have brought to `vertex`, after `depth` scatterings of the path from the camera.
-    fn photons<R: Gathered>(&self, prepared: &IterationPhotons, vertex: &Vertex, depth: u32) -> R {
+    fn photons<R: Gathered>(
+        &self,
+        prepared: &IterationPhotons,
+        vertex: &Vertex,
+        depth: u32,
+        out: &mut impl RaySink,
+    ) -> R {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
         let mut density = Density::new(self.world.scene, vertex);
+        let mut count = 0;
         prepared.grid.each_within(point.p, radius, |photon| {
             let scatterings = depth + 1 + photon.scatterings as u32;
             if self.max_depth.is_none_or(|max| scatterings <= max) {
                 density.add(photon);
+                count += 1;
             }
         });
+        if out.records() {
+            out.record(PathEvent::Photons { count, radius });
+        }
         density.radiance(self.paths(), radius * radius)
     }
 }
@@ -164,7 +178,13 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let slot = BsdfSlot::new();
             let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
             let met = hit.as_ref().zip(vertex.as_ref());
-            radiance += self.emitted::<R>(&ray, prev.as_ref(), met) * beta;
+            if let Some(met) = met {
+                path_record::vertex(depth, met, beta, out);
+            }
+            strategy.record_emitted(world.scene, &ray, prev.as_ref(), met, out);
+            let emitted = self.emitted::<R>(&ray, prev.as_ref(), met) * beta;
+            path_record::light(emitted.sum(), out);
+            radiance += emitted;
             let Some((hit, vertex)) = met else { break };
             if depth == 0 {
                 out.first_surface(world.first_surface(hit, vertex));
@@ -176,10 +196,14 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // Direct light, and that of photons
             let u = LightNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, vertex, strategy, 1, &u, out).arrives(world, out);
-            radiance += direct * beta;
+            let direct = direct * beta;
+            path_record::light(direct.sum(), out);
+            radiance += direct;
             let is_last = vertex.bsdf.is_wide();
             if is_last {
-                radiance += self.photons::<R>(prepared, vertex, depth) * beta;
+                let photons = self.photons::<R>(prepared, vertex, depth, out) * beta;
+                path_record::light(photons.sum(), out);
+                radiance += photons;
             }
 
             // On
@@ -194,10 +218,18 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             if is_last && !sample.is_delta() {
                 // The other half of the estimate of direct light
                 if strategy.meets_lights() && !beta.is_black() {
+                    path_record::scatter(depth, vertex, &sample, 1.0, out);
                     let hit = world.intersect(&ray, RayKind::Bounce, &mut beta, out);
                     let slot = BsdfSlot::new();
                     let vertex = hit.map(|hit| world.vertex(&hit, &ray, &slot));
-                    radiance += self.emitted::<R>(&ray, Some(&from), hit.as_ref().zip(vertex.as_ref())) * beta;
+                    let met = hit.as_ref().zip(vertex.as_ref());
+                    if let Some(met) = met {
+                        path_record::vertex(depth + 1, met, beta, out);
+                    }
+                    strategy.record_emitted(world.scene, &ray, Some(&from), met, out);
+                    let emitted = self.emitted::<R>(&ray, Some(&from), met) * beta;
+                    path_record::light(emitted.sum(), out);
+                    radiance += emitted;
                 }
                 break;
             }
@@ -206,6 +238,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, beta * roulette_scale, decision) else {
                 break;
             };
+            path_record::scatter(depth, vertex, &sample, factor, out);
             beta *= factor;
             prev = Some(from);
         }

@@ -11,7 +11,7 @@ use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
 use crate::integrator::search_radius::{ProgressiveRadius, Radii};
-use crate::integrator::{Gathered, Heuristic, IterationIntegrator, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Gathered, Heuristic, IterationIntegrator, PathEvent, RaySink, Roulette, SplatSink, World};
 use crate::math::Vec3;
 use crate::sampler::{SampleKey, Sampler};
 use std::f32::consts::PI;
@@ -181,6 +181,15 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
                 let radiance = last.beta * f * end.beta * (density * arrived.over_opacity(scene));
                 if is_one_surface(last.ng, end.ng) && radiance.is_valid() && !radiance.is_black() {
                     let weight = connector.merging_weight(&camera[..t], before, prepared.time);
+                    if out.records() {
+                        out.record(PathEvent::Connection {
+                            strategy: (before.len() + 1, t),
+                            is_merged: true,
+                            light: path[0].light_id(),
+                            weight,
+                            radiance,
+                        });
+                    }
                     out.radiance(Gathered::of_light(radiance * weight, path[0].light_id(), scene));
                 }
             });

@@ -14,7 +14,7 @@ use crate::integrator::{
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
 use crate::render::{
-    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, SampleIntegrator, Statistics, companions,
+    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, Recorded, SampleIntegrator, Statistics, companions,
 };
 use crate::sampler::{SampleKey, Sampler};
 use std::sync::OnceLock;
@@ -259,6 +259,41 @@ impl Method {
             sink,
         };
         self.with_integrator((world, prepared), sample)
+    }
+
+    /// Runs iteration `index` after [`Method::prepare`], and gives `keep` the record of each sample and chain that lights `pixel`. Gives whether the method has
+    /// iterations.
+    pub(crate) fn record_iteration(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        (resolution, pixel, index): (UVec2, UVec2, u32),
+        sampler: &impl Sampler,
+        keep: &mut dyn FnMut(Recorded),
+    ) -> bool {
+        struct Record<'a, S> {
+            place: (UVec2, UVec2),
+            index: u32,
+            numbers: (&'a S, &'a Filter),
+            keep: &'a mut dyn FnMut(Recorded),
+        }
+        impl<S: Sampler> Task for Record<'_, S> {
+            type Output = bool;
+            type Sampler = S;
+            fn run(self, _: &dyn SampleIntegrator<S>) -> bool {
+                false
+            }
+            fn run_iterations(self, integrator: &impl IterationIntegrator) -> bool {
+                render::record_iteration(integrator, self.numbers, self.place, self.index, self.keep);
+                true
+            }
+        }
+        let record = Record {
+            place: (resolution, pixel),
+            index,
+            numbers: (sampler, world.filter),
+            keep,
+        };
+        self.with_integrator((world, prepared), record)
     }
 
     /// The one place that chooses the integrator.

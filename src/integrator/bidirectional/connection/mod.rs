@@ -12,8 +12,9 @@ use crate::bsdf::{ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::geometry::segment;
+use crate::integrator::path_record;
 use crate::integrator::search_radius::Radii;
-use crate::integrator::{Gathered, Heuristic, RaySink, Roulette, SplatSink, World};
+use crate::integrator::{Gathered, Heuristic, PathEvent, RaySink, Roulette, SplatSink, World};
 use crate::light::{LightId, LightSampleContext};
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -103,9 +104,23 @@ impl Contribution {
         of_light.chain(self.joint.into_iter().flatten()).chain(of_camera)
     }
 
+    /// Records that the light of the contribution is added next.
+    pub fn record(&self, out: &mut impl RaySink) {
+        if out.records() {
+            out.record(PathEvent::Connection {
+                strategy: self.strategy,
+                is_merged: false,
+                light: self.light,
+                weight: self.weight,
+                radiance: self.radiance,
+            });
+        }
+    }
+
     /// Adds the weighted light to the sample's own pixel, or where it falls on the film.
     pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
         let radiance = Gathered::of_light(self.radiance * self.weight, self.light, scene);
+        self.record(out);
         match self.film {
             Some(film) => out.splat(film, radiance),
             None => out.radiance(radiance),
@@ -160,6 +175,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             beta: Spectrum::ONE,
             pdf: self.pdf_of_camera(ray.origin, ray.direction, ray.time),
         };
+        path_record::start(&ray, None, Spectrum::ONE, out);
         let mut path = vec![lens];
         let walk = self.walk(TransportMode::Radiance, self.max_vertices());
         let escape = walk.follow(&mut path, first, sampler, out);
@@ -182,6 +198,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 false => emission.pdf_direction,
             },
         };
+        path_record::start(&first.ray, Some(id), first.beta, out);
         let mut path = vec![PathVertex::light(id, pmf, &emission)];
         let walk = self.walk(TransportMode::Importance, self.max_vertices() - 1);
         walk.follow(&mut path, first, sampler, out);

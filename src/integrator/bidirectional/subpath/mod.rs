@@ -25,7 +25,7 @@ pub(crate) use vertex::{LightEnd, PathVertex, VertexKind};
 use crate::accel::Accel;
 use crate::bsdf::{ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
-use crate::integrator::{RayKind, RaySink, Roulette, World};
+use crate::integrator::{PathEvent, RayKind, RaySink, Roulette, World};
 use crate::light::LightId;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -124,6 +124,15 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 true => 1.0,
                 false => path[before].density_at(pdf, &vertex),
             };
+            if let Some(surface) = vertex.surface().filter(|_| out.records()) {
+                out.record(PathEvent::Vertex {
+                    depth,
+                    hit,
+                    p: vertex.p,
+                    n: surface.point.ns,
+                    beta,
+                });
+            }
             path.push(vertex);
             if path.len() == self.most {
                 break;
@@ -152,6 +161,20 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             let Some(factor) = self.roulette.play(depth, beta * (roulette_scale / start), u) else {
                 break;
             };
+            if let Some(surface) = path[before + 1].surface().filter(|_| out.records()) {
+                let frame = surface.frame_for(self.world.scene, surface.back, self.mode);
+                let (from, to) = (frame.to_local(surface.back), frame.to_local(next.ray.direction));
+                out.record(PathEvent::Scatter {
+                    depth,
+                    direction: next.ray.direction,
+                    lobe: surface.bsdf.lobe_name(from, to, next.is_delta),
+                    is_delta: next.is_delta,
+                    pdf: next.pdf,
+                    weight: next.weight,
+                    eta: next.eta,
+                    roulette: factor,
+                });
+            }
             beta *= factor;
             pdf = next.pdf;
             ray = next.ray;

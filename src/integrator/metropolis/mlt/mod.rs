@@ -329,6 +329,9 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;
+            if out.records() {
+                x.record(out);
+            }
             out.splat(x.film, Gathered::of_light(radiance, source.id, self.world.scene));
         }
     }

@@ -2,6 +2,7 @@ use crate::bsdf::{Bsdf, TransportMode};
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::opacity::Transmittance;
+use crate::integrator::{PathEvent, RaySink};
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::scene::Scene;
@@ -41,6 +42,29 @@ impl Path<'_> {
     /// The light that it comes from.
     pub fn source(&self) -> Option<&LightSource> {
         self.vertices.last().and_then(Vertex::source)
+    }
+
+    /// Records the path's vertices, from the camera on. A path of a Markov chain has no throughput of its own.
+    pub fn record(&self, out: &mut impl RaySink) {
+        for (i, vertex) in self.vertices.iter().enumerate() {
+            match &vertex.kind {
+                VertexKind::Surface(surface) => out.record(PathEvent::Vertex {
+                    depth: i as u32 - 1,
+                    hit: surface.hit,
+                    p: vertex.p,
+                    n: surface.point.ns,
+                    beta: Spectrum::ONE,
+                }),
+                VertexKind::Lens => out.record(PathEvent::Start {
+                    p: vertex.p,
+                    direction: vertex.ng,
+                    light: None,
+                    beta: Spectrum::ONE,
+                }),
+                VertexKind::Light(_) => {}
+            }
+        }
+        out.record(PathEvent::Visited);
     }
 
     /// Whether light can be joined from one to the other by the edge from the vertex `i` to the one after it.

@@ -9,11 +9,12 @@ use crate::film::LightPaths;
 use crate::integrator::path::direct::LIGHTS_A_LOOK;
 use crate::integrator::path::integrator::{PathIntegrator, PathStart, VertexNumbers};
 use crate::integrator::path::strategy::PrevVertex;
+use crate::integrator::path_record;
 use crate::integrator::trail::seen_after;
-use crate::integrator::{Gathered, SAMPLES_AT_ONCE, Sink, World};
+use crate::integrator::{Gathered, PathEvent, RaySink, SAMPLES_AT_ONCE, Sink, World};
 use crate::light::{LightId, LightSample};
 use crate::math::{Vec2, Vec3};
-use crate::sampler::Sampler;
+use crate::sampler::{SampleKey, Sampler};
 
 /// Minimum throughput that roulette assumes for a shared path.
 const MIN_SHARED_BETA: f32 = 0.5;
@@ -107,6 +108,10 @@ impl<'v> End<'v> {
         let u_lobe = u.lobe(self.vertex.bsdf);
         let sample = strategy.directions.sample(&self.vertex, u_lobe, u.direction);
         if let Some((sample, factor, next)) = sample.and_then(|sample| self.play(path, &sample, start, &u)) {
+            path_record::scatter(self.depth, &self.vertex, &sample, factor, &mut out[owner]);
+            if out[owner].records() {
+                out[owner].record(PathEvent::SharedPath);
+            }
             let next = next.traced(world, &mut out[owner]);
             let radiance = path.radiance(&next, &mut out[owner]);
             // Light emitted where the ray ends, and light scattered there
@@ -119,6 +124,7 @@ impl<'v> End<'v> {
                 let light = radiance.sum() * (self.beta * sample.weight * factor);
                 let light = light.scattered(|| self.vertex.event(sample.wi, true), world.paths);
                 let light = seen_after(light, &self.events, world.paths);
+                self.record_share(start.key, &mut out[owner]);
                 match &mut indirect {
                     None => out[owner].radiance(light),
                     Some(indirect) => indirect[owner] += light,
@@ -145,10 +151,22 @@ impl<'v> End<'v> {
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
             let share = candidate.seen(shares.of(i), work, world.paths) * (candidate.beta * (1.0 / viewers.pdf));
+            self.record_share(start.key, &mut out[candidate.index]);
             match &mut indirect {
                 None => out[candidate.index].radiance(share),
                 Some(indirect) => indirect[candidate.index] += share,
             }
+        }
+    }
+
+    /// Records that light of the end, which the path of the sample `owner` has found, is added next.
+    #[inline(always)]
+    fn record_share(&self, owner: SampleKey, out: &mut impl RaySink) {
+        if out.records() {
+            out.record(PathEvent::Shared {
+                owner: [owner.x, owner.y],
+                p: self.vertex.point.p,
+            });
         }
     }
 

@@ -1,4 +1,9 @@
-//! `embrasure explain`: a material as it is understood, what its lobes do with light, and a sphere of it.
+//! `embrasure explain`: a material as it is understood, what its lobes do with light, plots of that, and a sphere of it.
+//!
+//! `polar` draws the plots as SVG, `terminal` as text.
+
+mod polar;
+mod terminal;
 
 use super::args::ExplainArgs;
 use super::error::{CliError, INTERRUPTED};
@@ -7,11 +12,15 @@ use super::job::read_scene;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::words;
+use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
 use crate::io::{ExrFormat, FileError, Format, Output};
 use crate::light::LightId;
-use crate::lint::{LobeAlbedo, PREVIEW_CAMERA, albedos, preview_scene};
+use crate::lint::{
+    DeltaDirection, LobeAlbedo, LobeProfile, PREVIEW_CAMERA, Profile, albedos, direction_at, directional_albedo,
+    preview_scene,
+};
 use crate::material::{Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
@@ -19,6 +28,7 @@ use crate::scene::{Instance, Scene, SceneBuilder};
 use crate::session::{Session, Settings, all_threads, thread_pool};
 use crate::texture::Texture;
 use serde_json::{Value, json};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use strsim::levenshtein;
@@ -27,6 +37,15 @@ use strsim::levenshtein;
 const MAX_SUGGESTED: usize = 5;
 /// Angles of the albedos, in words.
 const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
+/// Angles of the viewer in plots, degrees from the normal.
+const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
+/// Angles of a plot to a degree: narrow lobes have their peaks.
+const FINE: u32 = 8;
+/// Angles of albedos, degrees: each multiple of the step, and one near the horizon.
+const ALBEDO_STEP: usize = 5;
+const GRAZING: f32 = 89.0;
+/// Albedo above which energy is gained: one, and the error of the integral.
+const MAX_ALBEDO: f32 = 1.004;
 
 /// Explains one material of a scene.
 pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
@@ -39,7 +58,14 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     };
     settings.check()?;
     let mut outputs = Outputs::default();
-    let images = outputs.prepare_images(args.output.as_slice(), Tone::default(), &ExrFormat::default())?;
+    let is_plot = |path: &&PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg"));
+    let (plots, images): (Vec<_>, Vec<_>) = args.output.iter().partition(is_plot);
+    let images: Vec<PathBuf> = images.into_iter().cloned().collect();
+    let images = outputs.prepare_images(&images, Tone::default(), &ExrFormat::default())?;
+    let plots = plots
+        .into_iter()
+        .map(|path| outputs.prepare("-o", path))
+        .collect::<Result<Vec<_>, _>>()?;
     outputs.spare([&*args.scene])?;
     let pool = thread_pool(settings.threads)?;
     let file = read_scene(&args.scene, &args.load)?;
@@ -71,16 +97,87 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         words::warning("several OBJ files of the scene have a material of this name; this is the first one's");
     }
 
-    let facts = facts(&scene, &textures, MaterialId(index as u32), source, material);
-    if args.json {
-        outln!("{facts:#}");
-    } else {
-        print_text(&facts);
+    let mut facts = facts(&scene, &textures, MaterialId(index as u32), source, material);
+    let bsdf = material.bsdf();
+    let albedos = pool.install(|| albedos_by_angle(&bsdf));
+    facts["albedo_by_angle"] = albedos
+        .iter()
+        .map(|(angle, a)| json!({ "degrees": angle, "albedo": rounded(*a) }))
+        .collect();
+    let profiles = |fineness| INCIDENCES.map(|incidence| Profile::new(&bsdf, incidence, fineness));
+    if args.json && args.plots {
+        facts["profiles"] = profiles(1).iter().map(profile).collect();
     }
-    match images.into_iter().next() {
-        None => Ok(ExitCode::SUCCESS),
-        Some(output) => portray(settings, material, scene.textures(), output, args.quiet),
+    match args.json {
+        true => outln!("{facts:#}"),
+        false => {
+            print_text(&facts);
+            print_albedos(&albedos);
+            if args.plots {
+                terminal::print(&profiles(FINE));
+            }
+        }
     }
+    for output in plots {
+        let picture = polar::svg(&material.name, &profiles(FINE), &albedos);
+        output.write(|writer| writer.write_all(picture.as_bytes()))?;
+    }
+    match images.is_empty() {
+        true => Ok(ExitCode::SUCCESS),
+        false => portray(settings, material, scene.textures(), &images, args.quiet),
+    }
+}
+
+/// Albedo of all lobes together by the angle of the viewer, degrees.
+fn albedos_by_angle(bsdf: &Bsdf) -> Vec<(f32, Spectrum)> {
+    let angles = (0..90).step_by(ALBEDO_STEP).map(|angle| angle as f32).chain([GRAZING]);
+    angles
+        .map(|angle| (angle, directional_albedo(bsdf, direction_at(angle))))
+        .collect()
+}
+
+/// A profile with all its numbers.
+fn profile(profile: &Profile) -> Value {
+    let lobe = |lobe: &LobeProfile| {
+        let delta = |delta: &DeltaDirection| json!({ "degrees": delta.angle, "share": delta.share.to_array() });
+        json!({
+            "name": lobe.name,
+            "f_cos": lobe.value.iter().map(|value| value.to_array()).collect::<Vec<_>>(),
+            "pdf": lobe.pdf,
+            "directions": lobe.deltas.iter().map(delta).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "incidence_degrees": profile.incidence,
+        "degrees": profile.angles,
+        "lobes": profile.lobes.iter().map(lobe).collect::<Vec<_>>(),
+        "total": lobe(&profile.total),
+    })
+}
+
+/// The albedos at some angles, and whether energy is kept.
+fn print_albedos(albedos: &[(f32, Spectrum)]) {
+    let shown = albedos.iter().filter(|(angle, _)| INCIDENCES.contains(angle));
+    let shown: Vec<String> = shown
+        .map(|(angle, albedo)| format!("{angle}° {:.3}", albedo.luminance()))
+        .collect();
+    outln!("  {:<13} {}", "albedo", shown.join(", "));
+    let largest = albedos
+        .iter()
+        .max_by(|a, b| a.1.max_component().total_cmp(&b.1.max_component()));
+    if let Some((angle, albedo)) = largest {
+        let most = albedo.max_component();
+        let verdict = if most <= MAX_ALBEDO { "kept" } else { "GAINED" };
+        outln!(
+            "  {:<13} {verdict}: {most:.3} of it is scattered at most, at {angle}°",
+            "energy"
+        );
+    }
+}
+
+/// Four digits of each channel.
+fn rounded(albedo: Spectrum) -> [f64; 3] {
+    albedo.to_array().map(|v| (f64::from(v) * 1e4).round() / 1e4)
 }
 
 /// That there is no such material, with names that are nearly what was asked for.
@@ -182,9 +279,19 @@ fn lobe(lobe: &LobeAlbedo) -> Value {
     let rounded = |v: f32| (v as f64 * 1e4).round() / 1e4;
     let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(rounded)));
     let probability = VIEWS.iter().zip(lobe.probability.map(rounded));
+    let value = |(name, values): (&str, Vec<f32>)| {
+        let values: Vec<f64> = values.into_iter().map(number).collect();
+        let value = if let [single] = values[..] {
+            json!(single)
+        } else {
+            json!(values)
+        };
+        (name.to_string(), value)
+    };
     json!({
         "name": lobe.lobe.name(),
         "parameters": lobe.lobe.parameters(),
+        "values": lobe.lobe.values().into_iter().map(value).collect::<serde_json::Map<_, _>>(),
         "delta": lobe.lobe.is_delta(),
         "albedo": albedo.map(|(view, a)| (view.to_string(), json!(a))).collect::<serde_json::Map<_, _>>(),
         "probability": probability.map(|(view, p)| (view.to_string(), json!(p))).collect::<serde_json::Map<_, _>>(),
@@ -246,7 +353,7 @@ fn portray(
     settings: Settings,
     material: &Material,
     textures: &[Texture],
-    (format, output): (Format, Output),
+    outputs: &[(Format, Output)],
     quiet: bool,
 ) -> Result<ExitCode, CliError> {
     let builder = settings.method().scene_builder();
@@ -260,7 +367,10 @@ fn portray(
     let outcome = renderer.render(&mut state, &progress);
     progress.finish();
     let metadata = renderer.metadata(&state, outcome == Outcome::Complete);
-    output.write_image(&format, &renderer.develop(&state), None, &metadata)?;
+    let image = renderer.develop(&state);
+    for (format, output) in outputs {
+        output.write_image(format, &image, None, &metadata)?;
+    }
     Ok(match outcome {
         Outcome::Complete => ExitCode::SUCCESS,
         Outcome::Stopped => ExitCode::from(INTERRUPTED),

@@ -1,0 +1,75 @@
+//! Polar plots of a BSDF in a terminal.
+
+use super::polar::{digits, largest, luminances, reaches_below, rows};
+use crate::cli::plot::Braille;
+use crate::lint::{LobeProfile, Profile};
+
+/// Characters of a plot, and between two of them.
+const COLUMNS: usize = 18;
+const GAP: &str = "  ";
+/// Dots from the origin to the rim.
+const RADIUS: f64 = 17.0;
+
+/// Prints a row of plots for the values and one for the densities of each lobe and of all, a plot for each angle of incidence.
+pub(super) fn print(profiles: &[Profile]) {
+    let is_two_sided = profiles.iter().any(reaches_below);
+    for row in rows(profiles) {
+        let values = row.iter().map(|lobe| luminances(lobe)).collect();
+        print_row("f cos θ", profiles, &row, values, is_two_sided);
+        let densities = row.iter().map(|lobe| lobe.pdf.clone()).collect();
+        print_row("density", profiles, &row, densities, is_two_sided);
+    }
+}
+
+fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec<Vec<f32>>, is_two_sided: bool) {
+    outln!(
+        "\n  {what} of {}, by the angle of the viewer, with its maximum, sr⁻¹",
+        row[0].name
+    );
+    let mut names = Vec::new();
+    let mut plots = Vec::new();
+    for ((profile, lobe), values) in profiles.iter().zip(row).zip(values) {
+        let most = largest(&values);
+        let name = format!(
+            "{}° {}",
+            profile.incidence,
+            if most > 0.0 { digits(most) } else { "-".into() }
+        );
+        names.push(format!("{name:<COLUMNS$}"));
+        plots.push(plot(profile, lobe, &values, most, is_two_sided));
+    }
+    outln!("  {}", names.join(GAP).trim_end());
+    for line in 0..plots.first().map_or(0, Vec::len) {
+        let line: Vec<&str> = plots.iter().map(|plot| plot[line].as_str()).collect();
+        outln!("  {}", line.join(GAP));
+    }
+}
+
+/// The lines of a plot: the surface as dots, a curve, and single directions as long as their shares.
+fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], most: f32, is_two_sided: bool) -> Vec<String> {
+    let mut picture = Braille::new(COLUMNS, if is_two_sided { 9 } else { 5 });
+    let origin = [COLUMNS as f64 - 0.5, RADIUS + 1.0];
+    let place = |angle: f32, share: f32| {
+        let (sin, cos) = f64::from(angle).to_radians().sin_cos();
+        [
+            origin[0] + RADIUS * f64::from(share) * sin,
+            origin[1] - RADIUS * f64::from(share) * cos,
+        ]
+    };
+    (0..2 * COLUMNS as i64)
+        .step_by(3)
+        .for_each(|x| picture.dot(x, origin[1] as i64));
+    if most > 0.0 {
+        let places: Vec<[f64; 2]> = profile
+            .angles
+            .iter()
+            .zip(values)
+            .map(|(a, v)| place(*a, v / most))
+            .collect();
+        places.windows(2).for_each(|ends| picture.line(ends[0], ends[1]));
+    }
+    for delta in &lobe.deltas {
+        picture.line(origin, place(delta.angle, delta.share.luminance().min(1.0)));
+    }
+    picture.rows().collect()
+}

@@ -1,0 +1,273 @@
+//! Makes a trace of the events of a record.
+
+use super::trace::{Contribution, Emission, LightSample, Place, Scattering, Technique, Trace, Vertex};
+use crate::color::Spectrum;
+use crate::film::Filter;
+use crate::integrator::PathEvent;
+use crate::math::{UVec2, Vec2, Vec3};
+use crate::sampler::SampleKey;
+
+/// Takes events in their order.
+struct Builder<'a> {
+    trace: Trace,
+    pixel: UVec2,
+    filter: &'a Filter,
+    /// The path that is at work: the last vertex of each depth.
+    stack: Vec<usize>,
+    /// Vertices of the last paths from the camera and from a light.
+    camera: Vec<usize>,
+    light: Vec<usize>,
+    /// What may have found the next light.
+    technique: Technique,
+    /// Parts of the light that is added next.
+    parts: Vec<(Technique, Spectrum, Option<usize>)>,
+    /// Whether the path is the rest of one that pixels share, whose light is not that of the pixel yet.
+    is_shared: bool,
+    /// First of the current vertex's light samples without a shadow ray.
+    waiting: Vec<(usize, usize)>,
+}
+
+impl Trace {
+    /// Makes the trace of the sample `key` of its `events`, as far as they light `pixel`.
+    pub fn new(key: SampleKey, weight: f32, events: &[PathEvent], pixel: UVec2, filter: &Filter) -> Self {
+        let mut builder = Builder {
+            trace: Self {
+                key,
+                weight,
+                vertices: Vec::new(),
+                contributions: Vec::new(),
+            },
+            pixel,
+            filter,
+            stack: Vec::new(),
+            camera: Vec::new(),
+            light: Vec::new(),
+            technique: Technique::Other,
+            parts: Vec::new(),
+            is_shared: false,
+            waiting: Vec::new(),
+        };
+        events.iter().for_each(|event| builder.take(*event));
+        builder.trace
+    }
+}
+
+impl Builder<'_> {
+    fn take(&mut self, event: PathEvent) {
+        match event {
+            PathEvent::Start { p, light, beta, .. } => {
+                // A bidirectional method begins its path at the camera ray that it was given.
+                let is_same =
+                    |v: usize| self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, Place::Camera);
+                if light.is_none() && self.stack.len() == 1 && is_same(self.stack[0]) {
+                    return;
+                }
+                let place = light.map_or(Place::Camera, Place::Light);
+                let first = self.add(None, place, p, beta);
+                self.stack = vec![first];
+                self.is_shared = false;
+                *self.path_of(first) = vec![first];
+            }
+            PathEvent::Vertex { depth, hit, p, n, beta } => {
+                // The start of the path is at the place 0
+                self.stack.truncate(depth as usize + 1);
+                let parent = self.stack.last().copied();
+                let vertex = self.add(parent, Place::Surface { hit, n, depth }, p, beta);
+                self.stack.push(vertex);
+                let root = self.stack[0];
+                let path = self.stack.clone();
+                *self.path_of(root) = path;
+            }
+            PathEvent::Emission {
+                light,
+                direction,
+                scattering_pdf,
+                light_pdf,
+                weight,
+                radiance,
+            } => {
+                self.technique = Technique::Emission;
+                let emission = Emission {
+                    light,
+                    direction,
+                    scattering_pdf,
+                    light_pdf,
+                    weight,
+                    radiance,
+                };
+                if let Some(vertex) = self.last() {
+                    self.trace.vertices[vertex].emissions.push(emission);
+                }
+            }
+            PathEvent::LightSample {
+                light,
+                direction,
+                target,
+                pmf,
+                pdf,
+                scattering_pdf,
+                weight,
+                f_cos,
+                radiance,
+            } => {
+                self.technique = Technique::LightSample;
+                let sample = LightSample {
+                    light,
+                    direction,
+                    target,
+                    pmf,
+                    pdf,
+                    scattering_pdf,
+                    weight,
+                    f_cos,
+                    radiance,
+                    transmittance: None,
+                };
+                if let Some(vertex) = self.last() {
+                    let samples = &mut self.trace.vertices[vertex].light_samples;
+                    samples.push(sample);
+                    self.waiting.push((vertex, samples.len() - 1));
+                }
+            }
+            PathEvent::Shadow { transmittance } => {
+                self.technique = Technique::LightSample;
+                if !self.waiting.is_empty() {
+                    let (vertex, sample) = self.waiting.remove(0);
+                    self.trace.vertices[vertex].light_samples[sample].transmittance = Some(transmittance);
+                }
+            }
+            PathEvent::Scatter {
+                depth,
+                direction,
+                lobe,
+                is_delta,
+                pdf,
+                weight,
+                eta,
+                roulette,
+            } => {
+                let scattering = Scattering {
+                    direction,
+                    lobe,
+                    is_delta,
+                    pdf,
+                    weight,
+                    eta,
+                    roulette,
+                };
+                // A vertex of a tree has its next way on when the branch of the last one has come to its end.
+                self.stack.truncate(depth as usize + 2);
+                if let Some(vertex) = self.last() {
+                    self.trace.vertices[vertex].scatterings.push(scattering);
+                }
+            }
+            PathEvent::Connection {
+                strategy: (s, t),
+                is_merged,
+                weight,
+                radiance,
+                ..
+            } => {
+                self.technique = match is_merged {
+                    true => Technique::Merging(s, t, weight, radiance),
+                    false => Technique::Connection(s, t, weight, radiance),
+                };
+            }
+            PathEvent::Cached => self.technique = Technique::Cache,
+            PathEvent::Visited => self.technique = Technique::Chain,
+            PathEvent::Photons { count, radius } => {
+                self.technique = Technique::Photons;
+                if let Some(vertex) = self.last() {
+                    self.trace.vertices[vertex].photons.push((count, radius));
+                }
+            }
+            PathEvent::Shared { owner, p } => self.technique = Technique::Shared(owner, p),
+            PathEvent::SharedPath => self.is_shared = true,
+            PathEvent::Light(radiance) => {
+                if !self.is_shared {
+                    let part = (self.technique, radiance, self.last());
+                    self.parts.push(part);
+                }
+            }
+            PathEvent::Added { film, radiance } => self.add_light(film, radiance),
+        }
+    }
+
+    fn add(&mut self, parent: Option<usize>, place: Place, p: Vec3, beta: Spectrum) -> usize {
+        self.technique = Technique::Other;
+        self.trace.vertices.push(Vertex {
+            parent,
+            place,
+            p,
+            beta,
+            emissions: Vec::new(),
+            light_samples: Vec::new(),
+            scatterings: Vec::new(),
+            photons: Vec::new(),
+        });
+        self.trace.vertices.len() - 1
+    }
+
+    fn last(&self) -> Option<usize> {
+        self.stack.last().copied()
+    }
+
+    /// The list of vertices of the path that begins at `root`.
+    fn path_of(&mut self, root: usize) -> &mut Vec<usize> {
+        match self.trace.vertices[root].place {
+            Place::Light(_) => &mut self.light,
+            _ => &mut self.camera,
+        }
+    }
+
+    /// Light that comes to the pixel, in its parts where they were told.
+    fn add_light(&mut self, film: Option<Vec2>, radiance: Spectrum) {
+        let parts = std::mem::take(&mut self.parts);
+        let factor = match film {
+            None if self.trace.key.pixel() == self.pixel => self.trace.weight,
+            None => 0.0,
+            Some(film) => self.filter.eval(film - (self.pixel.as_vec2() + 0.5)),
+        };
+        if factor == 0.0 {
+            return;
+        }
+        let parts = match parts.is_empty() || matches!(self.technique, Technique::Shared(..)) {
+            true => vec![(self.technique, radiance, self.last())],
+            false => parts,
+        };
+        for (technique, radiance, vertex) in parts {
+            if radiance.is_black() {
+                continue;
+            }
+            let path = self.path(technique, vertex);
+            self.trace.contributions.push(Contribution {
+                technique,
+                radiance: radiance * factor,
+                film,
+                vertex,
+                path,
+            });
+        }
+        self.technique = Technique::Other;
+    }
+
+    /// Vertices between the camera and the light, as far as they are known.
+    fn path(&self, technique: Technique, vertex: Option<usize>) -> Vec<usize> {
+        if let Technique::Merging(_, t, ..) = technique {
+            return self.camera.iter().take(t).copied().collect();
+        }
+        if let Technique::Connection(s, t, ..) = technique {
+            let camera = self.camera.iter().take(t);
+            let light = self
+                .light
+                .iter()
+                .take(if s == 1 { 0 } else { s })
+                .copied()
+                .collect::<Vec<_>>();
+            return camera.copied().chain(light.into_iter().rev()).collect();
+        }
+        let mut path: Vec<usize> = std::iter::successors(vertex, |v| self.trace.vertices[*v].parent).collect();
+        path.reverse();
+        path
+    }
+}

@@ -1,0 +1,156 @@
+//! Traces as JSON.
+
+use super::trace::{Contribution, Emission, LightSample, Place, Scattering, Technique, Trace, Vertex};
+use crate::cli::info::decimal;
+use crate::color::Spectrum;
+use crate::light::{Light, LightId};
+use crate::math::Vec3;
+use crate::scene::Scene;
+use serde_json::{Value, json};
+
+pub(super) fn color(value: Spectrum) -> [f64; 3] {
+    decimal(value.to_array())
+}
+
+fn vector(value: Vec3) -> [f64; 3] {
+    decimal(value.to_array())
+}
+
+/// A number; what is not finite is `null`.
+fn number(value: f32) -> f64 {
+    decimal([value; 3])[0]
+}
+
+fn light(scene: &Scene, id: LightId) -> Value {
+    let group = scene.light_groups().names().get(scene.light_groups().of(id)).cloned();
+    let kind = scene.lights().get(id.0 as usize).map(|light| match light {
+        Light::Triangle(_) | Light::MovingTriangle(_) | Light::Textured(_) => "surface",
+        Light::Point(_) | Light::Spot(_) => "point",
+        _ => "background",
+    });
+    json!({ "id": id.0, "type": kind, "group": group })
+}
+
+/// A trace.
+pub(super) fn trace(scene: &Scene, trace: &Trace) -> Value {
+    json!({
+        "from": match trace.key.y {
+            y if y > i32::MAX as u32 => json!({ "chain": trace.key.x }),
+            _ => json!({ "pixel": [trace.key.x, trace.key.y] }),
+        },
+        "filter_weight": number(trace.weight),
+        "radiance": color(trace.sum()),
+        "vertices": trace.vertices.iter().map(|v| vertex(scene, v)).collect::<Vec<_>>(),
+        "contributions": trace.contributions.iter().map(contribution).collect::<Vec<_>>(),
+    })
+}
+
+fn vertex(scene: &Scene, vertex: &Vertex) -> Value {
+    let mut value = json!({
+        "parent": vertex.parent,
+        "position": vector(vertex.p),
+        "beta": color(vertex.beta),
+    });
+    match vertex.place {
+        Place::Camera => value["on"] = json!("camera"),
+        Place::Light(id) => {
+            value["on"] = json!("light");
+            value["light"] = light(scene, id);
+        }
+        Place::Surface { hit, n, depth } => {
+            value["on"] = json!("surface");
+            value["depth"] = json!(depth);
+            value["normal"] = json!(vector(n));
+            value["distance"] = json!(number(hit.t));
+            value["material"] = json!(scene.material(&hit).name);
+            value["object"] = json!(scene.objects().get(scene.object(&hit) as usize));
+            value["mesh"] = json!(hit.geom.0);
+            value["triangle"] = json!(hit.prim.0);
+        }
+    }
+    let lists = [
+        (
+            "emission",
+            vertex.emissions.iter().map(|e| emission(scene, e)).collect::<Vec<_>>(),
+        ),
+        (
+            "light_samples",
+            vertex.light_samples.iter().map(|s| light_sample(scene, s)).collect(),
+        ),
+        ("scattering", vertex.scatterings.iter().map(scattering).collect()),
+        (
+            "photons",
+            vertex
+                .photons
+                .iter()
+                .map(|(count, radius)| json!({ "count": count, "radius": number(*radius) }))
+                .collect(),
+        ),
+    ];
+    for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
+        value[name] = json!(list);
+    }
+    value
+}
+
+fn emission(scene: &Scene, emission: &Emission) -> Value {
+    json!({
+        "light": light(scene, emission.light),
+        "direction": vector(emission.direction),
+        "scattering_pdf": number(emission.scattering_pdf),
+        "light_pdf": number(emission.light_pdf),
+        "mis_weight": number(emission.weight),
+        "radiance": color(emission.radiance),
+    })
+}
+
+fn light_sample(scene: &Scene, sample: &LightSample) -> Value {
+    json!({
+        "light": light(scene, sample.light),
+        "direction": vector(sample.direction),
+        "target": sample.target.map(vector),
+        "probability": number(sample.pmf),
+        "pdf": number(sample.pdf),
+        "scattering_pdf": number(sample.scattering_pdf),
+        "mis_weight": number(sample.weight),
+        "f_cos": color(sample.f_cos),
+        "radiance": color(sample.radiance),
+        "transmittance": sample.transmittance.map(color),
+    })
+}
+
+fn scattering(scattering: &Scattering) -> Value {
+    json!({
+        "direction": vector(scattering.direction),
+        "lobe": scattering.lobe,
+        "delta": scattering.is_delta,
+        "pdf": number(scattering.pdf),
+        "weight": color(scattering.weight),
+        "eta": number(scattering.eta),
+        "roulette": number(scattering.roulette),
+    })
+}
+
+fn contribution(contribution: &Contribution) -> Value {
+    let mut value = json!({
+        "by": contribution.technique.name(),
+        "radiance": color(contribution.radiance),
+        "film": contribution.film.map(|film| [number(film.x), number(film.y)]),
+        "vertex": contribution.vertex,
+        "path": contribution.path,
+    });
+    match contribution.technique {
+        Technique::Connection(s, t, weight, radiance) | Technique::Merging(s, t, weight, radiance) => {
+            value["s"] = json!(s);
+            value["t"] = json!(t);
+            value["mis_weight"] = json!(number(weight));
+            value["unweighted"] = json!(color(radiance));
+        }
+        Technique::Shared(owner, end) => {
+            value["owner"] = json!(owner);
+            value["end"] = json!(vector(end));
+        }
+        _ => {}
+    }
+    value
+}

@@ -1,0 +1,95 @@
+//! Samples that are traced with a record of their paths.
+
+use super::trace::Trace;
+use crate::color::Spectrum;
+use crate::film::FirstSurface;
+use crate::integrator::{PathEvent, RayKind, RaySink, Sink};
+use crate::math::UVec2;
+use crate::sampler::SampleKey;
+use crate::session::Renderer;
+use std::cell::RefCell;
+
+/// The traces of the sample `index` that light `pixel`: that of the pixel's own sample first, and of iterations those of all samples and chains that send light
+/// there.
+pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
+    let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
+    let (settings, prepared) = (session.settings(), renderer.prepared());
+    let method = settings.method();
+    let world = (session.world(&accel), prepared);
+    let filter = world.0.filter;
+    let mut sampler = settings.random_numbers();
+    let own = SampleKey::new(pixel.x, pixel.y, index);
+
+    // Samples of pixels
+    let heard = RefCell::new(Heard::default());
+    let listener = |told| -> Box<dyn Sink<Radiance = Spectrum> + '_> { Box::new(Listener { heard: &heard, told }) };
+    if method.sample(world, (settings.resolution, own), &mut sampler, &listener) {
+        let heard = heard.into_inner();
+        return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
+    }
+
+    // Iterations
+    let mut traces = Vec::new();
+    session.install(|| {
+        method.record_iteration(
+            world,
+            (settings.resolution, pixel, index),
+            &settings.random_numbers(),
+            &mut |found| {
+                let mut trace = Trace::new(found.key, found.weight, &found.events, pixel, filter);
+                if found.key.pixel() != pixel {
+                    trace.keep_what_counts();
+                }
+                traces.push(trace);
+            },
+        );
+    });
+    traces.sort_by_key(|trace| (trace.key.pixel() != pixel, trace.key.y, trace.key.x));
+    traces
+}
+
+/// What the sink of the sample has heard.
+#[derive(Default)]
+struct Heard {
+    events: Vec<PathEvent>,
+    weight: f32,
+}
+
+/// Listens to one of the samples that are traced together.
+struct Listener<'a> {
+    heard: &'a RefCell<Heard>,
+    /// Whether the sample is the one that was asked for.
+    told: bool,
+}
+
+impl Sink for Listener<'_> {
+    type Radiance = Spectrum;
+
+    fn weight(&mut self, weight: f32) {
+        if self.told {
+            self.heard.borrow_mut().weight = weight;
+        }
+    }
+
+    fn radiance(&mut self, radiance: Spectrum) {
+        self.record(PathEvent::Added { film: None, radiance });
+    }
+
+    fn first_surface(&mut self, _: FirstSurface) {}
+}
+
+impl RaySink for Listener<'_> {
+    fn ray(&mut self, _: RayKind) {}
+
+    fn cut_walk(&mut self) {}
+
+    fn records(&self) -> bool {
+        self.told
+    }
+
+    fn record(&mut self, event: PathEvent) {
+        if self.told {
+            self.heard.borrow_mut().events.push(event);
+        }
+    }
+}

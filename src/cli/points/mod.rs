@@ -1,0 +1,179 @@
+//! `embrasure points`: what a sampler's points look like, how evenly they are spread, and how fast integrals converge with them.
+//!
+//! `projections` has the points, `convergence` the integrals, `picture` draws both.
+
+mod convergence;
+mod picture;
+mod projections;
+
+use super::args::{PointSet, PointsArgs};
+use super::error::CliError;
+use super::outputs::Outputs;
+use crate::integrator::Directions;
+use crate::math::Vec2;
+use crate::options::{IntegratorKind, IntegratorOptions, Method, Named, name_of};
+use crate::sampler::{Bounce, Dimension, RenderSampler, SampleKey, Sampler, SamplerKind};
+use convergence::{Convergence, FIRST_FITTED, SEEDS, convergences, fitted};
+use projections::{Projection, Shape, projections};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Sets of independent points whose mean discrepancy is told for comparison: as many as take no longer than the rest.
+fn compared(count: u32) -> u32 {
+    ((1 << 28) / count.pow(2).max(1)).clamp(1, 16)
+}
+
+/// A decision of a path, with its name.
+type Decision = (&'static str, Dimension);
+
+impl PointSet {
+    /// The points of `count` samples in `dimension`.
+    fn points(self, seed: u64, count: u32, dimension: Dimension) -> Vec<Vec2> {
+        let mut sampler = self.sampler(seed, count);
+        let point = |sample| {
+            sampler.start(SampleKey::new(0, 0, sample));
+            sampler.get_2d(dimension)
+        };
+        (0..count).map(point).collect()
+    }
+
+    /// The sampler of a render with `count` samples a pixel.
+    fn sampler(self, seed: u64, count: u32) -> RenderSampler {
+        let (kind, directions) = match self {
+            Self::Sampler(kind) => (kind, Directions::Bsdf),
+            Self::Directions(directions) => (SamplerKind::NAMES[0].1, directions),
+        };
+        let method = Method::new(&IntegratorOptions {
+            integrator: Some(IntegratorKind::Path),
+            directions: Some(directions),
+            ..IntegratorOptions::default()
+        });
+        method.sampler(kind, seed, count)
+    }
+
+    /// Decisions to look at.
+    fn decisions(self) -> Vec<Decision> {
+        let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
+        let directions = [("direction 1", direction(0)), ("direction 4", direction(3))];
+        match self {
+            Self::Sampler(_) => [
+                ("pixel", Dimension::PIXEL),
+                ("lens", Dimension::LENS),
+                ("light 1", Dimension::bounce(0, Bounce::LightPoint)),
+            ]
+            .into_iter()
+            .chain(directions)
+            .collect(),
+            Self::Directions(_) => directions.into(),
+        }
+    }
+
+    /// Pairs of decisions whose first numbers are looked at together.
+    fn pairs(self) -> Vec<[Decision; 2]> {
+        let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
+        let directions = [("direction 1", direction(0)), ("direction 2", direction(1))];
+        match self {
+            Self::Sampler(_) => vec![
+                [("pixel", Dimension::PIXEL), directions[0]],
+                [
+                    ("choice of light 1", Dimension::bounce(0, Bounce::Decisions)),
+                    ("light 1", Dimension::bounce(0, Bounce::LightPoint)),
+                ],
+                directions,
+            ],
+            Self::Directions(_) => vec![directions],
+        }
+    }
+}
+
+/// Prints what there is to say of the points, and draws them.
+pub(super) fn points(args: &PointsArgs) -> Result<ExitCode, CliError> {
+    let mut outputs = Outputs::default();
+    let output = args
+        .output
+        .as_deref()
+        .map(|path| outputs.prepare("-o", path))
+        .transpose()?;
+    let name = name_of(PointSet::NAMES, args.set);
+    let independent = projections::independent(args.seed, args.count, compared(args.count));
+    let shown = projections(args.set, args.seed, args.count);
+    let measured = convergences(args.set, args.seed, args.count);
+    match args.json {
+        true => outln!("{:#}", facts(args, name, independent, &shown, &measured)),
+        false => print_text(args, name, independent, &shown, &measured),
+    }
+    if let Some(output) = output {
+        let picture = picture::svg((name, args.count), independent, &shown, &measured);
+        output.write(|writer| writer.write_all(picture.as_bytes()))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn facts(
+    args: &PointsArgs,
+    name: &str,
+    [star, cap]: [f64; 2],
+    shown: &[Projection],
+    measured: &[Convergence],
+) -> Value {
+    let projection = |projection: &Projection| {
+        let points: Vec<_> = projection.points.iter().map(|p| [p.x, p.y]).collect();
+        let mut facts = json!({ "name": projection.name, "axes": projection.axes, "points": points });
+        facts[projection.shape.measure()] = json!(projection.discrepancy);
+        facts
+    };
+    let convergence = |convergence: &Convergence| {
+        let curve = |(decision, curve): &(&str, Vec<[f64; 2]>)| {
+            let errors = curve.iter().map(|[n, error]| json!({ "n": n, "rms_error": error }));
+            json!({ "decision": decision, "slope": fitted(curve), "errors": errors.collect::<Vec<_>>() })
+        };
+        let integral = &convergence.integral;
+        json!({
+            "integral": integral.name,
+            "formula": integral.formula,
+            "exact": integral.exact,
+            "variance": integral.variance,
+            "curves": convergence.curves.iter().map(curve).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "sampler": name,
+        "points": args.count,
+        "seed": args.seed,
+        "independent": { "star_discrepancy": star, "cap_discrepancy": cap, "sets": compared(args.count) },
+        "projections": shown.iter().map(projection).collect::<Vec<_>>(),
+        "convergence": measured.iter().map(convergence).collect::<Vec<_>>(),
+        "convergence_seeds": SEEDS,
+    })
+}
+
+fn print_text(args: &PointsArgs, name: &str, [star, cap]: [f64; 2], shown: &[Projection], measured: &[Convergence]) {
+    outln!(
+        "{name}, {} of pixel 0,0, seed {}",
+        super::words::count(args.count.into(), "point"),
+        args.seed
+    );
+    for (shape, independent) in [(Shape::Square, star), (Shape::Disk, cap)] {
+        let measure = shape.measure().replace('_', " ");
+        outln!("\n{measure} (independent points: {independent:.4})");
+        let of_shape = shown.iter().filter(|projection| projection.shape == shape);
+        for (projection, discrepancy) in of_shape.filter_map(|p| Some((p, p.discrepancy?))) {
+            outln!("  {:<32} {discrepancy:.4}", projection.name);
+        }
+    }
+    outln!("\nroot mean square error of integrals, over {SEEDS} seeds, from {FIRST_FITTED} samples on");
+    for convergence in measured {
+        outln!("  {} {}", convergence.integral.name, convergence.integral.formula);
+        for (decision, errors) in &convergence.curves {
+            let falls = match fitted(errors) {
+                Some(slope) => format!("falls as N^{slope:.2}, "),
+                None => String::new(),
+            };
+            let last = errors
+                .last()
+                .map_or(String::new(), |[n, error]| format!("{error:.2e} with {n} samples"));
+            outln!("    {decision:<30} {falls}{last}");
+        }
+    }
+}

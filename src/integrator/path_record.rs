@@ -1,0 +1,204 @@
+//! Records of paths: vertices, densities, weights and contributions, as the integrators use them (`embrasure paths`, `render --pixel`).
+//!
+//! Integrators tell a sink what they do if it asks for it ([`RaySink::records`]). The sinks of renders do not, and nothing is computed for records then. A record
+//! is a flat list of events in the order of the integrator's work: vertices belong to the path that began last, and light to the vertex that was met last.
+
+use super::RaySink;
+use super::vertex::Vertex;
+use crate::bsdf::BsdfSample;
+use crate::color::Spectrum;
+use crate::geometry::Hit;
+use crate::light::LightId;
+use crate::math::{Ray, Vec2, Vec3};
+
+/// An event in the life of a path.
+#[derive(Clone, Copy, Debug)]
+pub enum PathEvent {
+    /// A path begins.
+    Start {
+        /// Where: on the lens, or on a light.
+        p: Vec3,
+        /// Unit direction of its ray.
+        direction: Vec3,
+        /// The light that it begins at; `None` at the camera.
+        light: Option<LightId>,
+        /// Throughput of the ray.
+        beta: Spectrum,
+    },
+    /// The path meets a surface.
+    Vertex {
+        /// Scattering events before it. In a tree of rays it belongs to the last vertex with one event less.
+        depth: u32,
+        /// The hit.
+        hit: Hit,
+        /// World-space position.
+        p: Vec3,
+        /// Unit shading normal.
+        n: Vec3,
+        /// Throughput of the ray that meets it.
+        beta: Spectrum,
+    },
+    /// Emitted light that the path meets, at its last vertex or infinitely far away.
+    Emission {
+        /// The light.
+        light: LightId,
+        /// Unit direction towards it.
+        direction: Vec3,
+        /// Density per solid angle with which the direction was drawn; 0 at the camera and behind delta lobes.
+        scattering_pdf: f32,
+        /// Density per solid angle with which light sampling draws it, the choice of the light included.
+        light_pdf: f32,
+        /// MIS weight.
+        weight: f32,
+        /// Emitted radiance.
+        radiance: Spectrum,
+    },
+    /// A light is sampled for the last vertex.
+    LightSample {
+        /// The light.
+        light: LightId,
+        /// Unit direction towards it.
+        direction: Vec3,
+        /// Where on it; `None` infinitely far away.
+        target: Option<Vec3>,
+        /// Probability of choosing this light, times the number of samples that are summed.
+        pmf: f32,
+        /// Density of the direction per solid angle, given the light; 1 for delta lights.
+        pdf: f32,
+        /// Density per solid angle with which the BSDF draws the direction.
+        scattering_pdf: f32,
+        /// MIS weight.
+        weight: f32,
+        /// BSDF times cosine.
+        f_cos: Spectrum,
+        /// Radiance, or irradiance of delta lights.
+        radiance: Spectrum,
+    },
+    /// The shadow ray of the first light sample that has none yet was traced.
+    Shadow {
+        /// Transmittance; black where the light is occluded.
+        transmittance: Spectrum,
+    },
+    /// The path leaves a vertex.
+    Scatter {
+        /// Scattering events before that vertex: it is the last one of which this is so.
+        depth: u32,
+        /// Unit direction.
+        direction: Vec3,
+        /// Name of the lobe that has the largest share of the light from there.
+        lobe: &'static str,
+        /// Whether that is a delta lobe.
+        is_delta: bool,
+        /// Density per solid angle; the probability of a delta lobe.
+        pdf: f32,
+        /// Factor of the throughput, without `roulette`.
+        weight: Spectrum,
+        /// Index of refraction beyond the surface over that before it, where the path is refracted, else 1.
+        eta: f32,
+        /// Factor that makes up for paths that roulette has ended, and the like.
+        roulette: f32,
+    },
+    /// A subpath from the camera and one from a light are joined.
+    Connection {
+        /// Vertices from the light, and from the camera.
+        strategy: (usize, usize),
+        /// Whether their ends were merged, in place of connected: then both count the last vertex.
+        is_merged: bool,
+        /// The light.
+        light: LightId,
+        /// MIS weight of the strategy.
+        weight: f32,
+        /// Light without that weight.
+        radiance: Spectrum,
+    },
+    /// The density of photons at the last vertex was estimated.
+    Photons {
+        /// Number of photons.
+        count: u32,
+        /// Radius of the disk, scene units.
+        radius: f32,
+    },
+    /// A path that a Markov chain visits is whole.
+    Visited,
+    /// The cache of irradiance was asked at the last vertex.
+    Cached,
+    /// Light of a path that pixels share is added, by a connection of the first vertex to an end.
+    Shared {
+        /// Column and row of the pixel whose path has found the end.
+        owner: [u32; 2],
+        /// The end.
+        p: Vec3,
+    },
+    /// The rest of a path that is shared begins: its light is that of [`PathEvent::Shared`] in all pixels that see its end.
+    SharedPath,
+    /// A part of the light of the next [`PathEvent::Added`].
+    Light(Spectrum),
+    /// Light is added to the sample's own pixel, or where it falls on the film.
+    Added {
+        /// Position on the film, pixels, if it may be another pixel.
+        film: Option<Vec2>,
+        /// The light.
+        radiance: Spectrum,
+    },
+}
+
+/// Records that a path begins along `ray`, at the camera or at `light`.
+#[inline(always)]
+pub(super) fn start(ray: &Ray, light: Option<LightId>, beta: Spectrum, out: &mut impl RaySink) {
+    if out.records() {
+        out.record(PathEvent::Start {
+            p: ray.origin,
+            direction: ray.direction,
+            light,
+            beta,
+        });
+    }
+}
+
+/// Records that a path meets `vertex` after `depth` scattering events, with the throughput `beta`.
+#[inline(always)]
+pub(super) fn vertex(depth: u32, (hit, vertex): (&Hit, &Vertex), beta: Spectrum, out: &mut impl RaySink) {
+    if out.records() {
+        out.record(PathEvent::Vertex {
+            depth,
+            hit: *hit,
+            p: vertex.point.p,
+            n: vertex.point.ns,
+            beta,
+        });
+    }
+}
+
+/// Records that a path leaves `vertex`, which it has met after `depth` scattering events, by `sample`; `roulette` makes up for paths that end.
+#[inline(always)]
+pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl RaySink) {
+    if out.records() {
+        out.record(PathEvent::Scatter {
+            depth,
+            direction: vertex.frame.to_world(sample.wi),
+            lobe: vertex.bsdf.lobe_name(vertex.wo, sample.wi, sample.is_delta()),
+            is_delta: sample.is_delta(),
+            pdf: sample.pdf,
+            weight: sample.weight,
+            eta: sample.eta,
+            roulette,
+        });
+    }
+}
+
+/// Records a part of the light of a sample.
+#[inline(always)]
+pub(super) fn light(radiance: Spectrum, out: &mut impl RaySink) {
+    if out.records() && !radiance.is_black() {
+        out.record(PathEvent::Light(radiance));
+    }
+}
+
+/// Records light that the cache of irradiance knows.
+#[inline(always)]
+pub(super) fn cached(radiance: Spectrum, out: &mut impl RaySink) {
+    if out.records() {
+        out.record(PathEvent::Cached);
+        light(radiance, out);
+    }
+}

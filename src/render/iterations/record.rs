@@ -1,0 +1,70 @@
+//! One iteration with a record of its paths, for `embrasure paths`.
+
+use super::{CountedRays, IterationTarget, Piece, Work, in_pieces};
+use crate::color::Spectrum;
+use crate::film::{Filter, Rect};
+use crate::integrator::{IterationIntegrator, PathEvent};
+use crate::math::UVec2;
+use crate::sampler::{SampleKey, Sampler};
+
+/// The record of a sample or chain of an iteration.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// Name of the sample; of a chain its number and a row below all images.
+    pub key: SampleKey,
+    /// What happened.
+    pub events: Vec<PathEvent>,
+    /// Factor of the light in the sample's own pixel.
+    pub weight: f32,
+    /// Light that falls on the pixel which was asked for.
+    pub light: Spectrum,
+}
+
+/// Runs iteration `index` on this thread, apart from its preparation, and gives `keep` the record of each sample and chain that lights `pixel` of a picture of
+/// `resolution` pixels, and that of the pixel's own sample.
+pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
+    integrator: &I,
+    (sampler, filter): (&S, &Filter),
+    (resolution, pixel): (UVec2, UVec2),
+    index: u32,
+    keep: &mut dyn FnMut(Recorded),
+) {
+    let observer = &();
+    let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
+    let Some((parts, _)) = in_pieces(integrator.preparations(), sampler, observer, prepare) else {
+        return;
+    };
+    let prepared = integrator.join(index, parts);
+    let of_pixel = |pixel: UVec2| Rect {
+        min: pixel,
+        max: pixel + UVec2::ONE,
+    };
+    let target = IterationTarget {
+        filter,
+        groups: 0,
+        before_paths: 0,
+        resolution,
+        crop: of_pixel(pixel),
+    };
+    let seen = match integrator.sends_light() {
+        true => Rect::full(resolution),
+        false => of_pixel(pixel),
+    };
+    let pixels = seen.pixels().map(|pixel| Work::Pixels(of_pixel(pixel)));
+    for work in pixels.chain((0..integrator.chains()).map(Work::Chain)) {
+        let mut piece = Piece::<Spectrum>::new(target, observer);
+        piece.record = Some(Vec::new());
+        let Some(piece) = piece.of(integrator, &prepared, (work, index), sampler, observer) else {
+            return;
+        };
+        let light = piece.light.iter().fold(Spectrum::ZERO, |sum, (_, light)| sum + *light);
+        if piece.key.pixel() == pixel || !light.is_black() {
+            keep(Recorded {
+                key: piece.key,
+                events: piece.record.unwrap_or_default(),
+                weight: piece.weight,
+                light,
+            });
+        }
+    }
+}

@@ -14,7 +14,9 @@ use super::statistics::{DroppedSample, Statistics};
 use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
-use crate::integrator::{ByGroup, CameraView, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink};
+use crate::integrator::{
+    ByGroup, CameraView, ChainCounts, Gathered, IterationIntegrator, RayKind, RaySink, Sink, SplatSink,
+};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
 
@@ -397,6 +399,10 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
 
     fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
         self.statistics.mutation(kind, proposed, accepted);
+    }
+
+    fn chain(&mut self, counts: ChainCounts) {
+        self.statistics.chains = self.statistics.chains.plus(counts);
     }
 }
 

@@ -164,6 +164,9 @@ impl Run<'_> {
         if state.statistics.rays.cut > 0 {
             warn(cut_warning(state.statistics.rays.cut));
         }
+        if let Some(warning) = self.renderer.doubtful_records().and_then(doubtful_warning) {
+            warn(warning);
+        }
         if let Some(chains) = Chains::new(state.statistics.chains) {
             chains.warning().into_iter().for_each(&mut warn);
             Spikes::of(&state.film)
@@ -431,6 +434,21 @@ fn dropped_warning(statistics: &Statistics) -> String {
         1 => format!("1 sample was NaN, infinite or negative and counts as black{first}"),
         n => format!("{n} samples were NaN, infinite or negative and count as black{first}"),
     }
+}
+
+/// Share of doubtful records from which on a picture is doubtful.
+const MANY_DOUBTFUL: f64 = 0.02;
+
+/// That a cache of irradiance is no method for the scene, where the share `doubtful` of its records rests on few rays.
+fn doubtful_warning(doubtful: f64) -> Option<String> {
+    (doubtful >= MANY_DOUBTFUL).then(|| {
+        format!(
+            "{:.0} % of the records of irradiance have most of their light from a few of their rays, as caustics and small openings have it: \
+             blotches in the picture are wrong, and more samples do not remove them\n  \
+             help: use photon-map, sppm or path, or raise --cache-rays",
+            100.0 * doubtful
+        )
+    })
 }
 
 /// Which pixels a few iterations made bright.

@@ -25,7 +25,7 @@ mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use aov::Aov;
-pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
+pub use features::{Coverage, FeatureBlock, FeatureSums, Features, Points};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};

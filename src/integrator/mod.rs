@@ -45,7 +45,7 @@ pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
 pub use photon::grid::{PhotonGrid, Placed};
-pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
+pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
 pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};

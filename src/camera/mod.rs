@@ -237,6 +237,13 @@ impl Camera {
         open + u * (close - open)
     }
 
+    /// The share of the shutter interval that has passed at `time`, 0 to 1; 0 where the shutter is open for an instant.
+    pub fn share_of_shutter(&self, time: f32) -> f32 {
+        let [open, close] = self.shutter;
+        let share = (time - open) / (close - open);
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
     /// The camera as it stands at `time`.
     fn at(&self, time: f32) -> Self {
         let pose = self.path.map(|[first, last]| first.lerp(&last, time));

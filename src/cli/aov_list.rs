@@ -10,7 +10,7 @@ pub(super) struct AovList {
     pub light_paths: Vec<PathPart>,
 }
 
-/// The further channels that `--aov` wants. `all` leaves out groups of lights where there are none, and strategies and light paths, which may be
+/// The further channels that `--aov` wants. `all` leaves out groups of lights and points where there are none, and strategies and light paths, which may be
 /// hundreds of channels. A channel that cannot be had is an error later.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
@@ -34,6 +34,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
     }
     let is_of_all = |aov: Aov| match aov {
         Aov::Lights => scene.has_light_groups() && method.gathers_light(),
+        Aov::Points => method.has_points(),
         Aov::Strategies => false,
         _ => true,
     };

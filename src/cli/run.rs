@@ -10,13 +10,13 @@ use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
-use super::stats::{Denoised, Dropped, Noise, Rays, Stats, StatsOutput, peak_rss_bytes};
+use super::stats::{Chains, Denoised, Dropped, Noise, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary;
 use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
-use crate::film::{Image, metered};
+use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, Warning, guarded, in_words};
 use crate::render::{Observer, Outcome, Statistics};
 use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
@@ -163,6 +163,16 @@ impl Run<'_> {
         }
         if state.statistics.rays.cut > 0 {
             warn(cut_warning(state.statistics.rays.cut));
+        }
+        if let Some(warning) = self.renderer.doubtful_records().and_then(doubtful_warning) {
+            warn(warning);
+        }
+        if let Some(chains) = Chains::new(state.statistics.chains) {
+            chains.warning().into_iter().for_each(&mut warn);
+            Spikes::of(&state.film)
+                .map(spikes_warning)
+                .into_iter()
+                .for_each(&mut warn);
         }
         let noise = job.settings.noise.map(|level| Noise::new(&state.film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
@@ -396,6 +406,7 @@ impl Run<'_> {
             dropped_samples: statistics.dropped,
             dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
             mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
+            chains: Chains::new(statistics.chains),
             exposure: None,
             noise: None,
             denoise: None,
@@ -423,6 +434,42 @@ fn dropped_warning(statistics: &Statistics) -> String {
         1 => format!("1 sample was NaN, infinite or negative and counts as black{first}"),
         n => format!("{n} samples were NaN, infinite or negative and count as black{first}"),
     }
+}
+
+/// Share of doubtful records from which on a picture is doubtful.
+const MANY_DOUBTFUL: f64 = 0.02;
+
+/// That a cache of irradiance is no method for the scene, where the share `doubtful` of its records rests on few rays.
+fn doubtful_warning(doubtful: f64) -> Option<String> {
+    (doubtful >= MANY_DOUBTFUL).then(|| {
+        format!(
+            "{:.0} % of the records of irradiance have most of their light from a few of their rays, as caustics and small openings have it: \
+             blotches in the picture are wrong, and more samples do not remove them\n  \
+             help: use photon-map, sppm or path, or raise --cache-rays",
+            100.0 * doubtful
+        )
+    })
+}
+
+/// Which pixels a few iterations made bright.
+fn spikes_warning(spikes: Spikes) -> String {
+    let Spikes {
+        count,
+        brightest,
+        value,
+        error,
+        around,
+    } = spikes;
+    let pixels = match count {
+        1 => "1 pixel has most of its light".into(),
+        n => format!("{n} pixels have most of their light"),
+    };
+    format!(
+        "{pixels} from a few of the iterations: a chain was stuck there, or a path is found that rarely; \
+         pixel {},{} is {value:.3} ± {error:.3}, those around it {around:.3}\n  \
+         help: do not trust such pixels; take more samples, or compare with bdpt or vcm",
+        brightest.x, brightest.y
+    )
 }
 
 fn cut_warning(walks: u64) -> String {

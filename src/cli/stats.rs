@@ -4,6 +4,7 @@ use super::audit::Report;
 use super::error::CliError;
 use super::outputs::Outputs;
 use crate::film::{Film, Tile};
+use crate::integrator::ChainCounts;
 use crate::io::{FileError, Output};
 use crate::math::list;
 use crate::render::{DroppedSample, MutationCounts};
@@ -83,6 +84,8 @@ pub(super) struct Stats<'a> {
     /// Of Markov chains, by kind.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub mutations: BTreeMap<&'a str, Mutations>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chains: Option<Chains>,
     /// Stops by which PNG files are brightened, metered or given; `null` without a picture.
     pub exposure: Option<f32>,
     /// Of `--noise`.
@@ -120,6 +123,50 @@ pub(super) struct Mutations {
     /// Share that was accepted; `null` where none was proposed.
     acceptance: Option<f64>,
 }
+
+/// Markov chains, and how they moved between pixels.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Chains {
+    pub count: u64,
+    /// Mutations of a chain, in the mean.
+    pub mutations: f64,
+    /// Integrated autocorrelation time of the pixel that a chain is in, mutations: the variance of a pixel over that of independent samples.
+    pub autocorrelation_time: f64,
+    /// Share of chains with half of their mutations or more in one pixel.
+    pub stuck: f64,
+}
+
+impl Chains {
+    /// Of `counts`; `None` where there was no chain.
+    pub fn new(counts: ChainCounts) -> Option<Self> {
+        let autocorrelation_time = counts.autocorrelation_time()?;
+        Some(Self {
+            count: counts.chains,
+            mutations: counts.mutations as f64 / counts.chains as f64,
+            autocorrelation_time,
+            stuck: counts.stuck as f64 / counts.chains as f64,
+        })
+    }
+
+    /// Says that chains hardly move, where that is so.
+    pub fn warning(&self) -> Option<String> {
+        let Self {
+            mutations,
+            autocorrelation_time: time,
+            ..
+        } = *self;
+        (time > MAX_SHARE_OF_A_CHAIN * mutations).then(|| {
+            format!(
+                "Markov chains of {mutations:.0} mutations return to a pixel so often that they count as {:.1} independent samples each: the picture shows where they started\n  \
+                 help: use fewer and longer chains (--chains), or compare with bdpt or vcm",
+                mutations / time
+            )
+        })
+    }
+}
+
+/// Autocorrelation time, over the length of a chain, above which a chain tells little but where it started.
+const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 
 /// How noise was taken out of the picture.
 #[derive(Clone, Debug, Serialize)]

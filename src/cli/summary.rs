@@ -52,6 +52,15 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
             words::count(stats.threads as u64, "thread"),
             stats.isa
         );
+        if let Some(chains) = &stats.chains {
+            errln!(
+                "  chains: {} of {:.0} mutations, autocorrelation time {:.1} mutations, {:.1} % stuck in a pixel",
+                chains.count,
+                chains.mutations,
+                chains.autocorrelation_time,
+                100.0 * chains.stuck
+            );
+        }
         errln!(
             "  memory: scene {:.1} MB, acceleration structure {:.1} MB, peak {:.1} MB; scene hash {}",
             stats.scene_bytes as f64 / 1e6,

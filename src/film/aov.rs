@@ -5,7 +5,7 @@
 //! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::channels`;
 //! 2. a field of [`Features`](super::Features), added in `FeatureBlock::add`, with [`FeatureSums::SUMS`] raised by the number of its components;
 //! 3. a name of each component in `FEATURES` of `film/state.rs`, for checkpoints;
-//! 4. its value in `World::features_of` (`integrator/first_surface.rs`).
+//! 4. its value in `World::features_of` (`integrator/first_surface.rs`), or where the integrator notes its first surface.
 
 use super::{Channel, Coverage, FeatureSums, Film};
 
@@ -18,6 +18,8 @@ pub enum Aov {
     Uv,
     /// `motion`: motion on the film while the shutter is open, in pixels, y upwards.
     Motion,
+    /// `points`: photons, or records of irradiance, between which a method interpolates.
+    Points,
     /// `id`: object and material that cover most of the pixel, counted from 1.
     Ids,
     /// Mattes of objects and materials (Friedman and Jones, Cryptomatte).
@@ -34,6 +36,7 @@ impl Aov {
         ("P", Self::Position),
         ("uv", Self::Uv),
         ("motion", Self::Motion),
+        ("points", Self::Points),
         ("id", Self::Ids),
         ("cryptomatte", Self::Cryptomatte),
         ("lights", Self::Lights),
@@ -63,6 +66,12 @@ impl Aov {
             Self::Position => &[("P.X", |f| f.mean(0)), ("P.Y", |f| f.mean(1)), ("P.Z", |f| f.mean(2))],
             Self::Uv => &[("uv.U", |f| f.mean(3)), ("uv.V", |f| f.mean(4))],
             Self::Motion => &[("motion.X", |f| f.mean(5)), ("motion.Y", |f| f.mean(6))],
+            Self::Points => &[
+                ("points.dots", |f| f.mean(7)),
+                ("points.radius", |f| f.mean(8)),
+                ("points.count", |f| f.mean(9)),
+                ("points.caustics", |f| f.mean(10)),
+            ],
             Self::Ids => &[
                 ("id.object", |f| most(&f.objects)),
                 ("id.material", |f| most(&f.materials)),

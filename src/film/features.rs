@@ -1,4 +1,4 @@
-//! Further channels of the first surface: position, texture coordinates, motion, object and material (`--aov`).
+//! Further channels of the first surface: position, texture coordinates, motion, points of interpolation, object and material (`--aov`).
 //!
 //! The integrator adds them to the first surface, and the film sums them like all others. Coverage is counted by name; ids and Cryptomattes
 //! (`io/cryptomatte.rs`) are made from it when files are written. Nothing of this is stored or computed unless it is asked for.
@@ -15,10 +15,25 @@ pub struct Features {
     pub uv: Vec2,
     /// Where it goes on the film while the shutter is open: pixels, x to the right, y upwards.
     pub motion: Vec2,
+    /// Photons or records of irradiance at the surface.
+    pub points: Points,
     /// Which object it is part of.
     pub object: u32,
     /// Which material it has.
     pub material: u32,
+}
+
+/// Photons or records of irradiance at a point, between which a method interpolates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Points {
+    /// 1 within half a pixel's width of one of them, else 0.
+    pub dot: f32,
+    /// Distance up to which they count, scene units: of photons that of the farthest, of records the mean of their reaches.
+    pub radius: f32,
+    /// Number of those that count.
+    pub count: f32,
+    /// Luminance of the light of the caustic photon map alone; 0 of records.
+    pub caustics: f32,
 }
 
 /// Sums of the features of samples of one pixel that one task takes, of a block at most.
@@ -33,7 +48,15 @@ impl FeatureBlock {
     /// Adds those of a sample that met something.
     pub fn add(&mut self, features: &Features) {
         let (p, uv, motion) = (features.p, features.uv, features.motion);
-        let values = [p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y];
+        let Points {
+            dot,
+            radius,
+            count,
+            caustics,
+        } = features.points;
+        let values = [
+            p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y, dot, radius, count, caustics,
+        ];
         for (sum, value) in self.sums.iter_mut().zip(values) {
             *sum += value as f64;
         }
@@ -52,7 +75,7 @@ impl FeatureBlock {
 /// Sums of the features of one pixel, exact as those of [`Accumulator`](super::Accumulator).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSums {
-    /// Position, texture coordinates and motion.
+    /// Position, texture coordinates, motion and points.
     pub(super) sums: [Fixed; Self::SUMS],
     /// Samples that met each object.
     pub objects: Coverage,
@@ -62,7 +85,7 @@ pub struct FeatureSums {
 
 impl FeatureSums {
     /// Sums of floats.
-    pub(super) const SUMS: usize = 7;
+    pub(super) const SUMS: usize = 11;
 
     /// Adds the samples that come next.
     pub fn add(&mut self, block: &FeatureBlock) {
@@ -99,7 +122,7 @@ impl FeatureSums {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards. 0 where nothing was met.
+    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards; dots, radius, number and caustics of points. 0 where nothing was met.
     pub fn mean(&self, i: usize) -> f32 {
         (self.sums[i].to_f64() / self.surfaces().max(1) as f64) as f32
     }
@@ -167,6 +190,11 @@ mod tests {
             p: Vec3::new(i as f32 * 0.1, 1e-6, -3e4),
             uv: Vec2::new(0.3, 1.0 / (i + 1) as f32),
             motion: Vec2::new(-0.7, i as f32),
+            points: Points {
+                dot: (i % 2) as f32,
+                radius: 0.1 * i as f32,
+                ..Points::default()
+            },
             object: i % 3,
             material: 7,
         }

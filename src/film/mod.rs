@@ -3,7 +3,7 @@
 //! An integrator gives what it finds to a `Sink`. The sums of a pass are added to the tile of the film, exactly (`fixed`): order, threads and
 //! interruptions change no bit. `develop` turns sums into channels. `accumulator` has the sums that every picture has, `features` those of `--aov`,
 //! `part_sums` those of light groups, strategies and parts by light paths (`light_paths`), `iteration` one iteration of a method whose light paths light any pixel, and `state` the words of all sums, which checkpoints hold.
-//! `metering` finds the exposure of a developed image.
+//! `metering` finds the exposure of a developed image, and `spikes` the pixels that one sample made bright.
 //!
 //! Bidirectional methods light any pixel. Their iterations enter the film as one sample of every pixel, so the film has no splats.
 
@@ -19,12 +19,13 @@ mod metering;
 mod part_sums;
 mod resample;
 mod rgb_image;
+mod spikes;
 mod state;
 mod tile;
 
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
 pub use aov::Aov;
-pub use features::{Coverage, FeatureBlock, FeatureSums, Features};
+pub use features::{Coverage, FeatureBlock, FeatureSums, Features, Points};
 pub use filter::{Filter, FilterKind};
 pub use fixed::Fixed;
 pub use image::{Channel, Image, Z_BACKGROUND};
@@ -34,6 +35,7 @@ pub use metering::metered;
 pub use part_sums::{PartBlock, PartSum};
 pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
+pub use spikes::Spikes;
 pub use state::StateLayout;
 pub use tile::{Rect, Tile};
 

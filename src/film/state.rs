@@ -76,7 +76,19 @@ impl Accumulator {
 }
 
 /// Sums of [`FeatureSums`], by name.
-const FEATURES: [&str; FeatureSums::SUMS] = ["P.X", "P.Y", "P.Z", "uv.U", "uv.V", "motion.X", "motion.Y"];
+const FEATURES: [&str; FeatureSums::SUMS] = [
+    "P.X",
+    "P.Y",
+    "P.Z",
+    "uv.U",
+    "uv.V",
+    "motion.X",
+    "motion.Y",
+    "points.dots",
+    "points.radius",
+    "points.count",
+    "points.caustics",
+];
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];
 
@@ -277,6 +289,7 @@ mod tests {
                 p: Vec3::new(0.3, -2.0, i as f32),
                 uv: Vec2::new(0.1, 0.2),
                 motion: Vec2::ZERO,
+                points: Default::default(),
                 object: i as u32,
                 material: 1,
             });

@@ -122,6 +122,7 @@ impl<A: Accel> World<'_, A> {
             p: vertex.point.p,
             uv: self.scene.uv(hit).unwrap_or_default(),
             motion,
+            points: Default::default(),
             object: self.scene.object(hit),
             material: self.scene.shape(hit.geom).material.0,
         }

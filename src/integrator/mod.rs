@@ -47,7 +47,7 @@ pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
 pub use path_record::PathEvent;
 pub use photon::grid::{PhotonGrid, Placed};
-pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps};
+pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
 pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
@@ -257,4 +257,37 @@ pub trait SplatSink: Sink {
 
     /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
     fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
+
+    /// Counts a Markov chain that has ended.
+    fn chain(&mut self, _counts: ChainCounts) {}
+}
+
+/// Markov chains, and how they moved between pixels (`metropolis/visits.rs`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChainCounts {
+    /// Chains.
+    pub chains: u64,
+    /// Mutations of all chains.
+    pub mutations: u64,
+    /// Squares of the numbers of mutations of one chain in one pixel, summed over pixels and chains.
+    pub squared_visits: u64,
+    /// Chains with half of their mutations or more in one pixel.
+    pub stuck: u64,
+}
+
+impl ChainCounts {
+    /// Sum of both.
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            chains: self.chains + other.chains,
+            mutations: self.mutations + other.mutations,
+            squared_visits: self.squared_visits + other.squared_visits,
+            stuck: self.stuck + other.stuck,
+        }
+    }
+
+    /// Integrated autocorrelation time of the pixel that a chain is in, mutations: 1 where a chain never returns to a pixel. `None` without mutations.
+    pub fn autocorrelation_time(self) -> Option<f64> {
+        (self.mutations > 0).then(|| self.squared_visits as f64 / self.mutations as f64)
+    }
 }

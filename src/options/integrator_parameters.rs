@@ -109,8 +109,8 @@ parameters! {
         metropolis_target: MetropolisTarget = MetropolisTarget::Relative;
         /// Markov chains per iteration, which share a mutation per pixel
         chains: u32, default "a chain per 256 mutations, 16 or more", in Range::AtLeast(1);
-        /// Bootstrap paths per iteration, at which chains start
-        bootstrap: u32, default "a path per 4 mutations, 1024 or more; mlt: 8, 512", in Range::AtLeast(1);
+        /// Samples of bdpt per iteration, at whose paths chains start
+        bootstrap: u32, default "a sample per 8 mutations, 512 or more", in Range::AtLeast(1);
         /// Share of large steps among the mutations of pssmlt
         large_step_probability: f32 = 0.3, in Range::FromTo(0.0, 1.0);
         /// Largest small step of pssmlt, as a share of the range of a random number

@@ -15,7 +15,7 @@ use super::tiles::MANY_RAYS;
 use crate::color::Spectrum;
 use crate::film::{BLOCK, Film, Filter, FirstSurface, Iteration, Rect, Tile};
 use crate::integrator::{
-    ByGroup, CameraView, Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Sink, SplatSink,
+    ByGroup, CameraView, ChainCounts, Gathered, IterationIntegrator, PathEvent, RayKind, RaySink, Sink, SplatSink,
 };
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{SampleKey, Sampler};
@@ -433,6 +433,10 @@ impl<R: Gathered> SplatSink for Piece<'_, R> {
 
     fn mutation(&mut self, kind: &'static str, proposed: u64, accepted: u64) {
         self.statistics.mutation(kind, proposed, accepted);
+    }
+
+    fn chain(&mut self, counts: ChainCounts) {
+        self.statistics.chains = self.statistics.chains.plus(counts);
     }
 }
 

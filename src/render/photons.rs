@@ -24,5 +24,5 @@ pub fn photon_maps<A: Accel, S: Sampler>(
         |index, sampler, rays| tracer.piece((0, index), paths, None, sampler, rays),
     )?;
     let photons = pieces.into_iter().flatten().collect();
-    Some((PhotonMaps::new(photons, paths), rays))
+    Some((PhotonMaps::new(photons, paths, tracer.slices(paths)), rays))
 }

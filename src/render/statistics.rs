@@ -1,6 +1,6 @@
 //! Statistics of a render: rays, dropped samples and mutations, as sums of integers, which do not depend on threads.
 
-use crate::integrator::{RayKind, RaySink};
+use crate::integrator::{ChainCounts, RayKind, RaySink};
 use crate::sampler::SampleKey;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -85,6 +85,8 @@ pub struct Statistics {
     pub first_dropped: Vec<DroppedSample>,
     /// Mutations of Markov chains, by the names of their kinds.
     pub mutations: BTreeMap<Cow<'static, str>, MutationCounts>,
+    /// Markov chains.
+    pub chains: ChainCounts,
 }
 
 impl Statistics {
@@ -132,6 +134,7 @@ impl Statistics {
         for (kind, counts) in other.mutations {
             self.mutation(kind, counts.proposed, counts.accepted);
         }
+        self.chains = self.chains.plus(other.chains);
         self
     }
 }

@@ -61,6 +61,11 @@ impl<'a> Renderer<'a> {
         &self.prepared
     }
 
+    /// Share of the records of an irradiance cache that rest on few of their rays; `None` where there are no records.
+    pub(crate) fn doubtful_records(&self) -> Option<f64> {
+        self.prepared.doubtful_records()
+    }
+
     /// Makes what has to be there before the first sample.
     pub(crate) fn prepare(&self) {
         self.accel.with(Prepare(self));

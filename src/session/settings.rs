@@ -223,6 +223,10 @@ impl Settings {
             let names: Vec<&str> = gathers.map(|(name, _)| *name).collect();
             return refused("aov", value, format!("use one of {}", names.join(", ")));
         }
+        if self.aovs.contains(&Aov::Points) && !method.has_points() {
+            let value = format!("points: --integrator {} interpolates between none", method.name());
+            return refused("aov", value, "use photon-map or irradiance-cache".into());
+        }
         if self.aovs.contains(&Aov::Strategies) {
             method.check_strategies()?;
         }

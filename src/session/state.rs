@@ -5,6 +5,7 @@
 //! before anything is decided anew.
 
 use crate::film::{Aov, Film, Image, MAX_PARTS};
+use crate::integrator::ChainCounts;
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, State, cryptomattes};
 use crate::render::{DroppedSample, MutationCounts, RayCounts, Statistics};
 use crate::sampler::SampleKey;
@@ -161,6 +162,9 @@ struct Counted {
     /// Proposed and accepted, by kind.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     mutations: BTreeMap<String, [u64; 2]>,
+    /// Of Markov chains: their number, their mutations, squared visits of pixels, and those that were stuck.
+    #[serde(default)]
+    chains: [u64; 4],
 }
 
 #[derive(Serialize, Deserialize)]
@@ -188,6 +192,7 @@ impl Counted {
             .mutations
             .iter()
             .map(|(kind, counts)| (kind.to_string(), [counts.proposed, counts.accepted]));
+        let chains = statistics.chains;
         Self {
             seconds,
             rays: [camera, bounce, shadow],
@@ -196,11 +201,13 @@ impl Counted {
             dropped: statistics.dropped,
             first_dropped: dropped.collect(),
             mutations: mutations.collect(),
+            chains: [chains.chains, chains.mutations, chains.squared_visits, chains.stuck],
         }
     }
 
     fn statistics(&self) -> Statistics {
         let [camera, bounce, shadow] = self.rays;
+        let [chains, of_chains, squared_visits, stuck] = self.chains;
         let dropped = self.first_dropped.iter().map(|d| DroppedSample {
             key: SampleKey::new(d.pixel[0], d.pixel[1], d.sample),
             radiance: d.radiance.map(f32::from_bits),
@@ -220,6 +227,12 @@ impl Counted {
             dropped: self.dropped,
             first_dropped: dropped.collect(),
             mutations: mutations.collect(),
+            chains: ChainCounts {
+                chains,
+                mutations: of_chains,
+                squared_visits,
+                stuck,
+            },
         }
     }
 }

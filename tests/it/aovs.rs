@@ -1,6 +1,6 @@
 //! Further channels: what they say, and that they do not depend on how a render was made.
 
-use crate::support::program::{assert_same_bits, done, folder, joined, split};
+use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use crate::support::{read_channel, read_rgb};
 use std::path::Path;
 use tempfile::TempDir;
@@ -172,4 +172,55 @@ fn they_change_nothing_and_do_not_depend_on_the_way() {
     for other in ["merged.exr", "resumed.exr"] {
         assert_same_bits(&path("all.exr"), &path(other));
     }
+}
+
+/// Dots are where photons are: their share of a pixel is what the density of photons about it says, for photons at random. Records make dots, too; paths have none.
+#[test]
+fn points_are_as_dense_as_photons() {
+    let folder = folder(&[("a.txt", "")]);
+    let (at, path) = (folder.path(), folder.path().join("o.exr"));
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
+    let render = |more: &str| {
+        let command = format!(
+            "render {} -q --size 48x48 --aov P,points -o o.exr {more}",
+            scene.display()
+        );
+        done(at, &split(&command));
+        ["dots", "radius", "count", "caustics"].map(|name| read_channel(&path, &format!("points.{name}")))
+    };
+    let [dots, radii, counts, caustics] = render("--integrator photon-map --photons 4000 --spp 16");
+    let width = 2.0 * (0.5 * 39.3f32.to_radians()).tan() / 48.0;
+    let (mut found, mut expected) = (0.0, 0.0);
+    let position = ["P.X", "P.Y", "P.Z"].map(|name| read_channel(&path, name));
+    for i in (0..dots.len()).filter(|&i| counts[i] > 0.0) {
+        let camera = [278.0, 273.0, -800.0];
+        let squares = [0, 1, 2].map(|axis| (position[axis][i] - camera[axis]).powi(2));
+        let dot = 0.5 * width * squares.iter().sum::<f32>().sqrt();
+        found += dots[i];
+        expected += 1.0 - (-counts[i] * (dot / radii[i]).powi(2)).exp();
+    }
+    println!("{found} pixels of dots, {expected} expected");
+    assert!(
+        expected > 50.0 && (found / expected - 1.0).abs() < 0.15,
+        "{found}, {expected}"
+    );
+    assert!(caustics.iter().all(|light| *light == 0.0));
+
+    let [dots, radii, counts, _] = render("--integrator irradiance-cache --spp 16");
+    let most = dots.iter().filter(|share| **share > 0.0).count();
+    assert!(most > 20 && most < 48 * 48 / 2, "{most}");
+    assert!(
+        counts
+            .iter()
+            .zip(&radii)
+            .filter(|(n, r)| **n >= 1.0 && **r > 0.0)
+            .count()
+            > 1000
+    );
+    let message = refused(
+        at,
+        &split(&format!("render {} --aov points -o p.exr", scene.display())),
+        2,
+    );
+    assert!(message.contains("use photon-map or irradiance-cache"), "{message}");
 }

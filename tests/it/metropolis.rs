@@ -424,6 +424,41 @@ fn groups_of_lights_add_up_and_change_no_bit() {
     });
 }
 
+/// In a room that is as bright everywhere, chains of large steps alone are in a pixel twice as often as chance has it, and chains of tiny steps stay.
+#[test]
+fn chains_tell_how_long_they_stay() {
+    let (scene, camera) = glowing_room();
+    let resolution = UVec2::splat(32);
+    with_world(&scene, camera, resolution, |world| {
+        let even = ImportanceImage::even();
+        let chains = |large_step_probability, mutation_size| {
+            let mut integrator = pssmlt(world, 3, &even);
+            integrator.metropolis = Metropolis {
+                direct: MetropolisDirect::Metropolis,
+                chains: Some(8),
+                large_step_probability,
+                mutation_size,
+                ..Metropolis::default()
+            };
+            let numbers = (&Independent::new(3), &Filter::BOX);
+            let (_, statistics) = part(&integrator, numbers, (resolution, Rect::full(resolution)), [0, 40]);
+            assert_eq!((statistics.chains.chains, statistics.chains.mutations), (320, 40 << 10));
+            let time = statistics.chains.autocorrelation_time().unwrap();
+            println!(
+                "{large_step_probability}, {mutation_size}: {time}, {} stuck",
+                statistics.chains.stuck
+            );
+            (time, statistics.chains.stuck)
+        };
+        let (independent, stuck) = chains(1.0, 0.5);
+        assert!((0.7..3.0).contains(&independent) && stuck == 0, "{independent}");
+        let (usual, _) = chains(0.3, 1.0 / 64.0);
+        let (tiny, stuck) = chains(0.0, 0.0005);
+        assert!(usual > 1.5 * independent && usual < 0.2 * 128.0, "{usual}");
+        assert!(tiny > 0.5 * 128.0 && stuck > 160, "{tiny}, {stuck}");
+    });
+}
+
 /// Where there is no light there are no chains, and no trouble.
 #[test]
 fn darkness_is_dark() {

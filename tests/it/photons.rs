@@ -7,9 +7,10 @@ use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
 use embrasure::film::{Film, Rect, RgbImage};
+use embrasure::geometry::Placement;
 use embrasure::integrator::*;
 use embrasure::material::Material;
-use embrasure::math::{UVec2, Vec3};
+use embrasure::math::{UVec2, Vec3, affine_from_trs};
 use embrasure::render::{Outcome, RayCounts, photon_maps, render_iterations};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
@@ -145,6 +146,35 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
         gather_rays: 4,
     };
     film_of(&integrator, resolution, spp, seed)
+}
+
+/// Photons of one time are not where surfaces are at another: a glowing room that moves by a quarter of its width while the shutter is open is as bright as one
+/// that stands still.
+#[test]
+fn photons_are_where_surfaces_are() {
+    let mean = |way: f32, seed: u64| {
+        let mut b = SceneBuilder::new();
+        let id = b.add_material(material(0.5, 1.0)).unwrap();
+        let prototype = b.add_prototype(vec![(room(), id)]).unwrap();
+        let steps = [0.0, way].map(|x| affine_from_trs(Vec3::new(x, 0.0, 0.0), Vec3::ZERO, Vec3::ONE));
+        let placement = match way {
+            0.0 => Placement::Still(steps[0]),
+            _ => Placement::Moving(steps.into()),
+        };
+        b.add_instance(prototype, placement).unwrap();
+        let scene = b.build().unwrap().0;
+        // Its picture is the wall that the room moves along, and the one that it moves away from.
+        let camera = pinhole(Vec3::new(0.4, 0.1, 0.2), Vec3::new(1.5, 0.0, -0.4), 70.0);
+        let resolution = UVec2::splat(8);
+        with_world(&scene, camera, resolution, |world| {
+            film_mean(&mapped(world, resolution, 1 << 16, 3, 16, seed), 1)
+        })
+    };
+    let mean_of = |way: f32| (0..4).map(|seed| mean(way, seed)).sum::<f64>() / 4.0;
+    let (still, moving) = (mean_of(0.0), mean_of(0.5));
+    println!("still {still}, moving {moving}");
+    assert!((still - 1.875).abs() < 0.06, "{still}");
+    assert!((moving / still - 1.0).abs() < 0.02, "{moving}, not {still}");
 }
 
 /// A convex body that reflects all light in a bright world: no photon is scattered, and photon mapping has no bias of either kind.

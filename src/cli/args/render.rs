@@ -66,7 +66,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files: P (position), uv, motion, id, cryptomatte, lights (a layer for each light group), strategies (of bdpt, to a
+    /// Further channels of EXR files: P (position), uv, motion, points (photons, records of irradiance), id, cryptomatte, lights (a layer for each light group), strategies (of bdpt, to a
     /// --max-depth of 6), or all of these (without strategies); parts of the light: emission, direct, indirect, diffuse_direct, diffuse_indirect (also
     /// specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as 'lpe:caustics=LS+DE'
     #[arg(long, value_name = "NAME,...")]

@@ -1,5 +1,6 @@
 use super::record::Record;
 use crate::color::Spectrum;
+use crate::film::Points;
 use crate::math::{Bounds3, Vec3};
 
 /// Records of irradiance, in an octree, and what is interpolated between them (Ward, Rubinstein and Clear 1988).
@@ -77,6 +78,28 @@ impl IrradianceCache {
             }
         });
         (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
+    }
+
+    /// Records about the point `p` with unit normal `n`, of `layer`: whether one is within `dot`, and those that have a say.
+    pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
+        let mut points = Points::default();
+        self.visit(p, layer, |record| {
+            if record.error(p, n, self.error).is_some() {
+                points.count += 1.0;
+                points.radius += self.error * record.radius;
+                if record.p.distance_squared(p) <= dot * dot {
+                    points.dot = 1.0;
+                }
+            }
+        });
+        points.radius /= points.count.max(1.0);
+        points
+    }
+
+    /// Share of records that rest on few of their rays.
+    pub fn doubtful_share(&self) -> f64 {
+        let doubtful = self.records.iter().filter(|record| record.is_doubtful()).count();
+        doubtful as f64 / self.len().max(1) as f64
     }
 
     /// Whether records are so near to that place that it needs none.
@@ -236,6 +259,7 @@ mod tests {
             radius,
             irradiance,
             gradients: Gradients::default(),
+            effective_rays: 1000.0,
         }
     }
 

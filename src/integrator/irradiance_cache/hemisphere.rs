@@ -38,6 +38,8 @@ pub struct GatheredHemisphere {
     pub gradients: Gradients,
     /// Harmonic mean of the distances, cosine-weighted; infinite where nothing is near.
     pub distance: f32,
+    /// `(Σ L)² / Σ L²` of the rays' luminance; infinite where it is dark.
+    pub effective_rays: f32,
 }
 
 impl Strata {
@@ -68,6 +70,7 @@ impl Strata {
     pub fn gather(&self, seen: &[Seen]) -> GatheredHemisphere {
         let count = self.rays() as f32;
         let radiance = seen.iter().fold(Spectrum::ZERO, |sum, ray| sum + ray.radiance);
+        let squares: f64 = seen.iter().map(|ray| (ray.radiance.luminance() as f64).powi(2)).sum();
         let nearness: f32 = seen.iter().map(|ray| 1.0 / ray.distance).sum();
         GatheredHemisphere {
             irradiance: radiance * (PI / count),
@@ -76,6 +79,10 @@ impl Strata {
                 translational: self.translational(seen),
             },
             distance: count / nearness,
+            effective_rays: match squares > 0.0 {
+                true => ((radiance.luminance() as f64).powi(2) / squares) as f32,
+                false => f32::INFINITY,
+            },
         }
     }
 

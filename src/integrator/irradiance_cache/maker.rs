@@ -164,6 +164,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                 true => gradients.with_translation_scaled(most_steepness / steepness),
                 false => gradients,
             },
+            effective_rays: gathered.effective_rays,
         };
         let is_usable = radius > 0.0 && radius.is_finite() && record.at(place.p(), place.n()).is_valid();
         (is_usable.then_some(record), dropped)

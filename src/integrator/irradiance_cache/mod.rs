@@ -37,6 +37,7 @@ use super::vertex::Vertex;
 use super::{DirectLight, Gathered, Integrator, PathIntegrator, RayKind, RaySink, Sink};
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::film::Points;
 use crate::geometry::Hit;
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
@@ -88,7 +89,11 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
             radiance += self.emitted::<R>(&path, depth, met, out);
             let Some((hit, vertex)) = met else { break };
             if depth == 0 {
-                out.first_surface(world.first_surface(hit, vertex));
+                let mut first = world.first_surface(hit, vertex);
+                if let Some(features) = &mut first.features {
+                    features.points = self.records_at(vertex);
+                }
+                out.first_surface(first);
             }
             if self.path.max_depth.is_some_and(|max| depth >= max) {
                 break;
@@ -161,6 +166,16 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         strategy.record_emitted(world.scene, &path.ray, path.prev.as_ref(), met, out);
         path_record::light(sum.sum(), out);
         sum
+    }
+
+    /// Records about `vertex`, which the camera sees first.
+    fn records_at(&self, vertex: &Vertex) -> Points {
+        if !is_cached(vertex, 0, self.path.max_depth) {
+            return Points::default();
+        }
+        let dot = 0.5 * self.path.world.camera.pixel_width(vertex.point.p, vertex.point.time);
+        let n = vertex.point.ns * 1f32.copysign(vertex.wo.z);
+        self.cache.points(vertex.point.p, n, layer(self.path.max_depth, 0), dot)
     }
 
     /// The indirect light that `vertex` scatters, as far as the cache knows it.

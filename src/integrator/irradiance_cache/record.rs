@@ -16,7 +16,12 @@ pub struct Record {
     pub irradiance: Spectrum,
     /// How it changes.
     pub gradients: Gradients,
+    /// Number of rays of equal radiance that would have the variance of those that were traced: `(Σ L)² / Σ L²` (Kish 1965).
+    pub effective_rays: f32,
 }
+
+/// Effective rays below which a record is doubtful: its irradiance has a standard error of a sixth or more.
+const FEW_RAYS: f32 = 36.0;
 
 /// How irradiance changes from a place, in every channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +36,11 @@ pub struct Gradients {
 const BEHIND: f32 = 0.1;
 
 impl Record {
+    /// Whether few of its rays have brought most of its light: they have found a caustic, which others have missed.
+    pub fn is_doubtful(&self) -> bool {
+        self.effective_rays < FEW_RAYS
+    }
+
     /// How wrong the record is likely to be at the point `p` with normal `n`, as a share: the distance over the radius, and the root of one less
     /// the cosine of the angle (Ward et al. 1988, the bound of the split sphere model). `None` where it is more than `most`, or where
     /// the point lies behind the record's place and so may not see what that does.

@@ -19,3 +19,4 @@ pub(crate) mod importance_image;
 pub(crate) mod mlt;
 pub(crate) mod options;
 pub(crate) mod pssmlt;
+pub(crate) mod visits;

@@ -17,7 +17,7 @@ pub struct Metropolis {
     pub target: MetropolisTarget,
     /// Chains in an iteration; `None`: as many as serve its number of pixels well.
     pub chains: Option<u32>,
-    /// Paths in an iteration that tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
+    /// Samples of bidirectional path tracing in an iteration, which tell how much light there is and where chains start; `None`: as many as serve its number of pixels well.
     pub bootstrap: Option<u32>,
     /// Probability of a large step, 0 to 1.
     pub large_step_probability: f32,

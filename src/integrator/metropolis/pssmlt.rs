@@ -6,15 +6,20 @@
 //! end and of the choice are different dimensions: the ends stay what they are when another strategy is tried. An iteration takes half the time of
 //! one of `bdpt`.
 //!
-//! An iteration has bootstrap paths and chains of its own. Chains start at bootstrap paths in proportion to their weight, with one stratum for each
-//! chain, sorted by length. The sum of the weights is what all chains share; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
-//! Lengths of bootstrap paths are geometric: each is four fifths as likely as the length before.
+//! An iteration has seeds and chains of its own. A seed is one path of a sample of `bdpt`, chosen among all paths that the sample joins in
+//! proportion to their target; its weight is the target of all of them. Chains start at seeds in proportion to their weight, with one stratum for
+//! each chain, sorted by length. The sum of the weights is what all chains share; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
+//!
+//! A seed on a spike of the target, of which small steps find nothing but the spike itself, keeps its chains: the pixel gets their whole light, which is
+//! that of the seed. Sampling length and strategy at random (multiplexing the bootstrap too) makes such a seed brighter by the reciprocal of both
+//! probabilities, some hundred times: on `ring-caustic` single pixels then were 64 times too bright after 2048 iterations. A seed that
+//! stands for all paths of its sample is as bright as in `bdpt`, times the mutations for which there is a seed.
 //!
 //! Defaults (docs/benchmarks.md, "Metropolis light transport"): one chain for 256 mutations is between what scenes of easy light and scenes of hidden
-//! light would choose. One bootstrap path for four mutations: an eighth to a half differ by less than a tenth. Step sizes and the probability of
-//! large steps are those of Kelemen et al.
+//! light would choose. Step sizes and the probability of large steps are those of Kelemen et al.
 
 use super::options::{FilmArea, OrdinaryLight, mutations, mutations_of_chain, name};
+use super::visits::Visits;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Contribution, Subpaths};
 use crate::integrator::bidirectional::subpath::max_vertices;
@@ -35,13 +40,14 @@ use std::ops::RangeInclusive;
 /// f*(u)) the chain goes from u to the proposal v; both are added to the picture, as b f / f* times 1 − a and a, which is the mean over that decision
 /// (Veach and Guibas 1997).
 ///
-/// **An iteration is unbiased by itself.** It first traces M bootstrap paths, each with a length drawn with probability p(n), of weights w = f* / (p(n)
-/// M), whose sum B has the mean b. Chains start at bootstrap paths drawn by these weights: of C chains, C w / B are expected to start at a path.
-/// Where the chain at u adds g(u) = f(u) / f*(u), all of them at their starts add B / C times the sum of g over them; given the bootstrap paths the
-/// mean of that is Σ w g = Σ f / (p M), whose mean over the bootstrap paths is ∫ f, whatever M and C are. The same holds for any function in place of
-/// g, so also for what the chain adds in the mean after i steps, (Kⁱ g)(u): Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and that is ∫ f* g = ∫ f since steps
-/// keep f* as it is. There is no bias of the start to be discarded (Veach 1997, §11.3.1), and a chain may be as short as one likes: it then is as
-/// noisy as the bootstrap paths are.
+/// **An iteration is unbiased by itself.** It first makes M seeds. Each is a point of all numbers but the choice of the way, with all ways of making
+/// paths of all n from these numbers, in each of which f* / n is the target that the way adds to b. One way is drawn in proportion to that, and w, the
+/// sum over all of them over M, is the weight of the seed; the sum B of the weights has the mean b. Chains start at seeds drawn by these weights: of
+/// C chains, C w / B are expected to start at a seed. Where the chain at u adds g(u) = f(u) / f*(u), all of them at their starts add B / C times
+/// the sum of g over them; given the seeds the mean of that is Σ w g, whose mean over the seeds is ∫ f* g = ∫ f, whatever M and C are. The same
+/// holds for any function in place of g, so also for what the chain adds in the mean after i steps, (Kⁱ g)(u): Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and
+/// that is ∫ f* g = ∫ f since steps keep f* as it is. There is no bias of the start to be discarded (Veach 1997, §11.3.1), and a chain may be as
+/// short as one likes: it then is as noisy as the seeds are.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
     /// The scene and the camera.
@@ -58,24 +64,52 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub importance: &'a ImportanceImage,
 }
 
-/// Mutations for which there is a bootstrap path.
-const MUTATIONS_PER_BOOTSTRAP: u64 = 4;
-/// Minimum number of bootstrap paths in an iteration.
-const MIN_BOOTSTRAP: u64 = 1024;
-/// Bootstrap paths that are traced together.
-const PIECE: u32 = 1024;
-/// Ratio of the number of bootstrap paths of a length to that of the previous length.
-const LENGTH_RATIO: f64 = 0.8;
+/// Mutations for which there is a sample of bidirectional path tracing, one of whose paths a chain may start from.
+const MUTATIONS_PER_SEED: u64 = 8;
+/// Minimum number of such samples in an iteration.
+const MIN_SEEDS: u64 = 512;
+/// Samples of bidirectional path tracing that are made together.
+const SEEDS_AT_ONCE: u32 = 64;
 
-/// A bootstrap path that has found light.
+/// A path that chains may start from.
 #[derive(Debug)]
 pub struct Seed {
     /// Names its numbers.
     origin: u64,
     /// Vertices.
-    length: usize,
-    /// Weight of the path; once all are joined, the sum of the weights up to this one.
+    length: u32,
+    /// Vertices that come from the camera.
+    from_camera: u32,
+    /// Target of all paths of its sample; once all seeds are joined, the sum of these up to this one.
     weight: f64,
+}
+
+/// What all paths of a chain have in common.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// Vertices.
+    length: usize,
+    /// Ways by which the one that numbers choose is turned on: numbers of any seed make the way in which the seed was found.
+    turn: usize,
+}
+
+impl Shape {
+    /// The one in which the numbers of `seed` make its path.
+    fn of(seed: &Seed) -> Self {
+        let length = seed.length as usize;
+        let chosen = Self { length, turn: 0 }.from_camera(&PrimarySampler::new(seed.origin));
+        Self {
+            length,
+            turn: (seed.from_camera as usize + length - chosen) % length,
+        }
+    }
+
+    /// Number of vertices that come from the camera, in the way that `numbers` choose.
+    fn from_camera(self, numbers: &impl Sampler) -> usize {
+        let choice = numbers.get_1d(Dimension::TECHNIQUE);
+        let chosen = ((choice * self.length as f32) as usize).min(self.length - 1);
+        1 + (chosen + self.turn) % self.length
+    }
 }
 
 /// What a path finds.
@@ -91,6 +125,16 @@ struct State {
     record: Vec<PathEvent>,
 }
 
+impl State {
+    /// Counts the path's share of mutations where it falls.
+    fn visit(&self, visits: &mut Visits) {
+        let place = self.found.first().and_then(|contribution| contribution.film);
+        if let Some(film) = place.filter(|_| self.target > 0.0 && self.share > 0.0) {
+            visits.add(film, self.share);
+        }
+    }
+}
+
 impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     type Part = Vec<Seed>;
     type Prepared = Vec<Seed>;
@@ -98,34 +142,30 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     fn preparations(&self) -> u32 {
         match self.lengths().is_empty() {
             true => 0,
-            false => self.bootstrap_paths().div_ceil(PIECE),
+            false => self.seeds().div_ceil(SEEDS_AT_ONCE),
         }
     }
 
     fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Seed> {
         sampler.start(SampleKey::of_stream(Stream::Bootstrap, index, iteration));
-        let (name, count) = (name(sampler), self.bootstrap_paths());
-        let first = index * PIECE;
-        let mut seeds = Vec::new();
-        for i in first..(first + PIECE).min(count) {
+        let (name, count) = (name(sampler), self.seeds());
+        let first = index * SEEDS_AT_ONCE;
+        let samples = first..first.saturating_add(SEEDS_AT_ONCE).min(count);
+        let seed = |i: u32| {
             let origin = mix(name.wrapping_add((i as u64 + 1).wrapping_mul(GOLDEN_GAMMA)));
-            let (length, probability) = self.length((i as f64 + unit_f64(mix(origin))) / count as f64);
-            let state = self.state(length, &PrimarySampler::new(origin), out);
-            if state.target > 0.0 {
-                let weight = state.target as f64 / (probability * count as f64);
-                seeds.push(Seed { origin, length, weight });
-            }
-        }
-        seeds
+            self.seed(origin, out)
+        };
+        samples.filter_map(seed).collect()
     }
 
     fn join(&self, _: u32, parts: Vec<Vec<Seed>>) -> Vec<Seed> {
         // By length, so that every length gets its share of the chains
         let mut seeds: Vec<Seed> = parts.into_iter().flatten().collect();
         seeds.sort_by_key(|seed| seed.length);
+        let count = self.seeds() as f64;
         let mut sum = 0.0;
         for seed in &mut seeds {
-            sum += seed.weight;
+            sum += seed.weight / count;
             seed.weight = sum;
         }
         seeds
@@ -165,28 +205,31 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
         let target = light * (index as f64 + unit_f64(mix(name))) / chains as f64;
         let start = seeds.partition_point(|seed| seed.weight <= target);
-        let Some(&Seed { origin, length, .. }) = seeds.get(start.min(seeds.len().saturating_sub(1))) else {
+        let Some(seed) = seeds.get(start.min(seeds.len().saturating_sub(1))) else {
             return;
         };
+        let shape = Shape::of(seed);
         let Metropolis {
             large_step_probability,
             mutation_size,
             ..
         } = self.metropolis;
-        let mut numbers = PrimarySampler::chain(origin, name, mutation_size, Dimension::end(2 * length as u32));
-        let mut current = self.state(length, &numbers, out);
+        let dimensions = Dimension::end(2 * seed.length);
+        let mut numbers = PrimarySampler::chain(seed.origin, name, mutation_size, dimensions);
+        let mut current = self.state(shape, &numbers, out);
 
         // Its share of the iteration's mutations, of whose mean the picture gets its share
         let mutations = mutations_of_chain(mutations(&self.world), index, chains);
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
+        let mut visits = Visits::default();
         for _ in 0..mutations {
             if out.is_cancelled() {
                 return;
             }
             // ANCHOR: step
             let step = numbers.propose(large_step_probability);
-            let mut proposal = self.state(length, &numbers, out);
+            let mut proposal = self.state(shape, &numbers, out);
             let acceptance = match current.target > 0.0 {
                 true => (proposal.target / current.target).min(1.0),
                 false => 1.0,
@@ -199,10 +242,13 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
             }
             self.add(&proposal, scale, out);
             // ANCHOR_END: step
+            proposal.visit(&mut visits);
             let count = &mut counts[usize::from(step == Step::Small)];
             *count = [count[0] + 1, count[1] + u64::from(is_accepted)];
         }
         self.add(&current, scale, out);
+        current.visit(&mut visits);
+        out.chain(visits.counts(mutations));
         let [large, small] = counts;
         out.mutation("large", large[0], large[1]);
         out.mutation("small", small[0], small[1]);
@@ -210,10 +256,10 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
-    /// Bootstrap paths in an iteration.
-    fn bootstrap_paths(&self) -> u32 {
-        let usual = (mutations(&self.world) / MUTATIONS_PER_BOOTSTRAP).max(MIN_BOOTSTRAP);
-        let most = u32::MAX - PIECE;
+    /// Samples in an iteration whose paths chains may start from.
+    fn seeds(&self) -> u32 {
+        let usual = (mutations(&self.world) / MUTATIONS_PER_SEED).max(MIN_SEEDS);
+        let most = u32::MAX - SEEDS_AT_ONCE;
         self.metropolis
             .bootstrap
             .map_or(usual.min(most as u64) as u32, |n| n.clamp(1, most))
@@ -224,15 +270,48 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }
 
-    /// The number of vertices of a bootstrap path, drawn with `u`, and its probability: a geometric distribution.
-    fn length(&self, u: f64) -> (usize, f64) {
-        let (least, most) = self.lengths().into_inner();
-        let count = (most - least + 1) as i32;
-        let all = 1.0 - LENGTH_RATIO.powi(count);
-        let i = ((1.0 - u * all).ln() / LENGTH_RATIO.ln()) as i32;
-        let i = i.clamp(0, count - 1);
-        let probability = LENGTH_RATIO.powi(i) * (1.0 - LENGTH_RATIO) / all;
-        (least + i as usize, probability)
+    /// One of the paths of the sample of bidirectional path tracing that `origin` names; `None` where it finds no light that chains carry.
+    fn seed(&self, origin: u64, out: &mut impl RaySink) -> Option<Seed> {
+        // Both subpaths, and all ways to join them
+        let numbers = PrimarySampler::new(origin);
+        let area = FilmArea::of(&self.world);
+        let film = area.at(numbers.get_2d(Dimension::PIXEL));
+        let ray = self.world.ray_through(film, self.world.time(&numbers), &numbers);
+        let connector = Connector::new(&self.world, self.heuristic, Roulette::default(), self.max_depth);
+        let mut paths = connector.subpaths(ray, &numbers, out);
+        let mut found = Vec::new();
+        let min_vertices = self.metropolis.min_vertices();
+        connector.all_of(min_vertices, &mut paths, &numbers, out, |contribution| {
+            found.push(contribution)
+        });
+
+        // One of them, in proportion to its target
+        let size = self.world.camera.resolution().as_vec2();
+        let target = |c: &Contribution| {
+            let is_lamp = c.strategy.0 == 0 && !self.metropolis.carries_all() && paths.sees_by_delta(c.strategy.1);
+            let (place, scale) = match c.film {
+                Some(place) => (place, size.x * size.y),
+                None => (film, area.area()),
+            };
+            let radiance = c.radiance * (c.weight * scale);
+            let is_light = radiance.is_valid() && area.contains(place) && !is_lamp;
+            let target = radiance.luminance() as f64 / self.importance.at(place) as f64;
+            if is_light && target.is_finite() { target } else { 0.0 }
+        };
+        let targets: Vec<f64> = found.iter().map(target).collect();
+        let weight: f64 = targets.iter().sum();
+        let mut left = weight * unit_f64(mix(!origin));
+        let chosen = targets.iter().position(|target| {
+            left -= target;
+            left < 0.0
+        });
+        let (s, t) = found.get(chosen?)?.strategy;
+        Some(Seed {
+            origin,
+            length: (s + t) as u32,
+            from_camera: t as u32,
+            weight,
+        })
     }
 
     /// Joins subpaths of paths that scatter `max_depth` times at most. Their lengths are given: there is nothing for roulette to decide.
@@ -240,11 +319,11 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
-    /// What the path of `length` vertices that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.
-    fn state(&self, length: usize, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
+    /// What the path of a shape that `numbers` name finds. What is no light is dropped where it is added; it attracts no chain.
+    fn state(&self, shape: Shape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();
-        self.trace(length, numbers, out, &mut state.found);
+        self.trace(shape, numbers, out, &mut state.found);
         if out.records() {
             state.record = out.take_record(before);
         }
@@ -263,11 +342,11 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         state
     }
 
-    /// Makes a path of `length` vertices by the technique that `numbers` choose, and gives what it finds to `found`, with its place on the film: radiance
+    /// Makes a path of a shape by the technique that `numbers` choose, and gives what it finds to `found`, with its place on the film: radiance
     /// times pixels, whose mean over all numbers is the sum over the film.
-    fn trace(&self, length: usize, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
-        let choice = numbers.get_1d(Dimension::TECHNIQUE);
-        let t = 1 + ((choice * length as f32) as usize).min(length - 1);
+    fn trace(&self, shape: Shape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
+        let length = shape.length;
+        let t = shape.from_camera(numbers);
         let s = length - t;
 
         // A point of the film that any pixel sees, and a subpath of t vertices from there
@@ -285,8 +364,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             if !is_whole && !escapes {
                 return;
             }
-            let mut between = paths.camera[1..].iter().take(t - 2);
-            if s == 0 && !self.metropolis.carries_all() && between.all(|vertex| vertex.is_delta) {
+            if s == 0 && !self.metropolis.carries_all() && paths.sees_by_delta(t) {
                 return;
             }
         }
@@ -297,6 +375,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             if paths.light.len() < s {
                 return;
             }
+            self.connector(None).sum_light(&mut paths.light, paths.time);
         }
 
         // Both joined. Each strategy stands for all of the film, and for all strategies.

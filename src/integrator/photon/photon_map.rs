@@ -7,6 +7,9 @@
 //! - Irradiance is not computed ahead at photons (Christensen 1999), which would be some times faster. It would know neither `--max-depth` nor light
 //!   groups nor lobes other than matte ones.
 //! - A gather ray shorter than the search radius at its end makes that end a vertex of the path, because disks would show in corners.
+//! - Where surfaces or lights move, photons are sent within slices of the shutter interval, and each sample looks at the photons of the slice that has
+//!   its time. A slice has its share of the paths, and so a larger radius. What moves within a slice is still blurred, by a sixteenth of its way
+//!   at most where there are 65,536 paths.
 //! - The errors of photons are common to all samples. The variance channel does not contain them, and `embrasure compare` does not test by it.
 
 use super::density::Density;
@@ -14,6 +17,7 @@ use super::photons::Photon;
 use super::tree::PhotonTree;
 use crate::accel::Accel;
 use crate::color::Spectrum;
+use crate::film::Points;
 use crate::integrator::path::direct::{Direct, LightNumbers};
 use crate::integrator::path::strategy::PrevVertex;
 use crate::integrator::path_record;
@@ -42,7 +46,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 ///
 /// The picture is biased, and stays so however many samples are added: densities are means over disks, and the photons are the same
 /// for all samples. More photons make both less. The error that photons bring is common to all samples, so that variances do not tell of it.
-/// Where things move, each photon has a time of its own, but who looks at photons asks for no time.
+/// Where things move, samples look at photons of a slice of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMapIntegrator<'a, A> {
     /// The scene and the camera.
@@ -69,9 +73,15 @@ pub const FAR_SHARE: f32 = 0.1;
 /// How far photons of caustics may be, over the radius of the scene: where they have edges, they should be seen.
 pub const NEAR_SHARE: f32 = 0.02;
 
-/// The photons of a render.
+/// The photons of a render, by slices of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMaps {
+    slices: Vec<PhotonSlice>,
+}
+
+/// Photons of a slice of the shutter interval.
+#[derive(Debug)]
+pub struct PhotonSlice {
     /// All photons.
     pub global: PhotonTree,
     /// Photons whose light has been scattered by delta lobes alone.
@@ -81,14 +91,30 @@ pub struct PhotonMaps {
 }
 
 impl PhotonMaps {
-    /// Of the photons that `paths` paths left, none of which was left out.
-    pub fn new(photons: Vec<Photon>, paths: u32) -> Self {
-        let caustics = photons.iter().filter(|photon| photon.is_caustic).copied();
-        Self {
-            caustics: PhotonTree::new(caustics.collect()),
-            global: PhotonTree::new(photons),
-            paths,
-        }
+    /// Of the photons that `paths` paths left, none of which was left out, in `slices` slices of equal length.
+    pub fn new(mut photons: Vec<Photon>, paths: u32, slices: u32) -> Self {
+        photons.sort_by_key(|photon| photon.slice);
+        let of_slice = |slice: u32| {
+            let before = photons.partition_point(|photon| u32::from(photon.slice) < slice);
+            let global = photons.split_off(before);
+            let caustics = global.iter().filter(|photon| photon.is_caustic).copied();
+            PhotonSlice {
+                caustics: PhotonTree::new(caustics.collect()),
+                global: PhotonTree::new(global),
+                // Paths take turns.
+                paths: paths.saturating_sub(slice).div_ceil(slices),
+            }
+        };
+        // Each takes the end of what is left.
+        let mut slices: Vec<PhotonSlice> = (0..slices).rev().map(of_slice).collect();
+        slices.reverse();
+        Self { slices }
+    }
+
+    /// Those of the slice at the share `u` of the shutter interval; `None` where there is none.
+    pub fn at(&self, u: f32) -> Option<&PhotonSlice> {
+        let last = self.slices.len().checked_sub(1)?;
+        self.slices.get(((u * self.slices.len() as f32) as usize).min(last))
     }
 }
 
@@ -178,7 +204,11 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
         let Some((hit, vertex)) = met else { return radiance };
         if depth == 0 {
-            out.first_surface(world.first_surface(hit, vertex));
+            let mut first = world.first_surface(hit, vertex);
+            if let Some(features) = &mut first.features {
+                features.points = self.photons_at(vertex);
+            }
+            out.first_surface(first);
         }
         if self.max_depth.is_some_and(|max| depth >= max) {
             return radiance;
@@ -191,7 +221,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let length = length + hit.t;
             let (found, radius) = match is_delta {
                 true => (R::default(), 0.0),
-                false => self.density(&self.maps.global, FAR_SHARE, vertex, depth, out),
+                false => self.recorded_density(|slice| (&slice.global, FAR_SHARE), vertex, depth, out),
             };
             if length > radius {
                 let found = found * beta;
@@ -209,7 +239,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             path_record::light(direct.sum(), out);
             radiance += direct;
             if vertex.bsdf.is_wide() {
-                let (caustics, _) = self.density::<R>(&self.maps.caustics, NEAR_SHARE, vertex, depth, out);
+                let (caustics, _) =
+                    self.recorded_density::<R>(|slice| (&slice.caustics, NEAR_SHARE), vertex, depth, out);
                 let caustics = caustics * beta;
                 path_record::light(caustics.sum(), out);
                 radiance += caustics;
@@ -269,17 +300,63 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         radiance
     }
 
-    /// The light of photons of `map` that `vertex` scatters, after `depth` scatterings of the path, and how far they reach.
-    fn density<R: Gathered>(
+    /// Photons about `vertex`, which the camera sees first.
+    fn photons_at(&self, vertex: &Vertex) -> Points {
+        let point = &vertex.point;
+        let slice = self.maps.at(self.world.camera.share_of_shutter(point.time));
+        let Some(slice) = slice.filter(|_| !vertex.bsdf.is_delta()) else {
+            return Points::default();
+        };
+        let density = Density::<Spectrum>::new(self.world.scene, vertex);
+        let counts = |photon: &Photon| density.is_of_surface(photon);
+        let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
+        let most = self.most_distance(FAR_SHARE);
+        let nearest = slice.global.nearest(point.p, self.photon_count as usize, most, counts);
+        // The search leaves out the farthest of as many as are asked for.
+        let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
+        let (caustics, ..) = self.density::<Spectrum>(|slice| (&slice.caustics, NEAR_SHARE), vertex, 0);
+        Points {
+            dot: f32::from(u8::from(is_dot)),
+            radius: nearest.squared.sqrt(),
+            count: nearest.photons.len() as f32,
+            caustics: caustics.luminance(),
+        }
+    }
+
+    /// Maximum distance of photons that count: as it is set, or `share` of the radius of the scene.
+    fn most_distance(&self, share: f32) -> f32 {
+        self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
+    }
+
+    /// [`PhotonMapIntegrator::density`] without the number of photons, which is recorded where paths are.
+    fn recorded_density<R: Gathered>(
         &self,
-        map: &PhotonTree,
-        share: f32,
+        map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
         vertex: &Vertex,
         depth: u32,
         out: &mut impl RaySink,
     ) -> (R, f32) {
+        let (radiance, radius, count) = self.density(map, vertex, depth);
+        if out.records() {
+            out.record(PathEvent::Photons { count, radius });
+        }
+        (radiance, radius)
+    }
+
+    /// The light of photons that `vertex` scatters, after `depth` scatterings of the path, how far they reach, and how many count. `map` says of which photons of a
+    /// slice, and their maximum distance over the radius of the scene.
+    fn density<R: Gathered>(
+        &self,
+        map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
+        vertex: &Vertex,
+        depth: u32,
+    ) -> (R, f32, u32) {
         let scene = self.world.scene;
-        let most = self.radius.unwrap_or_else(|| share * scene.ball().radius);
+        let Some(slice) = self.maps.at(self.world.camera.share_of_shutter(vertex.point.time)) else {
+            return (R::default(), 0.0, 0);
+        };
+        let (map, share) = map(slice);
+        let most = self.most_distance(share);
         let mut density = Density::new(scene, vertex);
         let nearest = map.nearest(vertex.point.p, self.photon_count as usize, most, |photon| {
             let scatterings = depth + 1 + photon.scatterings as u32;
@@ -288,15 +365,10 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         for photon in &nearest.photons {
             density.add(photon);
         }
-        if out.records() {
-            out.record(PathEvent::Photons {
-                count: nearest.photons.len() as u32,
-                radius: nearest.squared.sqrt(),
-            });
-        }
         (
-            density.radiance(self.maps.paths, nearest.squared),
+            density.radiance(slice.paths, nearest.squared),
             nearest.squared.sqrt(),
+            nearest.photons.len() as u32,
         )
     }
 }

@@ -8,7 +8,7 @@ use crate::integrator::bidirectional::subpath::PathVertex;
 use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::light::LightId;
 use crate::math::Vec3;
-use crate::sampler::{SampleKey, Sampler, Stream};
+use crate::sampler::{Dimension, SampleKey, Sampler, Stream};
 
 /// Light that has arrived at a surface, at the end of a path from a light (Jensen 1996, "Global Illumination using Photon Maps").
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Photon {
     pub light: LightId,
     /// Number of scattering events on its way.
     pub scatterings: u16,
+    /// Slice of the shutter interval in which it was sent, of those of [`PhotonTracer::slices`].
+    pub slice: u8,
     /// Whether all of them were by delta lobes, and there was one: then it is a part of a caustic.
     pub is_caustic: bool,
 }
@@ -40,6 +42,7 @@ impl Photon {
             power: power.to_array(),
             light,
             scatterings: 0,
+            slice: 0,
             is_caustic: false,
         }
     }
@@ -82,14 +85,28 @@ pub struct PhotonTracer<'a, A> {
 /// Number of paths of a piece of work. Their random numbers are those of consecutive samples of one place, and so well distributed together.
 pub const PHOTON_PATHS_A_PIECE: u32 = 1024;
 
+/// Maximum number of slices of the shutter interval.
+const MAX_SLICES: u32 = 16;
+/// Minimum number of paths in each of several slices.
+const MIN_PATHS_OF_A_SLICE: u32 = 4096;
+
 impl<'a, A: Accel> PhotonTracer<'a, A> {
+    /// Number of slices of the shutter interval that `paths` paths of times of their own are shared out to: several where surfaces or lights move, so that
+    /// photons of one slice are where their surfaces are.
+    pub fn slices(&self, paths: u32) -> u32 {
+        match self.world.scene.is_moving() {
+            true => (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES),
+            false => 1,
+        }
+    }
+
     /// Number of pieces of work of `paths` paths.
     pub fn pieces(paths: u32) -> u32 {
         paths.div_ceil(PHOTON_PATHS_A_PIECE)
     }
 
     /// The photons of the piece `index` of the `paths` paths of `iteration`, in the order of their paths; at `time`, or each path at a time of
-    /// its own.
+    /// its own, within slices that take turns.
     pub fn piece<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -99,9 +116,13 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         out: &mut impl RaySink,
     ) -> Vec<Photon> {
         let mut photons = Vec::new();
+        let slices = if time.is_some() { 1 } else { self.slices(paths) };
+        let mut turn = index * PHOTON_PATHS_A_PIECE;
         self.each_path((iteration, index), paths, time, sampler, out, |path| {
             // A photon wherever light can be scattered to anybody
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
+            let slice = (turn % slices) as u8;
+            turn += 1;
             let mut is_specular = true;
             for (scatterings, vertex) in path.iter().skip(1).enumerate() {
                 let Some(surface) = vertex.surface() else { continue };
@@ -110,6 +131,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
                     let power = vertex.beta * surface.over_opacity(self.world.scene);
                     photons.push(Photon {
                         scatterings: scatterings as u16,
+                        slice,
                         is_caustic: is_specular && scatterings > 0,
                         ..Photon::new(light, vertex.p, vertex.ng, surface.back, power)
                     });
@@ -132,10 +154,15 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     ) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
         let first = index * PHOTON_PATHS_A_PIECE;
+        let slices = self.slices(paths);
         for path in 0..PHOTON_PATHS_A_PIECE.min(paths.saturating_sub(first)) {
             let sample = iteration.wrapping_mul(PHOTON_PATHS_A_PIECE).wrapping_add(path);
             sampler.start(SampleKey::of_stream(Stream::Photons, index, sample));
-            let time = time.unwrap_or_else(|| self.world.time(sampler));
+            let time = time.unwrap_or_else(|| {
+                let slice = ((first + path) % slices) as f32;
+                let u = || (slice + sampler.get_1d(Dimension::TIME)) / slices as f32;
+                self.world.time_at(u)
+            });
             found(connector.light_path(time, sampler, out));
         }
     }

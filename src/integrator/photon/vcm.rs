@@ -1,6 +1,6 @@
 //! Vertex connection and merging: `bdpt` with one more strategy at each vertex, merging with a light path that ends nearby.
 //!
-//! The weights are those of `Densities` in `bidirectional/connection/weights.rs`, which says how merging enters them. Light paths to merge with are
+//! The weights are those of `bidirectional/connection/weights.rs`, which says how merging enters them. Light paths to merge with are
 //! others than those to connect with. They are kept whole for an iteration, about 500 bytes a vertex, and so there are fewer of them than pixels in a
 //! large picture.
 
@@ -75,11 +75,27 @@ impl Placed for Visit {
     }
 }
 
-impl<A: Accel> VertexMergingIntegrator<'_, A> {
+impl<'a, A: Accel> VertexMergingIntegrator<'a, A> {
     fn paths(&self) -> u32 {
         let size = self.world.camera.resolution();
         let usual = || size.x.saturating_mul(size.y).min(MAX_MERGED_PATHS);
         self.photons.unwrap_or_else(usual).max(1)
+    }
+
+    fn radii(&self, iteration: u32) -> Radii<'a> {
+        self.radius
+            .of_iteration(iteration, self.world.camera, &self.world.scene.ball())
+    }
+
+    /// Connects and merges subpaths within `radii`.
+    fn connector<'w>(&'w self, radii: &'w Radii<'w>) -> Connector<'w, 'a, A> {
+        Connector {
+            merging: Some(Merging {
+                paths: self.paths() as f32,
+                radii,
+            }),
+            ..Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth)
+        }
     }
 }
 
@@ -99,9 +115,12 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
             min_scatterings: 0,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
+        let radii = self.radii(iteration);
+        let connector = self.connector(&radii);
         let mut paths = Vec::new();
         let piece = (iteration, index);
         tracer.each_path(piece, self.paths(), Some(time), sampler, out, |mut path| {
+            connector.sum_light(&mut path, time);
             // They are kept for the iteration.
             path.shrink_to_fit();
             paths.push(path);
@@ -111,8 +130,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
 
     fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
         let time = parts.first().map_or(0.0, |part| part.time);
-        let (camera, ball) = (self.world.camera, self.world.scene.ball());
-        let radii = self.radius.of_iteration(iteration, camera, &ball);
+        let radii = self.radii(iteration);
         let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
         let mut visits = Vec::new();
         for (path, vertices) in paths.iter().enumerate() {
@@ -140,13 +158,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
 
     fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let scene = self.world.scene;
-        let connector = Connector {
-            merging: Some(Merging {
-                paths: self.paths() as f32,
-                radii: &prepared.radii,
-            }),
-            ..Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth)
-        };
+        let connector = self.connector(&prepared.radii);
         // Both subpaths
         let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);

@@ -18,7 +18,7 @@ const BYTES_OF_A_NEW_PHOTON: u64 = 155;
 const BYTES_OF_A_PHOTON: u64 = 80;
 /// Bytes of a vertex to merge with: 494 to 512; more where materials vary.
 const BYTES_OF_A_MERGED_VERTEX: u64 = 520;
-/// Bytes of a bootstrap path of `pssmlt`, if it finds light.
+/// Bytes of a sample of `pssmlt` that chains may start from.
 const BYTES_OF_A_BOOTSTRAP_PATH: u64 = 24;
 /// Bytes of a sample of `mlt` that chains may start from: 222 in the Cornell box.
 const BYTES_OF_A_SEED: u64 = 240;
@@ -73,7 +73,7 @@ impl Method {
                 iteration(0, paths * vertices * BYTES_OF_A_MERGED_VERTEX, IterationLight::OfPixels)
             }
             Self::PrimarySpace(settings) => {
-                let bootstrap = number(settings.bootstrap, pixels / 4) * BYTES_OF_A_BOOTSTRAP_PATH;
+                let bootstrap = number(settings.bootstrap, pixels / 8) * BYTES_OF_A_BOOTSTRAP_PATH;
                 iteration(0, bootstrap, light_of_chains(settings.chains, pixels))
             }
             Self::PathSpace(settings) => {

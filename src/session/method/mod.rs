@@ -60,6 +60,11 @@ impl Method {
         !matches!(self.kind(), AmbientOcclusion | Debug | IrradianceCache)
     }
 
+    /// Whether the method interpolates between points that were made before: photons, or records of irradiance.
+    pub(crate) fn has_points(&self) -> bool {
+        matches!(self.kind(), IntegratorKind::PhotonMap | IntegratorKind::IrradianceCache)
+    }
+
     /// Names of the method's strategies by vertices from the light and from the camera, in the order in which it tells them apart.
     pub(crate) fn strategies(&self) -> Vec<String> {
         match self {

@@ -84,6 +84,12 @@ impl Prepared {
             areas: OnceLock::new(),
         }
     }
+
+    /// Share of the records of an irradiance cache that rest on few of their rays; `None` where there are no records.
+    pub fn doubtful_records(&self) -> Option<f64> {
+        let cache = self.irradiance.cache().filter(|cache| !cache.is_empty())?;
+        Some(cache.doubtful_share())
+    }
 }
 
 impl Method {
@@ -390,7 +396,7 @@ impl Method {
             }),
             Self::PhotonMap(s) => task.run(&PhotonMapIntegrator {
                 world: any,
-                maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1)),
+                maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1, 1)),
                 strategy: strategy!(s),
                 max_depth: s.max_depth.limit(),
                 roulette: roulette!(s),

@@ -50,6 +50,7 @@ impl<'a> Sampled<'a> {
             forward: self.scene.emission_selection().pmf(self.id) * start,
             reverse: 0.0,
             is_delta: false,
+            others: 0.0,
             event: None,
         }
     }

@@ -72,6 +72,12 @@ impl Subpaths<'_> {
         let first = self.camera.get(1).and_then(PathVertex::surface)?;
         Some(first.first_seen(world))
     }
+
+    /// Whether a light with which the camera's subpath ends, as its vertex number `count`, is seen by delta lobes alone.
+    pub fn sees_by_delta(&self, count: usize) -> bool {
+        let between = self.camera.iter().skip(1).take(count.saturating_sub(2));
+        between.into_iter().all(|vertex| vertex.is_delta)
+    }
 }
 
 /// Contribution of one strategy.
@@ -154,8 +160,10 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     /// Follows both subpaths, the camera's along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
         let (camera, escape) = self.camera_path(ray, sampler, out);
+        let mut light = self.light_path(ray.time, sampler, out);
+        self.sum_light(&mut light, ray.time);
         Subpaths {
-            light: self.light_path(ray.time, sampler, out),
+            light,
             camera,
             escape,
             time: ray.time,
@@ -179,10 +187,11 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let mut path = vec![lens];
         let walk = self.walk(TransportMode::Radiance, self.max_vertices());
         let escape = walk.follow(&mut path, first, sampler, out);
+        self.sum_camera(&mut path, ray.time);
         (path, escape)
     }
 
-    /// The subpath of a light at `time`; empty where nothing emits.
+    /// The subpath of a light at `time`; empty where nothing emits. Weights need [`Connector::sum_light`] of it.
     pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -220,18 +229,32 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         paths: &mut Subpaths<'a>,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
+        found: impl FnMut(Contribution),
+    ) {
+        self.all_of(2, paths, sampler, out, found);
+    }
+
+    /// The same of paths of `least` vertices or more, which is 2 at least.
+    pub fn all_of(
+        &self,
+        least: usize,
+        paths: &mut Subpaths<'a>,
+        sampler: &impl Sampler,
+        out: &mut impl RaySink,
         mut found: impl FnMut(Contribution),
     ) {
         let most = self.max_vertices();
         for t in 1..=paths.camera.len() {
             for s in 0..=most - t {
                 // s = 1 needs no subpath.
-                if s + t >= 2 && s <= paths.light.len().max(1) {
+                if s + t >= least && s <= paths.light.len().max(1) {
                     self.strategy((s, t), paths, sampler, out, &mut found);
                 }
             }
         }
-        self.escape(paths, &mut found);
+        if paths.camera.len() + 1 >= least {
+            self.escape(paths, &mut found);
+        }
     }
 
     /// What the strategy (s, t) makes of `paths`, which have as many vertices; with s = 0 of what is met within the scene.

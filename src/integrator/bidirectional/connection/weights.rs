@@ -1,17 +1,19 @@
 //! Weights of multiple importance sampling over all strategies that make one path.
 //!
-//! A weight is computed from two arrays of densities, one from each end. Neighbouring strategies differ by one vertex, so each ratio of densities
-//! follows from the one before (Veach 1997, §10.2). A delta lobe counts 1 on both sides; strategies that would have to join subpaths at a delta lobe
-//! are left out.
+//! A weight compares the density of a strategy with those of all others. Neighbouring strategies differ by one vertex, so each ratio of densities follows
+//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a joint keep their densities, whatever they are joined to:
+//! each subpath sums the strategies that join nearer to its own end once (`PathVertex::others`), and a weight is then computed in constant time
+//! (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex Connection and Merging").
+//!
+//! A delta lobe has density 1 in the direction that it gives. Both ends draw that direction, and the ratio of their densities is the Jacobian of the
+//! one direction with respect to the other ([`super::subpath`] computes it). Strategies that would have to join subpaths at a delta lobe are left out.
 //!
 //! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that is not passed by a delta lobe: its density is that of both subpaths that end
-//! there, times `π r² n` for n light paths (Georgiev et al. 2012). Densities behind delta lobes are 1 for connections, which all have them in common.
-//! Merging compares densities per area, and needs the geometry of the segment there too.
+//! there, times `π r² n` for n light paths (Georgiev et al. 2012).
 
 use super::Connector;
 use crate::accel::Accel;
-use crate::integrator::Heuristic;
-use crate::integrator::bidirectional::subpath::{MAX_VERTICES, PathVertex, VertexKind, emission_pdfs};
+use crate::integrator::bidirectional::subpath::{PathVertex, VertexKind, emission_pdfs};
 use crate::light::{LightId, LightSampleContext};
 use crate::math::Vec3;
 
@@ -66,78 +68,187 @@ impl<A: Accel> Connector<'_, '_, A> {
         is_merged: bool,
     ) -> f32 {
         let (s, t) = (light.len(), camera.len());
-        let n = s + t;
-        let mut path = Densities::new(n);
-        for (i, vertex) in camera.iter().enumerate() {
-            path.set(i, vertex, [vertex.forward, vertex.reverse]);
-        }
-        for (i, vertex) in light.iter().enumerate() {
-            path.set(n - 1 - i, vertex, [vertex.reverse, vertex.forward]);
-        }
-        let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
-
-        // What the vertices at the joint would be drawn with from the other side
-        let back = |i: usize| at(i).surface().map(|surface| surface.back);
-        match met {
-            None => {
-                path.is_delta[t - 1] = false;
-                // What is merged may have come there by a delta lobe.
-                path.is_delta[t] &= is_merged;
-                path.from_camera[t] = self.pdf_from_camera(back(t - 1), at(t - 1), at(t), time);
-                if s > 1 {
-                    path.from_camera[t + 1] =
-                        self.pdf_from_camera(Some(at(t).direction_to(at(t - 1))), at(t), at(t + 1), time);
-                }
-                let after = (s > 1).then(|| at(t + 1));
-                path.from_light[t - 1] = self.pdf_from_light(after, at(t), at(t - 1), time);
-                if t > 1 {
-                    path.from_light[t - 2] = self.pdf_from_light(Some(at(t)), at(t - 1), at(t - 2), time);
-                }
-            }
-            Some(Met { light, .. }) => {
-                let (end, next) = (at(n - 1), at(n - 2));
-                let w = end.direction_to(next);
-                let scene = self.world.scene;
-                let [own, onwards] = emission_pdfs(scene, (light, end.is_infinite()), end.ng, w, time);
-                path.is_delta[n - 1] = false;
-                path.from_light[n - 1] = scene.emission_selection().pmf(light) * own;
-                path.from_light[n - 2] = end.density_at(onwards, next);
-            }
-        }
-
-        // Where a light would be sampled for the vertex before it
-        let (direct, is_delta_light) = match met {
-            Some(met) => (met.direct, false),
-            None => {
-                let wo = match s {
-                    1 => back(n - 2),
-                    _ => Some(at(n - 2).direction_to(at(n - 3))),
-                };
-                self.direct(at(n - 1), at(n - 2), wo, time)
-            }
+        let Some((end, before)) = camera.split_last() else {
+            return 0.0;
         };
-        if let Some(merging) = &self.merging {
-            // To be compared with densities of merging, those by delta lobes need the geometry of their segments, which connections alone leave out.
-            for i in (1..n - 1).filter(|&i| path.is_delta[i]) {
-                path.from_camera[i + 1] = at(i).density_at(1.0, at(i + 1));
-                path.from_light[i - 1] = at(i).density_at(1.0, at(i - 1));
+        let joint = match met {
+            Some(met) => self.joint_at_met_light(end, before.last(), met, time),
+            None => self.joint(camera, light, is_merged, time),
+        };
+        let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
+
+        // ANCHOR: sum
+        // Strategies that join on the camera's side of this joint, each over that of a connection here
+        let mut on_camera_side = 0.0;
+        if let Some((previous, _)) = before.split_last() {
+            let mut others = one_if(!previous.is_delta);
+            if s == 0 {
+                others *= self.raised(joint.direct, joint.end);
             }
-            for i in 1..n - 1 {
-                let can_merge = !path.is_delta[i] && at(i).surface().is_some_and(|surface| !surface.bsdf.is_delta());
-                if can_merge {
-                    path.acceptance[i] = merging.acceptance(at(i).p, time);
-                }
+            others += self.merges(previous, joint.previous, time);
+            if t > 2 {
+                others += self.beyond(joint.previous, previous.forward, previous.others);
             }
+            on_camera_side = self.beyond(joint.end, end.forward, others);
         }
-        path.weight(t, direct, is_delta_light, is_merged, self.heuristic)
+
+        // Strategies that join on the light's side
+        let mut on_light_side = 0.0;
+        if let Some((other, rest)) = light.split_last() {
+            let others = match rest.last() {
+                None => one_if(!is_delta_light),
+                Some(next) => {
+                    let can_connect = !next.is_delta && !(is_merged && other.is_delta);
+                    let mut others = one_if(can_connect);
+                    if s == 2 {
+                        others *= self.raised(joint.direct, next.forward);
+                    }
+                    let merges = match is_merged && other.is_delta {
+                        true => 0.0,
+                        false => self.merges_at_joint(other, other.forward, time),
+                    };
+                    others + merges + self.beyond(joint.next, next.forward, next.others)
+                }
+            };
+            on_light_side = self.beyond(joint.other, other.forward, others);
+        }
+
+        // Those that join here
+        let connection = match light.last() {
+            Some(other) if is_merged && other.is_delta => 0.0,
+            Some(other) if s == 1 => self.raised(joint.direct, other.forward),
+            _ => 1.0,
+        };
+        let merging = if s > 0 {
+            self.merges_at_joint(end, joint.end, time)
+        } else {
+            0.0
+        };
+        let (own, other) = if is_merged {
+            (merging, connection)
+        } else {
+            (connection, merging)
+        };
+        let weight = (1.0 / (1.0 + (other + on_camera_side + on_light_side) / own)) as f32;
+        // ANCHOR_END: sum
+        // A strategy that is no match for others at all counts nothing.
+        if weight.is_finite() { weight } else { 0.0 }
     }
 
-    /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from the direction `wo`; and whether there is no other way to it but
-    /// from itself.
-    fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> (f32, bool) {
+    /// Densities at the joint of two subpaths.
+    fn joint(&self, camera: &[PathVertex], light: &[PathVertex], is_merged: bool, time: f32) -> Joint {
+        let (Some((end, before)), Some((other, rest))) = (camera.split_last(), light.split_last()) else {
+            return Joint::default();
+        };
+        let back = end.surface().map(|surface| surface.back);
+        // What is merged may have come by a delta lobe, and then came by no other.
+        let by_delta = is_merged && other.is_delta;
+        Joint {
+            end: match by_delta {
+                true => other.density_at(1.0, end),
+                false => self.pdf_from_light(rest.last(), other, end, time),
+            },
+            previous: before
+                .last()
+                .map_or(0.0, |previous| self.pdf_from_light(Some(other), end, previous, time)),
+            other: self.pdf_from_camera(back, end, other, time),
+            next: match rest.last() {
+                Some(next) if by_delta => next.reverse,
+                Some(next) => self.pdf_from_camera(Some(other.direction_to(end)), other, next, time),
+                None => 0.0,
+            },
+            direct: match (light, rest.last()) {
+                (_, None) => self.direct(other, end, back, time),
+                (_, Some(next)) if rest.len() == 1 => self.direct(next, other, Some(other.direction_to(end)), time),
+                _ => 0.0,
+            },
+        }
+    }
+
+    /// Densities where the camera's subpath has met a light with its vertex `end`, which follows on `previous`.
+    fn joint_at_met_light(&self, end: &PathVertex, previous: Option<&PathVertex>, met: Met, time: f32) -> Joint {
+        let Some(previous) = previous else {
+            return Joint::default();
+        };
+        let scene = self.world.scene;
+        let w = end.direction_to(previous);
+        let [own, onwards] = emission_pdfs(scene, (met.light, end.is_infinite()), end.ng, w, time);
+        Joint {
+            end: scene.emission_selection().pmf(met.light) * own,
+            previous: end.density_at(onwards, previous),
+            direct: met.direct,
+            ..Joint::default()
+        }
+    }
+
+    /// Sets [`PathVertex::others`] along a subpath from the camera.
+    pub fn sum_camera(&self, path: &mut [PathVertex], time: f32) {
+        for k in 1..path.len() {
+            let (before, at) = (&path[k - 1], &path[k]);
+            let mut others = connects(before, at) + self.merges(before, before.reverse, time);
+            if k > 1 {
+                others += self.beyond(before.reverse, before.forward, before.others);
+            }
+            path[k].others = others;
+        }
+    }
+
+    /// Sets [`PathVertex::others`] along a subpath from a light.
+    pub fn sum_light(&self, path: &mut [PathVertex], time: f32) {
+        let Some(first) = path.first_mut() else { return };
+        first.others = one_if(!first.is_delta_light());
+        for m in 1..path.len() {
+            let (before, at) = (&path[m - 1], &path[m]);
+            let mut others = connects(before, at);
+            if m == 1 {
+                // A path of two vertices is joined to one that decides how its light would be sampled.
+                let Some(next) = path.get(2) else { break };
+                let direct = self.direct(before, at, Some(at.direction_to(next)), time);
+                others *= self.raised(direct, before.forward);
+            }
+            others += self.merges(at, at.forward, time) + self.beyond(before.reverse, before.forward, before.others);
+            path[m].others = others;
+        }
+    }
+
+    /// A ratio of densities, raised by the heuristic.
+    fn raised(&self, density: f32, over: f32) -> f64 {
+        self.heuristic.raised(density as f64 / over as f64)
+    }
+
+    /// `others`, which is relative to a joint before a vertex, relative to the joint behind it. The vertex has the density `other` from the other end and
+    /// `own` from this one. Past a vertex that no other strategy makes there is none, whatever densities say.
+    fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
+        match self.raised(other, own) {
+            0.0 => 0.0,
+            ratio => ratio * others,
+        }
+    }
+
+    /// Density of merging at `at`, over that of a connection before it on the light's side; `from_light` is its density from there.
+    fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
+        match at.is_delta {
+            true => 0.0,
+            false => self.merges_at_joint(at, from_light, time),
+        }
+    }
+
+    /// The same where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
+    fn merges_at_joint(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
+        let Some(merging) = &self.merging else { return 0.0 };
+        match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
+            true => self
+                .heuristic
+                .raised(merging.acceptance(at.p, time) * from_light as f64),
+            false => 0.0,
+        }
+    }
+
+    /// Density with which the end `light` of a path is sampled for the vertex `at`, seen from the direction `wo`.
+    fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> f32 {
         let scene = self.world.scene;
         let VertexKind::Light(end) = &light.kind else {
-            return (0.0, false);
+            return 0.0;
         };
         let context = match (at.surface(), wo) {
             (Some(surface), Some(wo)) => surface.light_context(scene, wo),
@@ -145,90 +256,38 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let pmf = scene.light_selection().pmf(scene.lights(), &context, end.id);
         if end.is_delta {
-            return (pmf, true);
+            return pmf;
         }
         let wi = at.direction_to(light);
         let factor = scene.light_selection().pdf_factor(scene.lights(), end.id, &context, wi);
         let pdf = scene.lights()[end.id.0 as usize].pdf(context.p, light.p, wi, time) * factor;
-        (pmf * at.density_at(pdf, light), false)
+        pmf * at.density_at(pdf, light)
     }
 }
 
-/// With which densities each vertex of a path, from the camera on, is drawn from either side.
-struct Densities {
-    n: usize,
-    from_camera: [f32; MAX_VERTICES],
-    from_light: [f32; MAX_VERTICES],
-    /// Where the path goes on by a delta lobe, to which nothing can be joined.
-    is_delta: [bool; MAX_VERTICES],
-    /// [`super::Merging::acceptance`] at the vertex; 0 where nothing is merged.
-    acceptance: [f64; MAX_VERTICES],
+fn one_if(condition: bool) -> f64 {
+    f64::from(u8::from(condition))
 }
 
-impl Densities {
-    fn new(n: usize) -> Self {
-        Self {
-            n,
-            from_camera: [0.0; MAX_VERTICES],
-            from_light: [0.0; MAX_VERTICES],
-            is_delta: [false; MAX_VERTICES],
-            acceptance: [0.0; MAX_VERTICES],
-        }
-    }
-
-    fn set(&mut self, i: usize, vertex: &PathVertex, [camera, light]: [f32; 2]) {
-        self.from_camera[i] = camera;
-        self.from_light[i] = light;
-        self.is_delta[i] = vertex.is_delta;
-    }
-
-    /// Weight of the strategy with `t` vertices from the camera, the last of which is merged or connected; `direct` is the density of the light's end
-    /// where it is sampled for its neighbour.
-    fn weight(&self, t: usize, direct: f32, is_delta_light: bool, is_merged: bool, heuristic: Heuristic) -> f32 {
-        let n = self.n;
-        // Densities of strategies over that of this one, from which they differ vertex by vertex
-        let ratio = |i: usize| self.from_light[i] as f64 / self.from_camera[i] as f64;
-        let sampled = direct as f64 / self.from_light[n - 1] as f64;
-        // Of merging the vertex `t − 1`, over that of a connection there
-        let merged = |t: usize| self.acceptance[t - 1] * self.from_light[t - 1] as f64;
-        let own = match is_merged {
-            true => merged(t),
-            false if t == n - 1 => sampled,
-            false => 1.0,
-        };
-        let counts = |t: usize| match t {
-            t if t == n => !is_delta_light,
-            _ => !self.is_delta[t - 1] && !self.is_delta[t],
-        };
-        // ANCHOR: sum
-        let mut sum = 1.0;
-        let mut add = |other: usize, product: f64| {
-            if self.acceptance[other - 1] > 0.0 && !(is_merged && other == t) {
-                sum += heuristic.raised(product * merged(other) / own);
-            }
-            if counts(other) && (is_merged || other != t) {
-                let product = product * if other == n - 1 { sampled } else { 1.0 } / own;
-                sum += heuristic.raised(product);
-            }
-        };
-        add(t, 1.0);
-        let mut product = 1.0;
-        for other in (1..t).rev() {
-            product *= ratio(other);
-            // Past a vertex that no other strategy makes there is none, whatever densities say.
-            if product == 0.0 {
-                break;
-            }
-            add(other, product);
-        }
-        let mut product = 1.0;
-        for other in t + 1..=n {
-            product /= ratio(other - 1);
-            add(other, product);
-        }
-        // ANCHOR_END: sum
-        // A strategy that is no match for others at all counts nothing.
-        let weight = (1.0 / sum) as f32;
-        if weight.is_finite() { weight } else { 0.0 }
-    }
+/// 1 where both neighbours can be connected, else 0.
+fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
+    one_if(!a.is_delta && !b.is_delta)
 }
+
+/// Densities of the vertices about a joint with which the other end would have drawn them; 0 where there is no such vertex.
+#[derive(Clone, Copy, Debug, Default)]
+struct Joint {
+    /// Last vertex of the camera's subpath, from the light.
+    end: f32,
+    /// The vertex before it, likewise.
+    previous: f32,
+    /// Last vertex of the light's subpath, from the camera.
+    other: f32,
+    /// The vertex before it, likewise.
+    next: f32,
+    /// Density of the light's end where it is sampled for its neighbour, if the joint is next to either.
+    direct: f32,
+}
+
+#[cfg(test)]
+mod tests;

@@ -14,6 +14,10 @@
 //! - A camera ray that starts above a facet in a direction below it meets the same facet again (`Surface::is_met_again`). No other strategy can make
 //!   such a vertex; its density is infinite in all weights.
 //!
+//! Densities of directions that delta lobes give leave out the delta distribution and the probability of the lobe, which both ends have in common. They
+//! keep the geometry of the segment and the Jacobian of the one direction by the other (`delta_jacobian`): a strategy whose densities lack these is
+//! compared with others as if mirrors were as near to one neighbour as to the other.
+//!
 //! The filter width of texture lookups must be the same from both ends, and so depends on the point alone (`World::footprint`).
 
 mod surface;
@@ -112,6 +116,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 forward: 0.0,
                 reverse: 0.0,
                 is_delta: false,
+                others: 0.0,
                 event: None,
             };
             let before = path.len() - 1;
@@ -119,9 +124,8 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 (Some(left), Some(met)) => met.is_met_again(left),
                 _ => false,
             };
-            vertex.forward = match path[before].is_delta {
-                _ if is_met_again => f32::INFINITY,
-                true => 1.0,
+            vertex.forward = match is_met_again {
+                true => f32::INFINITY,
                 false => path[before].density_at(pdf, &vertex),
             };
             if let Some(surface) = vertex.surface().filter(|_| out.records()) {
@@ -151,10 +155,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             let Some(next) = next else { break };
             path[before + 1].is_delta = next.is_delta;
             path[before + 1].event = next.event;
-            path[before].reverse = match next.is_delta {
-                true => 1.0,
-                false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
-            };
+            path[before].reverse = path[before + 1].density_at(next.reverse_pdf, &path[before]);
             beta *= next.weight;
             roulette_scale *= next.eta * next.eta;
             let u = sampler.get_2d(Dimension::bounce(block, Bounce::Decisions)).y;
@@ -188,7 +189,8 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
         let frame = surface.frame_for(scene, back, self.mode);
-        let sample = surface.sample((back, frame.to_local(back)), u_lobe, u, self.mode)?;
+        let local = frame.to_local(back);
+        let sample = surface.sample((back, local), u_lobe, u, self.mode)?;
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
@@ -200,7 +202,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             return None;
         }
         let (pdf, reverse_pdf) = match (sample.is_delta(), is_from_camera) {
-            (true, _) => (1.0, 1.0),
+            (true, _) => (1.0, delta_jacobian(local.z, sample.wi.z, sample.eta)),
             (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
             (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
         };
@@ -219,6 +221,15 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
     }
 }
 
+/// Solid angle about the direction in which a delta lobe sends a path on, over that about the direction from which the path comes: 1 for mirrors. Of
+/// refraction it follows from the basic radiance `L / η²`, which stays: `η² cos θ dω` is the same on both sides. `eta` is the index on the far side
+/// over the one on the near side.
+///
+/// Two ends of a path draw the two directions of a delta lobe, each as a delta distribution in a variable of its own; this is how they compare.
+fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
+    (cos_back / (cos_onwards * eta * eta)).abs()
+}
+
 /// A sampled direction in which a subpath goes on.
 struct Onwards {
     ray: Ray,
@@ -228,7 +239,7 @@ struct Onwards {
     event: Option<ScatteringEvent>,
     /// Per solid angle; 1 for a delta lobe.
     pdf: f32,
-    /// Density of the way back, likewise.
+    /// Density of the way back per solid angle; for a delta lobe [`delta_jacobian`].
     reverse_pdf: f32,
     eta: f32,
 }

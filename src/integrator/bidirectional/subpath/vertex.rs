@@ -10,8 +10,8 @@ use crate::math::Vec3;
 
 /// A vertex of a subpath, which starts at the camera or at a light.
 ///
-/// Densities are per area of a surface, for infinitely distant lights per solid angle; 1 for what a delta distribution has drawn, with which all
-/// strategies that can make the path draw it. They tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
+/// Densities are per area of a surface, for infinitely distant lights per solid angle. A delta lobe draws its direction with density 1, and a path from
+/// the other end with the Jacobian of its direction. Densities tell how likely each strategy of making the whole path is (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
     pub kind: VertexKind<Surface<'a>, LightEnd>,
@@ -27,6 +27,9 @@ pub(crate) struct PathVertex<'a> {
     pub reverse: f32,
     /// Whether the subpath goes on by a delta lobe.
     pub is_delta: bool,
+    /// Densities of all strategies that join the path between its end and this vertex, raised by the MIS heuristic, over that of a connection of this vertex
+    /// with the one before it. `Connector::sum_camera` and `Connector::sum_light` compute it.
+    pub others: f64,
     /// The event by which the subpath goes on, where paths are told apart.
     pub event: Option<ScatteringEvent>,
 }
@@ -65,6 +68,7 @@ impl<'a> PathVertex<'a> {
             forward: 1.0 / world.camera.lens_area(),
             reverse: 0.0,
             is_delta: false,
+            others: 0.0,
             event: None,
         }
     }
@@ -87,6 +91,7 @@ impl<'a> PathVertex<'a> {
             forward: pmf * pdf,
             reverse: 0.0,
             is_delta: false,
+            others: 0.0,
             event: None,
         }
     }
@@ -106,6 +111,7 @@ impl<'a> PathVertex<'a> {
             forward: pdf,
             reverse: 0.0,
             is_delta: false,
+            others: 0.0,
             event: None,
         }
     }
@@ -113,6 +119,11 @@ impl<'a> PathVertex<'a> {
     /// Whether the vertex is on an infinitely distant light.
     pub fn is_infinite(&self) -> bool {
         matches!(&self.kind, VertexKind::Light(end) if end.is_infinite)
+    }
+
+    /// Whether the vertex is on a light that no ray can meet.
+    pub fn is_delta_light(&self) -> bool {
+        matches!(&self.kind, VertexKind::Light(end) if end.is_delta)
     }
 
     /// The vertex's light; an arbitrary one if it is on none.

@@ -43,6 +43,7 @@ mod space;
 mod tests;
 
 use super::options::{OrdinaryLight, mutations, mutations_of_chain};
+use super::visits::Visits;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::subpath::max_vertices;
 use crate::integrator::{
@@ -252,6 +253,11 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
         let mutations = mutations_of_chain(mutations(&self.world), index, self.chains());
         let light = seeds.mean * space.film.area() as f64 / (chains * mutations) as f64;
         let mut counts = [[0u64; 2]; NAMES.len()];
+        let mut visits = Visits::default();
+        let mut visit = |x: &Path, share: f64, out: &mut _| {
+            visits.add(x.film, share);
+            self.visit(x, share * light, out);
+        };
         let mut stay = 0.0;
         for _ in 0..mutations {
             if out.is_cancelled() {
@@ -266,14 +272,15 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
             // Both paths count by what is expected (Veach 1997, §11.3.3).
             stay += 1.0 - acceptance;
             if (numbers.next() as f64) < acceptance {
-                self.visit(&x, stay * light, out);
+                visit(&x, stay, out);
                 counts[name][1] += 1;
                 (x, stay) = (y, acceptance);
             } else if acceptance > 0.0 {
-                self.visit(&y, acceptance * light, out);
+                visit(&y, acceptance, out);
             }
         }
-        self.visit(&x, stay * light, out);
+        visit(&x, stay, out);
+        out.chain(visits.counts(mutations));
         for (name, [proposed, accepted]) in NAMES.into_iter().zip(counts) {
             if proposed > 0 {
                 out.mutation(name, proposed, accepted);

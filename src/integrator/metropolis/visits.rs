@@ -1,0 +1,91 @@
+//! How long a Markov chain stays in a pixel: its integrated autocorrelation time.
+//!
+//! A picture counts how often chains are in each pixel. Let `Xᵢ` be 1 where the i-th of n mutations is in pixel p, and `c = Σ Xᵢ` its visits. Independent
+//! samples would have `E[c²] ≈ E[c]` for a rare pixel; a chain has `τ` times as much, and so `τ` times the variance. Over all pixels
+//!
+//! ```text
+//! τ = 1/n Σₚ cₚ² = 1/n Σᵢⱼ P(mutations i and j are in one pixel)
+//! ```
+//!
+//! which is 1 for a chain that never returns to a pixel, and n for one that never leaves it. Visits are shares of mutations, since a mutation counts for
+//! the path that is left and for the one that is proposed; `τ` may therefore be below 1.
+
+use crate::integrator::ChainCounts;
+use crate::math::Vec2;
+use std::collections::HashMap;
+
+/// Visits of a chain by pixels.
+#[derive(Debug, Default)]
+pub(crate) struct Visits {
+    pixels: HashMap<[i32; 2], f64>,
+    /// Sum of their squares.
+    squares: f64,
+    /// Most visits of a pixel.
+    most: f64,
+}
+
+impl Visits {
+    /// Adds `share` of a mutation at the place `film` (pixels, origin top left).
+    pub fn add(&mut self, film: Vec2, share: f64) {
+        let visits = self.pixels.entry(film.floor().as_ivec2().to_array()).or_default();
+        self.squares += share * (share + 2.0 * *visits);
+        *visits += share;
+        self.most = self.most.max(*visits);
+    }
+
+    /// What a chain of `mutations` mutations counts.
+    pub fn counts(&self, mutations: u64) -> ChainCounts {
+        ChainCounts {
+            chains: 1,
+            mutations,
+            squared_visits: self.squares.round() as u64,
+            stuck: u64::from(self.most * 2.0 >= mutations as f64),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chain(places: impl Iterator<Item = u32>) -> ChainCounts {
+        let mut visits = Visits::default();
+        let mut mutations = 0;
+        for x in places {
+            visits.add(Vec2::new(x as f32 + 0.5, 3.0), 1.0);
+            mutations += 1;
+        }
+        visits.counts(mutations)
+    }
+
+    /// Chains whose autocorrelation time is known: none, runs of one length, and one that never moves.
+    #[test]
+    fn autocorrelation_times_of_known_chains() {
+        for (counts, time, stuck) in [
+            (chain(0..100), 1.0, 0),
+            (chain((0..100).map(|i| i / 10)), 10.0, 0),
+            (chain((0..100).map(|_| 7)), 100.0, 1),
+            (
+                chain((0..100).map(|i| if i < 50 { 0 } else { i })),
+                (50.0 * 50.0 + 50.0) / 100.0,
+                1,
+            ),
+        ] {
+            assert_eq!((counts.autocorrelation_time(), counts.stuck), (Some(time), stuck));
+        }
+        assert_eq!(ChainCounts::default().autocorrelation_time(), None);
+    }
+
+    /// A walk that stays with probability q has the time (1 + q) / (1 − q), if it never returns.
+    #[test]
+    fn a_geometric_stay_has_its_autocorrelation_time() {
+        let (q, mut x, mut state) = (0.8, 0, 1u64);
+        let counts = chain((0..200_000).map(|_| {
+            state = crate::math::hash::mix(state.wrapping_add(crate::math::hash::GOLDEN_GAMMA));
+            x += u32::from(crate::math::hash::unit_f64(state) >= q);
+            x
+        }));
+        let time = counts.autocorrelation_time().unwrap();
+        assert!((time - (1.0 + q) / (1.0 - q)).abs() < 0.15, "{time}");
+    }
+}

@@ -97,7 +97,7 @@ impl Shape {
     /// The one in which the numbers of `seed` make its path.
     fn of(seed: &Seed) -> Self {
         let length = seed.length as usize;
-        let chosen = Self { length, turn: 0 }.from_camera(&PrimarySampler::new(seed.origin));
+        let chosen = Self { length, turn: 0 }.camera_vertices(&PrimarySampler::new(seed.origin));
         Self {
             length,
             turn: (seed.from_camera as usize + length - chosen) % length,
@@ -105,7 +105,7 @@ impl Shape {
     }
 
     /// Number of vertices that come from the camera, in the way that `numbers` choose.
-    fn from_camera(self, numbers: &impl Sampler) -> usize {
+    fn camera_vertices(self, numbers: &impl Sampler) -> usize {
         let choice = numbers.get_1d(Dimension::TECHNIQUE);
         let chosen = ((choice * self.length as f32) as usize).min(self.length - 1);
         1 + (chosen + self.turn) % self.length
@@ -346,7 +346,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     /// times pixels, whose mean over all numbers is the sum over the film.
     fn trace(&self, shape: Shape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let length = shape.length;
-        let t = shape.from_camera(numbers);
+        let t = shape.camera_vertices(numbers);
         let s = length - t;
 
         // A point of the film that any pixel sees, and a subpath of t vertices from there

@@ -98,7 +98,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             let others = match rest.last() {
                 None => one_if(!is_delta_light),
                 Some(next) => {
-                    let can_connect = !next.is_delta && !(is_merged && other.is_delta);
+                    let can_connect = !(next.is_delta || is_merged && other.is_delta);
                     let mut others = one_if(can_connect);
                     if s == 2 {
                         others *= self.raised(joint.direct, next.forward);

@@ -155,12 +155,15 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
             let origin = mix(name.wrapping_add((i as u64 + 1).wrapping_mul(GOLDEN_GAMMA)));
             self.seed(origin, out)
         };
-        samples.filter_map(seed).collect()
+        let mut seeds = Vec::with_capacity(samples.len());
+        seeds.extend(samples.filter_map(seed));
+        seeds
     }
 
     fn join(&self, _: u32, parts: Vec<Vec<Seed>>) -> Vec<Seed> {
         // By length, so that every length gets its share of the chains
-        let mut seeds: Vec<Seed> = parts.into_iter().flatten().collect();
+        let mut seeds = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        seeds.extend(parts.into_iter().flatten());
         seeds.sort_by_key(|seed| seed.length);
         let count = self.seeds() as f64;
         let mut sum = 0.0;

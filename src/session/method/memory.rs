@@ -18,8 +18,8 @@ const BYTES_OF_A_NEW_PHOTON: u64 = 155;
 const BYTES_OF_A_PHOTON: u64 = 80;
 /// Bytes of a vertex to merge with: 494 to 512; more where materials vary.
 const BYTES_OF_A_MERGED_VERTEX: u64 = 520;
-/// Bytes of a sample of `pssmlt` that chains may start from.
-const BYTES_OF_A_BOOTSTRAP_PATH: u64 = 24;
+/// Bytes of a sample of `pssmlt` that chains may start from: 24, in the part that made it and again when all are joined.
+const BYTES_OF_A_BOOTSTRAP_PATH: u64 = 48;
 /// Bytes of a sample of `mlt` that chains may start from: 222 in the Cornell box.
 const BYTES_OF_A_SEED: u64 = 240;
 /// Bytes of a record of irradiance, with its places in the cache, and of what finds it.

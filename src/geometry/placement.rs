@@ -72,18 +72,13 @@ impl Placement {
 
     /// A box in the world around what is in `bounds` at any time, roundings included.
     pub fn bounds(&self, bounds: Bounds3) -> Bounds3 {
-        let [a, b] = [bounds.min, bounds.max];
-        let corner = |i: u32| {
-            let end = |axis: u32, a: f32, b: f32| if i >> axis & 1 == 0 { a } else { b };
-            Vec3::new(end(0, a.x, b.x), end(1, a.y, b.y), end(2, a.z, b.z))
-        };
         // A point moves on straight lines between its places at the steps.
         let mut all = Bounds3::EMPTY;
         if bounds.is_empty() {
             return all;
         }
         for step in self.steps() {
-            for corner in (0..8).map(corner) {
+            for corner in bounds.corners() {
                 let p = step.transform_point3a(corner);
                 let error = rounding(step, p);
                 all.extend(p - error);

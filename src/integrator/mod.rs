@@ -45,7 +45,7 @@ pub use path::roulette::{Roulette, Survival};
 pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
-pub use path_record::PathEvent;
+pub use path_record::{EmissionRecord, LightSampleRecord, PathEvent, ScatteringRecord};
 pub use photon::grid::{PhotonGrid, Placed};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
 pub use photon::photons::{PHOTON_PATHS_A_PIECE, Photon, PhotonTracer};

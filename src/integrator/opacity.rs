@@ -314,16 +314,7 @@ mod tests {
         };
         let camera = Camera::new(camera, UVec2::ONE).unwrap();
         let mut show = |accel: &dyn Accel| {
-            look(World {
-                scene,
-                accel: &accel,
-                camera: &camera,
-                filter: &Filter::BOX,
-                features: false,
-                strategies: false,
-                paths: None,
-                backdrop: Default::default(),
-            });
+            look(World::new(scene, &accel, &camera, &Filter::BOX));
         };
         show(&BruteForce::new(scene));
         #[cfg(feature = "embree")]

@@ -39,41 +39,9 @@ pub enum PathEvent {
         beta: Spectrum,
     },
     /// Emitted light that the path meets, at its last vertex or infinitely far away.
-    Emission {
-        /// The light.
-        light: LightId,
-        /// Unit direction towards it.
-        direction: Vec3,
-        /// Density per solid angle with which the direction was drawn; 0 at the camera and behind delta lobes.
-        scattering_pdf: f32,
-        /// Density per solid angle with which light sampling draws it, the choice of the light included.
-        light_pdf: f32,
-        /// MIS weight.
-        weight: f32,
-        /// Emitted radiance.
-        radiance: Spectrum,
-    },
+    Emission(EmissionRecord),
     /// A light is sampled for the last vertex.
-    LightSample {
-        /// The light.
-        light: LightId,
-        /// Unit direction towards it.
-        direction: Vec3,
-        /// Where on it; `None` infinitely far away.
-        target: Option<Vec3>,
-        /// Probability of choosing this light, times the number of samples that are summed.
-        pmf: f32,
-        /// Density of the direction per solid angle, given the light; 1 for delta lights.
-        pdf: f32,
-        /// Density per solid angle with which the BSDF draws the direction.
-        scattering_pdf: f32,
-        /// MIS weight.
-        weight: f32,
-        /// BSDF times cosine.
-        f_cos: Spectrum,
-        /// Radiance, or irradiance of delta lights.
-        radiance: Spectrum,
-    },
+    LightSample(LightSampleRecord),
     /// The shadow ray of the first light sample that has none yet was traced.
     Shadow {
         /// Transmittance; black where the light is occluded.
@@ -83,20 +51,8 @@ pub enum PathEvent {
     Scatter {
         /// Scattering events before that vertex: it is the last one of which this is so.
         depth: u32,
-        /// Unit direction.
-        direction: Vec3,
-        /// Name of the lobe that has the largest share of the light from there.
-        lobe: &'static str,
-        /// Whether that is a delta lobe.
-        is_delta: bool,
-        /// Density per solid angle; the probability of a delta lobe.
-        pdf: f32,
-        /// Factor of the throughput, without `roulette`.
-        weight: Spectrum,
-        /// Index of refraction beyond the surface over that before it, where the path is refracted, else 1.
-        eta: f32,
-        /// Factor that makes up for paths that roulette has ended, and the like.
-        roulette: f32,
+        /// Where to.
+        scattering: ScatteringRecord,
     },
     /// A subpath from the camera and one from a light are joined.
     Connection {
@@ -142,6 +98,67 @@ pub enum PathEvent {
     },
 }
 
+/// Emitted light that a path meets.
+#[derive(Clone, Copy, Debug)]
+pub struct EmissionRecord {
+    /// The light.
+    pub light: LightId,
+    /// Unit direction towards it.
+    pub direction: Vec3,
+    /// Density per solid angle with which the direction was drawn; 0 at the camera and behind delta lobes.
+    pub scattering_pdf: f32,
+    /// Density per solid angle with which light sampling draws it, the choice of the light included.
+    pub light_pdf: f32,
+    /// MIS weight.
+    pub weight: f32,
+    /// Emitted radiance.
+    pub radiance: Spectrum,
+}
+
+/// A sample of a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSampleRecord {
+    /// The light.
+    pub light: LightId,
+    /// Unit direction towards it.
+    pub direction: Vec3,
+    /// Where on it; `None` infinitely far away.
+    pub target: Option<Vec3>,
+    /// Probability of choosing this light, times the number of samples that are summed.
+    pub pmf: f32,
+    /// Density of the direction per solid angle, given the light; 1 for delta lights.
+    pub pdf: f32,
+    /// Density per solid angle with which the BSDF draws the direction.
+    pub scattering_pdf: f32,
+    /// MIS weight.
+    pub weight: f32,
+    /// BSDF times cosine.
+    pub f_cos: Spectrum,
+    /// Radiance, or irradiance of delta lights.
+    pub radiance: Spectrum,
+    /// Transmittance along its shadow ray; `None` until that is traced, which [`PathEvent::Shadow`] says.
+    pub transmittance: Option<Spectrum>,
+}
+
+/// A direction in which a path leaves a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct ScatteringRecord {
+    /// Unit direction.
+    pub direction: Vec3,
+    /// Name of the lobe that has the largest share of the light from there.
+    pub lobe: &'static str,
+    /// Whether that is a delta lobe.
+    pub is_delta: bool,
+    /// Density per solid angle; the probability of a delta lobe.
+    pub pdf: f32,
+    /// Factor of the throughput, without `roulette`.
+    pub weight: Spectrum,
+    /// Index of refraction beyond the surface over that before it, where the path is refracted, else 1.
+    pub eta: f32,
+    /// Factor that makes up for paths that roulette has ended, and the like.
+    pub roulette: f32,
+}
+
 /// Records that a path begins along `ray`, at the camera or at `light`.
 #[inline(always)]
 pub(super) fn start(ray: &Ray, light: Option<LightId>, beta: Spectrum, out: &mut impl RaySink) {
@@ -173,8 +190,7 @@ pub(super) fn vertex(depth: u32, (hit, vertex): (&Hit, &Vertex), beta: Spectrum,
 #[inline(always)]
 pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl RaySink) {
     if out.records() {
-        out.record(PathEvent::Scatter {
-            depth,
+        let scattering = ScatteringRecord {
             direction: vertex.frame.to_world(sample.wi),
             lobe: vertex.bsdf.lobe_name(vertex.wo, sample.wi, sample.is_delta()),
             is_delta: sample.is_delta(),
@@ -182,7 +198,8 @@ pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette
             weight: sample.weight,
             eta: sample.eta,
             roulette,
-        });
+        };
+        out.record(PathEvent::Scatter { depth, scattering });
     }
 }
 

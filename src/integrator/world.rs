@@ -60,6 +60,20 @@ impl<A> Clone for World<'_, A> {
 impl<A> Copy for World<'_, A> {}
 
 impl<'a, A: Accel> World<'a, A> {
+    /// A world that is seen against its lights, and of which nothing but the picture is wanted.
+    pub fn new(scene: &'a Scene, accel: &'a A, camera: &'a Camera, filter: &'a Filter) -> Self {
+        Self {
+            scene,
+            accel,
+            camera,
+            filter,
+            features: false,
+            strategies: false,
+            paths: None,
+            backdrop: Backdrop::default(),
+        }
+    }
+
     /// This world with another backend for ray queries.
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {

@@ -45,9 +45,8 @@ mod tests {
             let max = min + size * Vec3::new(1.0, 0.2, 3.0);
             let ball = Ball::around(Bounds3 { min, max });
             assert!(ball.disk_area().is_finite());
-            for corner in 0..8 {
-                let end = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
-                let p = Vec3::new(end(0), end(1), end(2)).as_dvec3();
+            for corner in (Bounds3 { min, max }).corners() {
+                let p = corner.as_dvec3();
                 let center = ball.center.as_dvec3();
                 assert!(p.distance(center) < ball.radius as f64);
                 for w in [

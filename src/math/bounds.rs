@@ -37,6 +37,20 @@ impl Bounds3 {
         }
     }
 
+    /// Its corners; bit `axis` of their index says on which side they are.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|i| {
+            let [x, y, z] = [0, 1, 2].map(|axis| {
+                if i >> axis & 1 == 0 {
+                    self.min[axis]
+                } else {
+                    self.max[axis]
+                }
+            });
+            Vec3::new(x, y, z)
+        })
+    }
+
     /// Radius of the sphere around [`Bounds3::center`] that holds the box; 0 for an empty one.
     pub fn radius(&self) -> f32 {
         if self.is_empty() {

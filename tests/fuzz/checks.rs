@@ -328,16 +328,7 @@ fn check_render(scene: &Scene, section: Option<&CameraSection>) {
     };
     let accel = BruteForce::new(scene);
     let path = PathIntegrator {
-        world: World {
-            scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &Filter::BOX,
-            features: false,
-            strategies: false,
-            paths: None,
-            backdrop: Default::default(),
-        },
+        world: World::new(scene, &accel, &camera, &Filter::BOX),
         strategy: Strategy::default(),
         max_depth: Some(3),
         roulette: Roulette::default(),

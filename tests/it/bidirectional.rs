@@ -366,16 +366,7 @@ fn filters_weigh_splats() {
     let camera = Camera::new(camera, RESOLUTION).unwrap();
     for kind in [FilterKind::Tent, FilterKind::Gaussian, FilterKind::Mitchell] {
         let filter = Filter::new(kind, kind.usual_radius());
-        let world = World {
-            scene: &scene,
-            accel: &accel,
-            camera: &camera,
-            filter: &filter,
-            features: false,
-            strategies: false,
-            paths: None,
-            backdrop: Default::default(),
-        };
+        let world = World::new(&scene, &accel, &camera, &filter);
         let by_iterations = |integrator: &dyn Fn(&mut Film, u64)| {
             renders(|seed| {
                 let mut film = Film::new(RESOLUTION, Rect::full(RESOLUTION));

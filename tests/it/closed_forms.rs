@@ -350,19 +350,7 @@ fn filters_blur_an_edge_by_their_integral() {
     ];
     for (kind, radius, f) in shapes {
         let filter = Filter::new(kind, radius as f32);
-        let integrator = path_tracer(
-            World {
-                scene: &scene,
-                accel: &accel,
-                camera: &camera,
-                filter: &filter,
-                features: false,
-                strategies: false,
-                paths: None,
-                backdrop: Default::default(),
-            },
-            Some(0),
-        );
+        let integrator = path_tracer(World::new(&scene, &accel, &camera, &filter), Some(0));
         let film = film_of(&integrator, resolution, 4096, 0);
         let integral = |to: f64| {
             let steps = 20_000;

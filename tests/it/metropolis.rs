@@ -205,16 +205,7 @@ fn assert_agrees_with_paths(
     let resolution = UVec2::splat(16);
     let camera = Camera::new(camera, resolution).unwrap();
     let accel = backend(scene);
-    let world = World {
-        scene,
-        accel: &accel,
-        camera: &camera,
-        filter,
-        features: false,
-        strategies: false,
-        paths: None,
-        backdrop: Default::default(),
-    };
+    let world = World::new(scene, &accel, &camera, filter);
     let region = |x: u32, y: u32| Rect {
         min: UVec2::new(x, y) * 4,
         max: UVec2::new(x + 1, y + 1) * 4,

@@ -52,16 +52,7 @@ pub fn with_world<T>(
 /// Shows `scene` to `look`, as `camera` sees it.
 pub fn with_camera<T>(scene: &Scene, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let accel = backend(scene);
-    look(World {
-        scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-        features: false,
-        strategies: false,
-        paths: None,
-        backdrop: Default::default(),
-    })
+    look(World::new(scene, &accel, &camera, &Filter::BOX))
 }
 
 /// The path tracer without shared paths and with one light sample; where a test wants another, it says what is different.

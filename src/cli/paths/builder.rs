@@ -1,6 +1,6 @@
 //! Makes a trace of the events of a record.
 
-use super::trace::{Contribution, Emission, LightSample, Place, Scattering, Technique, Trace, Vertex};
+use super::trace::{Contribution, Place, Technique, Trace, Vertex};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::integrator::PathEvent;
@@ -78,51 +78,14 @@ impl Builder<'_> {
                 let path = self.stack.clone();
                 *self.path_of(root) = path;
             }
-            PathEvent::Emission {
-                light,
-                direction,
-                scattering_pdf,
-                light_pdf,
-                weight,
-                radiance,
-            } => {
+            PathEvent::Emission(emission) => {
                 self.technique = Technique::Emission;
-                let emission = Emission {
-                    light,
-                    direction,
-                    scattering_pdf,
-                    light_pdf,
-                    weight,
-                    radiance,
-                };
                 if let Some(vertex) = self.last() {
                     self.trace.vertices[vertex].emissions.push(emission);
                 }
             }
-            PathEvent::LightSample {
-                light,
-                direction,
-                target,
-                pmf,
-                pdf,
-                scattering_pdf,
-                weight,
-                f_cos,
-                radiance,
-            } => {
+            PathEvent::LightSample(sample) => {
                 self.technique = Technique::LightSample;
-                let sample = LightSample {
-                    light,
-                    direction,
-                    target,
-                    pmf,
-                    pdf,
-                    scattering_pdf,
-                    weight,
-                    f_cos,
-                    radiance,
-                    transmittance: None,
-                };
                 if let Some(vertex) = self.last() {
                     let samples = &mut self.trace.vertices[vertex].light_samples;
                     samples.push(sample);
@@ -136,25 +99,7 @@ impl Builder<'_> {
                     self.trace.vertices[vertex].light_samples[sample].transmittance = Some(transmittance);
                 }
             }
-            PathEvent::Scatter {
-                depth,
-                direction,
-                lobe,
-                is_delta,
-                pdf,
-                weight,
-                eta,
-                roulette,
-            } => {
-                let scattering = Scattering {
-                    direction,
-                    lobe,
-                    is_delta,
-                    pdf,
-                    weight,
-                    eta,
-                    roulette,
-                };
+            PathEvent::Scatter { depth, scattering } => {
                 // A vertex of a tree has its next way on when the branch of the last one has come to its end.
                 self.stack.truncate(depth as usize + 2);
                 if let Some(vertex) = self.last() {

@@ -1,8 +1,9 @@
 //! Traces as JSON.
 
-use super::trace::{Contribution, Emission, LightSample, Place, Scattering, Technique, Trace, Vertex};
+use super::trace::{Contribution, Place, Technique, Trace, Vertex};
 use crate::cli::info::decimal;
 use crate::color::Spectrum;
+use crate::integrator::{EmissionRecord, LightSampleRecord, ScatteringRecord};
 use crate::light::{Light, LightId};
 use crate::math::Vec3;
 use crate::scene::Scene;
@@ -93,7 +94,7 @@ fn vertex(scene: &Scene, vertex: &Vertex) -> Value {
     value
 }
 
-fn emission(scene: &Scene, emission: &Emission) -> Value {
+fn emission(scene: &Scene, emission: &EmissionRecord) -> Value {
     json!({
         "light": light(scene, emission.light),
         "direction": vector(emission.direction),
@@ -104,7 +105,7 @@ fn emission(scene: &Scene, emission: &Emission) -> Value {
     })
 }
 
-fn light_sample(scene: &Scene, sample: &LightSample) -> Value {
+fn light_sample(scene: &Scene, sample: &LightSampleRecord) -> Value {
     json!({
         "light": light(scene, sample.light),
         "direction": vector(sample.direction),
@@ -119,7 +120,7 @@ fn light_sample(scene: &Scene, sample: &LightSample) -> Value {
     })
 }
 
-fn scattering(scattering: &Scattering) -> Value {
+fn scattering(scattering: &ScatteringRecord) -> Value {
     json!({
         "direction": vector(scattering.direction),
         "lobe": scattering.lobe,

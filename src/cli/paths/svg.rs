@@ -93,7 +93,7 @@ fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     }
     for geom in scene.standing() {
         let bounds: Bounds3 = scene.mesh(GeomId(geom)).positions.iter().copied().collect();
-        let corner = corners(bounds);
+        let corner = bounds.corners();
         for i in 0..8 {
             edges.extend(
                 (0..3)
@@ -132,7 +132,7 @@ fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) 
         .flatten();
     let of_paths = extent(places.map(|vertex| vertex.p).chain(lit).map(flat));
     let bounds = session.scene().bounds();
-    let of_scene = extent(corners(bounds).into_iter().map(flat));
+    let of_scene = extent(bounds.corners().into_iter().map(flat));
     let (middle, extent) = match (of_paths, of_scene) {
         (Some((_, paths)), Some((middle, scene))) if scene < MUCH_LARGER * paths => (middle, scene),
         (Some(paths), _) => paths,
@@ -152,20 +152,6 @@ fn extent(points: impl Iterator<Item = Vec2>) -> Option<(Vec2, f32)> {
     let [low, high] = points.fold([Vec2::INFINITY, Vec2::NEG_INFINITY], around);
     let side = (high - low).max_element();
     (side >= 0.0 && side.is_finite()).then(|| (0.5 * (low + high), side.max(f32::MIN_POSITIVE)))
-}
-
-/// Corners of a box; bits of their places say which sides they are on.
-fn corners(bounds: Bounds3) -> [Vec3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |axis: usize| {
-            if i >> axis & 1 == 0 {
-                bounds.min[axis]
-            } else {
-                bounds.max[axis]
-            }
-        };
-        Vec3::new(pick(0), pick(1), pick(2))
-    })
 }
 
 fn draw(text: &mut String, view: View, context: &[[Vec3; 2]], samples: &[(u32, Vec<Trace>)]) {

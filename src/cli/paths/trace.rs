@@ -2,6 +2,7 @@
 
 use crate::color::Spectrum;
 use crate::geometry::Hit;
+use crate::integrator::{EmissionRecord, LightSampleRecord, ScatteringRecord};
 use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::SampleKey;
@@ -23,10 +24,10 @@ pub(in crate::cli) struct Vertex {
     pub p: Vec3,
     /// Throughput of the ray that meets it, or that leaves the start of a path.
     pub beta: Spectrum,
-    pub emissions: Vec<Emission>,
-    pub light_samples: Vec<LightSample>,
+    pub emissions: Vec<EmissionRecord>,
+    pub light_samples: Vec<LightSampleRecord>,
     /// Ways on: several in trees of rays.
-    pub scatterings: Vec<Scattering>,
+    pub scatterings: Vec<ScatteringRecord>,
     /// Number and radius of photons of density estimates.
     pub photons: Vec<(u32, f32)>,
 }
@@ -37,42 +38,6 @@ pub(in crate::cli) enum Place {
     Camera,
     Light(LightId),
     Surface { hit: Hit, n: Vec3, depth: u32 },
-}
-
-/// Emitted light that is met.
-pub(in crate::cli) struct Emission {
-    pub light: LightId,
-    pub direction: Vec3,
-    pub scattering_pdf: f32,
-    pub light_pdf: f32,
-    pub weight: f32,
-    pub radiance: Spectrum,
-}
-
-/// A light that is sampled.
-pub(in crate::cli) struct LightSample {
-    pub light: LightId,
-    pub direction: Vec3,
-    pub target: Option<Vec3>,
-    pub pmf: f32,
-    pub pdf: f32,
-    pub scattering_pdf: f32,
-    pub weight: f32,
-    pub f_cos: Spectrum,
-    pub radiance: Spectrum,
-    /// `None` where no shadow ray was traced.
-    pub transmittance: Option<Spectrum>,
-}
-
-/// A direction in which a path goes on.
-pub(in crate::cli) struct Scattering {
-    pub direction: Vec3,
-    pub lobe: &'static str,
-    pub is_delta: bool,
-    pub pdf: f32,
-    pub weight: Spectrum,
-    pub eta: f32,
-    pub roulette: f32,
 }
 
 /// How light was found.

@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::vertex::Vertex;
-use crate::integrator::{DirectLight, Integrator, PathEvent, Sink, Strategy, World};
+use crate::integrator::{DirectLight, Integrator, PathEvent, ScatteringRecord, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
@@ -74,8 +74,7 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
                 return;
             };
             if out.records() {
-                out.record(PathEvent::Scatter {
-                    depth,
+                let scattering = ScatteringRecord {
                     direction: next.ray.direction,
                     lobe: vertex.bsdf.lobe_name(
                         vertex.wo,
@@ -87,7 +86,8 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
                     weight: next.weight,
                     eta: 1.0,
                     roulette: 1.0,
-                });
+                };
+                out.record(PathEvent::Scatter { depth, scattering });
             }
             beta *= next.weight;
             ray = next.ray;

@@ -14,7 +14,6 @@ use crate::light::LightId;
 use crate::material::BsdfSlot;
 use crate::math::Vec3;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
-use std::array::from_fn;
 
 /// Shows a property of the first surface as a colour.
 #[derive(Debug)]
@@ -101,17 +100,10 @@ impl<A: Accel> DebugIntegrator<'_, A> {
     /// Where the depth of `p` lies between that of the scene's end, 0, and that of its beginning, 1.
     fn nearness(&self, p: Vec3, time: f32) -> f32 {
         let (bounds, camera) = (self.world.scene.bounds(), self.world.camera);
-        let corner = |i: usize| {
-            let pick = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    bounds.min[axis]
-                } else {
-                    bounds.max[axis]
-                }
-            };
-            Vec3::from(from_fn::<f32, 3, _>(pick))
-        };
-        let depths = (0..8).map(|i| camera.depth(corner(i), time).max(0.0));
+        let depths = bounds
+            .corners()
+            .into_iter()
+            .map(|corner| camera.depth(corner, time).max(0.0));
         let (near, far) = (depths.clone().fold(f32::INFINITY, f32::min), depths.fold(0.0, f32::max));
         ((far - camera.depth(p, time)) / (far - near).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
     }

@@ -7,7 +7,7 @@ use super::strategy::PrevVertex;
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
-use crate::integrator::path_record;
+use crate::integrator::path_record::{self, EmissionRecord, LightSampleRecord};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, PathEvent, RayKind, RaySink, Sink, Strategy, World};
 use crate::light::{LightId, LightSampleContext};
@@ -126,14 +126,14 @@ impl Strategy {
             None => scene.escaped(from, ray.direction).collect(),
         };
         for light in lights.into_iter().filter(|light| !light.radiance.is_black()) {
-            out.record(PathEvent::Emission {
+            out.record(PathEvent::Emission(EmissionRecord {
                 light: light.id,
                 direction: ray.direction,
                 scattering_pdf: prev.filter(|prev| !prev.is_delta).map_or(0.0, |prev| prev.pdf),
                 light_pdf: light.pdf,
                 weight: self.emission_weight(prev, &light),
                 radiance: light.radiance,
-            });
+            }));
         }
     }
 
@@ -267,7 +267,7 @@ impl<R: Gathered> Direct<R> {
         let pdf = expected * light.pdf;
         let weight = strategy.light_weight(pdf, light.is_delta, scattering_pdf);
         if out.records() {
-            out.record(PathEvent::LightSample {
+            out.record(PathEvent::LightSample(LightSampleRecord {
                 light: id,
                 direction: light.wi,
                 target: light.target,
@@ -277,7 +277,8 @@ impl<R: Gathered> Direct<R> {
                 weight,
                 f_cos: f,
                 radiance: light.radiance,
-            });
+                transmittance: None,
+            }));
         }
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
         let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);

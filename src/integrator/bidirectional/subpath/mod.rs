@@ -29,7 +29,7 @@ pub(crate) use vertex::{LightEnd, PathVertex, VertexKind};
 use crate::accel::Accel;
 use crate::bsdf::{ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
-use crate::integrator::{PathEvent, RayKind, RaySink, Roulette, World};
+use crate::integrator::{PathEvent, RayKind, RaySink, Roulette, ScatteringRecord, World};
 use crate::light::LightId;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
@@ -165,8 +165,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             if let Some(surface) = path[before + 1].surface().filter(|_| out.records()) {
                 let frame = surface.frame_for(self.world.scene, surface.back, self.mode);
                 let (from, to) = (frame.to_local(surface.back), frame.to_local(next.ray.direction));
-                out.record(PathEvent::Scatter {
-                    depth,
+                let scattering = ScatteringRecord {
                     direction: next.ray.direction,
                     lobe: surface.bsdf.lobe_name(from, to, next.is_delta),
                     is_delta: next.is_delta,
@@ -174,7 +173,8 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                     weight: next.weight,
                     eta: next.eta,
                     roulette: factor,
-                });
+                };
+                out.record(PathEvent::Scatter { depth, scattering });
             }
             beta *= factor;
             pdf = next.pdf;

@@ -122,16 +122,7 @@ fn look<T>(
         direct: MetropolisDirect::Metropolis,
         ..Metropolis::default()
     };
-    let world = World {
-        scene: &scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-        features: false,
-        strategies: false,
-        paths: None,
-        backdrop: Default::default(),
-    };
+    let world = World::new(&scene, &accel, &camera, &Filter::BOX);
     let maker = ImportanceImageMaker {
         world,
         heuristic: Heuristic::Power,

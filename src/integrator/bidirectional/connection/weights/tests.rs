@@ -88,16 +88,7 @@ fn in_room(mut look: impl FnMut(&Connector<BruteForce>)) {
         focus_distance: 1.0,
     };
     let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
-    let world = World {
-        scene: &scene,
-        accel: &accel,
-        camera: &camera,
-        filter: &Filter::BOX,
-        features: false,
-        strategies: false,
-        paths: None,
-        backdrop: Default::default(),
-    };
+    let world = World::new(&scene, &accel, &camera, &Filter::BOX);
     let ball = scene.ball();
     let radii = Radii::new(SearchRadius::Fixed(0.05), 1.0, &camera, &ball);
     for heuristic in [Heuristic::Balance, Heuristic::Power] {

@@ -48,12 +48,12 @@ pub enum DebugView {
     Facing,
     /// Number of lights from a random point of which light arrives, from black (0) to pale yellow (all), by its logarithm.
     LightCount,
-    /// Number of rays that a sample of the path tracer takes, from black (1) to pale yellow (128), by its logarithm.
+    /// Number of rays that a sample of the path tracer takes, from black (1) to pale yellow (32), by its logarithm.
     RayCost,
 }
 
-/// Number of rays that has the brightest colour.
-const MAX_RAYS: f32 = 128.0;
+/// Number of rays that has the brightest colour: a shadow ray and a way on at each of sixteen vertices.
+const MAX_RAYS: f32 = 32.0;
 /// Maximum number of scattering events of a sample whose rays are counted: that of a render by default.
 const MAX_DEPTH: u32 = 16;
 

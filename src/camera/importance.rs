@@ -28,7 +28,7 @@ impl Camera {
     /// Area of the lens, in squares of scene units; 1 for a pinhole, whose point is a delta.
     pub fn lens_area(&self) -> f32 {
         match self.has_lens() {
-            true => PI * self.lens_radius * self.lens_radius,
+            true => self.aperture.map_or(PI, |aperture| aperture.area()) * self.lens_radius * self.lens_radius,
             false => 1.0,
         }
     }
@@ -60,13 +60,13 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{CameraMotion, CameraParameters, Pose};
+    use crate::camera::{Aperture, CameraMotion, CameraParameters, Pose};
     use crate::math::{Frame, UVec2};
     use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
     use crate::sampling::warp::{uniform_cone, uniform_cone_pdf};
 
-    /// A pinhole, a lens, and a lens that moves, with images of `resolution`.
-    fn cameras(resolution: UVec2) -> [Camera; 3] {
+    /// A pinhole, a lens, one with five blades, and a lens that moves, with images of `resolution`.
+    fn cameras(resolution: UVec2) -> [Camera; 4] {
         let pinhole = CameraParameters {
             position: Vec3::new(1.0, 2.0, 3.0),
             look_at: Vec3::new(-2.0, 1.5, -7.0),
@@ -78,6 +78,10 @@ mod tests {
         let lens = CameraParameters {
             lens_radius: 0.3,
             ..pinhole
+        };
+        let blades = Aperture {
+            blades: 5,
+            rotation: 10.0,
         };
         let close = Pose {
             position: Vec3::new(2.0, 2.0, 1.0),
@@ -91,6 +95,7 @@ mod tests {
         [
             Camera::new(pinhole, resolution).unwrap(),
             Camera::new(lens, resolution).unwrap(),
+            (Camera::new(lens, resolution).and_then(|camera| camera.with_aperture(blades))).unwrap(),
             Camera::moving(lens, motion, resolution).unwrap(),
         ]
     }

@@ -1,7 +1,9 @@
 //! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
 
+mod aperture;
 mod importance;
 
+pub use aperture::{Aperture, BLADES};
 pub use importance::Importance;
 
 use crate::math::{Ray, UVec2, Vec2, Vec3, encode_fields};
@@ -20,6 +22,8 @@ pub struct Camera {
     offset: Vec2,
     resolution: UVec2,
     lens_radius: f32,
+    /// Shape of the lens's opening; `None` for a disk.
+    aperture: Option<Aperture>,
     focus_distance: f32,
     /// Where it goes from time 0 to time 1.
     path: Option<[Pose; 2]>,
@@ -76,7 +80,7 @@ pub struct CameraParameters {
     pub up: Vec3,
     /// Vertical field of view in degrees, inside (0, 180).
     pub vertical_fov: f32,
-    /// Radius of the lens; 0 for a pinhole.
+    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`] the distance of its corners from the centre.
     pub lens_radius: f32,
     /// Distance from the lens, along the view axis, to the plane in focus.
     pub focus_distance: f32,
@@ -89,14 +93,29 @@ pub struct CameraDescription {
     pub parameters: CameraParameters,
     /// How it moves, and when it looks; `None` where it stands still, with its shutter open all the time.
     pub motion: Option<CameraMotion>,
+    /// Shape of the lens's opening; `None` for a disk.
+    pub aperture: Option<Aperture>,
 }
 
 impl CameraDescription {
+    /// A camera that stands still, with the full disk of its lens.
+    pub fn still(parameters: CameraParameters) -> Self {
+        Self {
+            parameters,
+            motion: None,
+            aperture: None,
+        }
+    }
+
     /// The camera for an image of `resolution` pixels.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
-        match self.motion {
+        let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),
             Some(motion) => Camera::moving(self.parameters, motion, resolution),
+        };
+        match self.aperture {
+            None => camera,
+            Some(aperture) => camera?.with_aperture(aperture),
         }
     }
 }
@@ -111,7 +130,11 @@ encode_fields!(CameraParameters {
     lens_radius,
     focus_distance,
 });
-encode_fields!(CameraDescription { parameters, motion });
+encode_fields!(CameraDescription {
+    parameters,
+    motion,
+    aperture,
+});
 
 /// A camera parameter that no camera can have.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -128,6 +151,14 @@ impl CameraError {
         Self {
             parameter,
             message: "is neither given nor can it be guessed".into(),
+        }
+    }
+
+    /// That `parameter` must be above 0.
+    pub(crate) fn not_positive(parameter: &'static str, value: f32) -> Self {
+        Self {
+            parameter,
+            message: format!("must be positive, not {value}"),
         }
     }
 }
@@ -157,7 +188,7 @@ impl Camera {
             return error("lens_radius", &format!("must be 0 or more, not {}", c.lens_radius));
         }
         if !(c.focus_distance > 0.0 && c.focus_distance.is_finite()) {
-            return error("focus_distance", &format!("must be positive, not {}", c.focus_distance));
+            return Err(CameraError::not_positive("focus_distance", c.focus_distance));
         }
         let Some(forward) = (c.look_at - c.position).try_normalize() else {
             return error("look_at", "must not be the camera's position");
@@ -180,6 +211,7 @@ impl Camera {
             offset: 0.5 * scale * Vec2::new(width, height),
             resolution,
             lens_radius: c.lens_radius,
+            aperture: None,
             focus_distance: c.focus_distance,
             path: None,
             shutter: [0.0, 1.0],
@@ -219,6 +251,15 @@ impl Camera {
             camera.path = Some([first, last]);
         }
         Ok(camera)
+    }
+
+    /// The same with another opening than a disk. One that no lens can have is an error.
+    pub fn with_aperture(self, aperture: Aperture) -> Result<Self, CameraError> {
+        aperture.check()?;
+        Ok(Self {
+            aperture: Some(aperture),
+            ..self
+        })
     }
 
     /// Columns and rows of its image.
@@ -289,7 +330,11 @@ impl Camera {
 
     /// The point of the lens drawn with `u`, relative to its centre.
     fn on_lens(&self, u: Vec2) -> Vec3 {
-        let lens = self.lens_radius * uniform_disk(u);
+        let opening = match &self.aperture {
+            None => uniform_disk(u),
+            Some(aperture) => aperture.sample(u),
+        };
+        let lens = self.lens_radius * opening;
         lens.x * self.right + lens.y * self.up
     }
 

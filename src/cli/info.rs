@@ -48,6 +48,9 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         })).collect::<Vec<_>>(),
         "lights": {
             "triangle": count("triangle"),
+            "sphere": count("sphere"),
+            "disk": count("disk"),
+            "rectangle": count("rectangle"),
             "point": count("point"),
             "directional": count("directional"),
             "spot": count("spot"),

@@ -23,6 +23,14 @@ pub struct CameraSection {
     pub vertical_fov: Option<Spanned<f32>>,
     /// 0 for a pinhole.
     pub lens_radius: Option<Spanned<f32>>,
+    /// F-number, in place of `lens_radius`.
+    pub f_stop: Option<Spanned<f32>>,
+    /// Height of the sensor, scene units, for `f_stop`.
+    pub sensor_height: Option<Spanned<f32>>,
+    /// Straight blades of the lens's opening.
+    pub aperture_blades: Option<Spanned<u32>>,
+    /// Degrees.
+    pub aperture_rotation: Option<Spanned<f32>>,
     /// Along the view axis.
     pub focus_distance: Option<Spanned<f32>>,
     /// The point of the image, in pixels, that is in focus.
@@ -86,6 +94,9 @@ impl Serialize for OrbitAngles {
 impl CameraSection {
     /// Where two keys say the same thing: the bytes of the one that is too much, what is wrong, and how to put it right.
     pub(super) fn contradiction(&self) -> Option<(Range<usize>, &'static str, &'static str)> {
+        if let (Some(_), Some(f_stop)) = (&self.lens_radius, &self.f_stop) {
+            return Some((f_stop.span(), "both `lens_radius` and `f_stop`", "keep one of them"));
+        }
         let place = self
             .view
             .as_ref()

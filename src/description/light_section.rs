@@ -6,7 +6,9 @@ use super::source::Source;
 use crate::light::STUDIO_SIZE;
 use crate::light::sky::{DEFAULT_TURBIDITY, SKY_SIZE};
 use crate::math::{Quat, Vec3, rotation_from_degrees};
-use crate::scene::{BuildError, RectangleParameters, SceneBuilder, SkyParameters, StudioParameters};
+use crate::scene::{
+    BuildError, DiskParameters, RectangleParameters, SceneBuilder, SkyParameters, SphereParameters, StudioParameters,
+};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -21,11 +23,11 @@ pub struct LightSection {
     pub kind: Spanned<String>,
     /// Name of the group that the light is in, if it is in one.
     pub group: Option<Spanned<String>>,
-    /// Of a point or spot light; the middle of a rectangle.
+    /// Of a point or spot light; the middle of a sphere, a disk or a rectangle.
     pub position: Option<Spanned<[f32; 3]>>,
     /// Of a point or spot light, W/sr.
     pub intensity: Option<Spanned<[f32; 3]>>,
-    /// In which a directional or spot light travels; normal of the side of a rectangle that emits.
+    /// In which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
     pub direction: Option<Spanned<[f32; 3]>>,
     /// What a spot light shines at, in place of `direction`.
     pub look_at: Option<Spanned<[f32; 3]>>,
@@ -35,7 +37,7 @@ pub struct LightSection {
     pub falloff: Option<Spanned<f32>>,
     /// Of a directional light, W·m⁻² on a surface that faces it.
     pub irradiance: Option<Spanned<[f32; 3]>>,
-    /// Of a constant environment or a rectangle, W·sr⁻¹·m⁻².
+    /// Of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻².
     pub radiance: Option<Spanned<[f32; 3]>>,
     /// Picture of an environment, latitude and longitude.
     pub image: Option<Spanned<PathBuf>>,
@@ -53,6 +55,8 @@ pub struct LightSection {
     pub front: Option<Spanned<f32>>,
     /// Width and height of a rectangle.
     pub size: Option<Spanned<[f32; 2]>>,
+    /// Of a sphere or a disk.
+    pub radius: Option<Spanned<f32>>,
 }
 
 /// Degrees about +y, or about the fixed x, y and z axes in this order.
@@ -72,7 +76,7 @@ pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
     /// All types of lights.
-    pub const TYPES: [&str; 8] = [
+    pub const TYPES: [&str; 10] = [
         "point",
         "directional",
         "spot",
@@ -81,6 +85,8 @@ impl LightSection {
         "sky",
         "studio",
         "rectangle",
+        "sphere",
+        "disk",
     ];
 
     /// A light of a type, of which nothing else is said yet. Errors that concern it are told at the bytes `span` of its file
@@ -105,6 +111,7 @@ impl LightSection {
             up: None,
             front: None,
             size: None,
+            radius: None,
         }
     }
 
@@ -209,6 +216,23 @@ impl LightSection {
                     radiance: self.required(file, "radiance", &self.radiance)?.into(),
                 })
             }
+            "sphere" => {
+                self.allow(file, &["position", "radius", "radiance"])?;
+                builder.add_sphere(&SphereParameters {
+                    position: self.required(file, "position", &self.position)?.into(),
+                    radius: self.required(file, "radius", &self.radius)?,
+                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
+                })
+            }
+            "disk" => {
+                self.allow(file, &["position", "direction", "radius", "radiance"])?;
+                builder.add_disk(&DiskParameters {
+                    position: self.required(file, "position", &self.position)?.into(),
+                    direction: self.required(file, "direction", &self.direction)?.into(),
+                    radius: self.required(file, "radius", &self.radius)?,
+                    radiance: self.required(file, "radiance", &self.radiance)?.into(),
+                })
+            }
             other => {
                 let error = file.error(self.kind.span(), format!("unknown type of light `{other}`"));
                 let [types @ .., last] = Self::TYPES;
@@ -252,7 +276,7 @@ impl LightSection {
     }
 
     /// Every key but `type` and `group`, which all lights may have, with its place if it is there.
-    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 16] {
+    fn keys(&self) -> [(&'static str, Option<Range<usize>>); 17] {
         fn span<T>(value: &Option<Spanned<T>>) -> Option<Range<usize>> {
             value.as_ref().map(Spanned::span)
         }
@@ -273,6 +297,7 @@ impl LightSection {
             ("up", span(&self.up)),
             ("front", span(&self.front)),
             ("size", span(&self.size)),
+            ("radius", span(&self.radius)),
         ]
     }
 

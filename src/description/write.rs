@@ -37,6 +37,10 @@ impl CameraSection {
             up: Some(vector(parameters.up)),
             vertical_fov: Some(said(parameters.vertical_fov)),
             lens_radius: Some(said(parameters.lens_radius)),
+            f_stop: None,
+            sensor_height: None,
+            aperture_blades: camera.aperture.map(|aperture| said(aperture.blades)),
+            aperture_rotation: camera.aperture.map(|aperture| said(aperture.rotation)),
             focus_distance: Some(said(parameters.focus_distance)),
             focus_at: None,
             position_close: close.map(|pose| vector(pose.position)),
@@ -241,7 +245,7 @@ mod tests {
     }
 
     /// Keys that say in another way what a key below says, and cannot stand beside it; the sections' own tests write them.
-    const ALTERNATIVES: [&str; 3] = ["view", "orbit", "focus_at"];
+    const ALTERNATIVES: [&str; 5] = ["view", "orbit", "focus_at", "f_stop", "sensor_height"];
 
     const EVERY_KEY: &str = r#"version = 1
 [camera]
@@ -250,6 +254,8 @@ look_at = [0.0, 1.0, 3e30]
 up = [0.0, 1.0, 0.0]
 vertical_fov = 39.3077
 lens_radius = 0.1
+aperture_blades = 6
+aperture_rotation = 15.0
 focus_distance = 4.3
 position_close = [1.0, 2.0, 3.0]
 look_at_close = [4.0, 5.0, 6.0]
@@ -301,6 +307,9 @@ eta = [0.1, 0.2, 0.3]
 k = [4.1, 2.4, 1.6]
 transmission = [0.1, 0.0, 0.0]
 ior = 1.45
+abbe = 35.5
+absorption = [0.1, 0.2, 0.3]
+absorption_depth = 2.5
 thin = true
 emission = [1.5, 0.0, 0.0]
 opacity = 0.9
@@ -341,6 +350,7 @@ irradiance = [1.0, 1.0, 1.0]
 radiance = [0.1, 0.1, 0.1]
 image = "sky.hdr"
 scale = 0.3
+radius = 0.4
 rotate = 45.0
 [[light]]
 type = "environment"

@@ -63,7 +63,14 @@ impl ByPath {
 /// What expressions call the light `id`.
 fn kind_of(id: LightId, scene: &Scene) -> PathLight {
     match scene.lights().get(id.0 as usize) {
-        Some(Light::Triangle(_) | Light::MovingTriangle(_) | Light::Textured(_)) => PathLight::Surface,
+        Some(
+            Light::Triangle(_)
+            | Light::MovingTriangle(_)
+            | Light::Textured(_)
+            | Light::Sphere(_)
+            | Light::Disk(_)
+            | Light::Rectangle(_),
+        ) => PathLight::Surface,
         Some(Light::Point(_) | Light::Spot(_)) => PathLight::Point,
         Some(Light::Constant(_) | Light::Directional(_) | Light::Sun(_) | Light::Environment(_)) | None => {
             PathLight::Background

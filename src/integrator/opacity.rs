@@ -13,7 +13,7 @@
 //! - Crossing a surface is no scattering: it counts in no depth, and the previous vertex stays what it was.
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
-//! - Emitting surfaces are opaque, since light sampling samples all of their area.
+//! - Emitting surfaces are opaque, since light sampling samples all of their area. Beside a round lamp, rays pass its hull (`scene/lamp_hulls.rs`).
 //!
 //! Scenes without alpha and thin glass are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha, and "Window panes" that of glass.
 
@@ -65,6 +65,9 @@ impl Transmittance {
 
     /// Multiplies by what the surface at `hit` lets pass of `ray`.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) {
+        if scene.misses_lamp(hit, ray) {
+            return;
+        }
         let opacity = scene.opacity(hit);
         match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,

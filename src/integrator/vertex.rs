@@ -19,6 +19,8 @@ pub(crate) struct Vertex<'a> {
     pub view: Option<&'a BsdfView<'a>>,
     /// Whether the shading normal was bent towards the viewer.
     pub is_bent: bool,
+    /// The body behind the surface, as in [`Ray::body`].
+    pub body: u32,
 }
 
 impl<'a> Vertex<'a> {
@@ -78,7 +80,14 @@ impl<'a> Vertex<'a> {
     /// The ray that goes on in direction `wi` (local frame).
     #[inline(always)]
     pub fn ray_along(&self, wi: Vec3) -> Ray {
-        Ray::new(self.origin(wi), self.frame.to_world(wi)).when(self.point.time)
+        let ray = Ray::new(self.origin(wi), self.frame.to_world(wi));
+        ray.when(self.point.time).within(self.body_towards(wi))
+    }
+
+    /// The body, as in [`Ray::body`], in which rays in direction `wi` (local frame) start.
+    #[inline(always)]
+    pub fn body_towards(&self, wi: Vec3) -> u32 {
+        if wi.z < 0.0 { self.body } else { 0 }
     }
 
     /// Where rays in direction `wi` (local frame) start: on the side that it has by the shading normal. By the geometric one it may be another;

@@ -21,6 +21,7 @@ use crate::light::{Emission, LightId};
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2};
 use crate::sampler::{Dimension, SampleKey, Sampler};
+use crate::sampling::Wavelength;
 use crate::scene::Scene;
 
 /// Width of a sample, in pixels.
@@ -194,12 +195,37 @@ impl<'a, A: Accel> World<'a, A> {
     ) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
+        if self.scene.has_absorption() {
+            let (hit, tint) = self.first_in_bodies(ray, hit, kind, None, out);
+            *beta *= tint;
+            return hit;
+        }
         if self.lets_pass(kind) {
             let (hit, tint) = self.first_opaque(*ray, hit, kind, None, out);
             *beta *= tint;
             return hit;
         }
         hit
+    }
+
+    /// [`World::first_opaque`] where bodies absorb light: the tint is what they leave of it, too.
+    #[inline(never)]
+    pub(super) fn first_in_bodies(
+        &self,
+        ray: &Ray,
+        first: Option<Hit>,
+        kind: RayKind,
+        u: Option<f32>,
+        out: &mut impl RaySink,
+    ) -> (Option<Hit>, Spectrum) {
+        let (hit, tint) = match self.lets_pass(kind) {
+            true => self.first_opaque(*ray, first, kind, u, out),
+            false => (first, Spectrum::ONE),
+        };
+        (
+            hit,
+            hit.map_or(tint, |hit| tint * self.scene.transmittance_to(&hit, ray)),
+        )
     }
 
     /// Whether surfaces may let rays of this kind pass straight on.
@@ -228,6 +254,7 @@ impl<'a, A: Accel> World<'a, A> {
         let mut passing = Passing::new(u);
         let mut stops = |hit: &Hit, tint: &mut Spectrum| {
             let stops = !is_below(hit)
+                && !self.scene.misses_lamp(hit, &ray)
                 && stops(hit, &ray, self.scene.opacity(hit))
                 && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
             *tint = passing.tint;
@@ -251,9 +278,21 @@ impl<'a, A: Accel> World<'a, A> {
         (walk.is_cut().then_some(hit), tint)
     }
 
-    /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1.
+    /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1, or lies in a body that absorbs.
     #[inline(always)]
     pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
+        let passed = self.transmittance_of_surfaces(ray, out);
+        match ray.body {
+            0 => passed,
+            _ => Transmittance {
+                tint: passed.tint * self.scene.transmittance_along(ray),
+                ..passed
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn transmittance_of_surfaces(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         if self.scene.lets_light_pass() {
             return self.transmittance_by_walk(*ray, out);
         }
@@ -295,14 +334,38 @@ impl<'a, A: Accel> World<'a, A> {
             frame,
             point,
             is_bent: false,
+            body: self.scene.body_behind(hit),
         }
+    }
+
+    /// The wavelength of the light of a path, where glass disperses it.
+    #[inline(always)]
+    pub(super) fn wavelength(&self, sampler: &impl Sampler) -> Option<Wavelength> {
+        (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
+    }
+
+    /// Gives `vertex`, of the surface at `hit`, the BSDF that it has for a wavelength: whether that makes a difference.
+    #[inline(never)]
+    pub(super) fn disperse<'v>(
+        &self,
+        vertex: &mut Vertex<'v>,
+        hit: &Hit,
+        slot: &'v BsdfSlot<'v>,
+        wavelength: &Wavelength,
+    ) -> bool {
+        let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers);
+        let disperses = bsdf.is_some();
+        if let Some(bsdf) = bsdf {
+            vertex.bsdf = slot.bsdf.get_or_init(|| bsdf);
+        }
+        disperses
     }
 
     /// [`World::vertex`] where normals or materials vary, which is kept out of line.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;
-        let point = self.scene.surface_point(hit, ray.time);
+        let point = self.scene.surface_point_along(hit, ray);
         let footprint = self.footprint(&point);
         let shaded = self.scene.with_bumps(hit, point, footprint);
         let point = shaded.seen_from(wo);
@@ -316,6 +379,7 @@ impl<'a, A: Accel> World<'a, A> {
             frame,
             point,
             is_bent: point.ns != shaded.ns,
+            body: self.scene.body_behind(hit),
         }
     }
 

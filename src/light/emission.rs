@@ -87,7 +87,7 @@ impl Emission {
 impl Light {
     /// Draws light that sets out at `time`; `None` where the light sends none. `textures` are the scene's, and `world` holds all of its geometry.
     ///
-    /// Triangles emit from points uniform over their area, with the cosine's density; light from infinity passes points uniform over the disk.
+    /// Triangles and other lamps with a size emit from points uniform over their area, with the cosine's density; light from infinity passes points uniform over the disk.
     pub fn sample_emission(
         &self,
         time: f32,
@@ -100,6 +100,9 @@ impl Light {
             Self::Triangle(light) => light.sample_emission(u_position, u_direction),
             Self::MovingTriangle(light) => light.at(time).sample_emission(u_position, u_direction),
             Self::Textured(light) => light.sample_emission(time, u_position, u_direction, textures),
+            Self::Sphere(light) => light.sample_emission(u_position, u_direction),
+            Self::Disk(light) => light.sample_emission(u_position, u_direction),
+            Self::Rectangle(light) => light.sample_emission(u_position, u_direction),
             Self::Point(light) => light.sample_emission(u_direction),
             Self::Constant(light) => light.sample_emission(u_position, u_direction, world),
             Self::Directional(light) => light.sample_emission(u_position, world),
@@ -118,6 +121,9 @@ impl Light {
             Self::Triangle(light) => light.emission_pdfs(ng, w),
             Self::MovingTriangle(light) => light.at(time).emission_pdfs(ng, w),
             Self::Textured(light) => light.at(time).emission_pdfs(ng, w),
+            Self::Sphere(light) => light.emission_pdfs(ng, w),
+            Self::Disk(light) => light.emission_pdfs(ng, w),
+            Self::Rectangle(light) => light.emission_pdfs(ng, w),
             Self::Point(light) => [1.0, light.emission_pdf()],
             Self::Constant(light) => of_disk(light.pdf()),
             Self::Directional(_) => of_disk(1.0),

@@ -13,7 +13,14 @@ impl Light {
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => true,
-            Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) | Self::Point(_) | Self::Spot(_) => false,
+            Self::Triangle(_)
+            | Self::MovingTriangle(_)
+            | Self::Textured(_)
+            | Self::Sphere(_)
+            | Self::Disk(_)
+            | Self::Rectangle(_)
+            | Self::Point(_)
+            | Self::Spot(_) => false,
         }
     }
 
@@ -31,11 +38,20 @@ impl Light {
             Self::Spot(light) => Some(of_point(light.sample(p))),
             Self::Triangle(light) => Some(of_triangle(light, p, n)),
             Self::MovingTriangle(light) => Some(of_triangle(&light.at(time), p, n)),
+            Self::Sphere(light) => Some(light.irradiance_at(p, n)),
+            Self::Disk(light) => {
+                let corners: Vec<Vec3> = light.polygon(DISK_SIDES).collect();
+                Some(light.radiance() * of_polygon(&corners, light.normal(), p, n))
+            }
+            Self::Rectangle(light) => Some(light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)),
             // A texture has no closed form.
             Self::Textured(_) => None,
         }
     }
 }
+
+/// Sides of the polygon that stands for a disk.
+const DISK_SIDES: u32 = 128;
 
 /// Points along each side of the square from which directions in the disc of a sun are drawn.
 const DISC_PLACES: usize = 256;
@@ -94,16 +110,21 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
 /// Irradiance by a polygon of the same radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ × rᵢ₊₁|`, where βᵢ is the angle between two neighbouring corners
 /// as seen from the point (Lambert 1760; Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2), of the part above the horizon.
 fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
+    light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
+}
+
+/// The same over the radiance, of a convex polygon whose front has the unit normal `front`.
+fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
-    let corners = light.corners().map(|corner| corner.as_dvec3() - p);
+    let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - p).collect();
     // The point must be in front of the light.
-    if corners[0].dot(light.normal().as_dvec3()) >= 0.0 {
-        return Spectrum::ZERO;
+    if corners[0].dot(front.as_dvec3()) >= 0.0 {
+        return 0.0;
     }
     // The part above the horizon (Sutherland and Hodgman 1974)
-    let mut above: Vec<DVec3> = Vec::with_capacity(4);
-    for i in 0..3 {
-        let (a, b) = (corners[i], corners[(i + 1) % 3]);
+    let mut above: Vec<DVec3> = Vec::with_capacity(corners.len() + 1);
+    for i in 0..corners.len() {
+        let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
         let (ha, hb) = (a.dot(n), b.dot(n));
         if ha > 0.0 {
             above.push(a);
@@ -124,7 +145,7 @@ fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     };
     let sum: f64 = (0..above.len()).map(edge).sum();
     // The sign is that of the winding.
-    light.radiance() * (0.5 * sum.abs()) as f32
+    (0.5 * sum.abs()) as f32
 }
 
 #[cfg(test)]

@@ -19,16 +19,20 @@
 mod cell_grid;
 mod constant;
 mod directional;
+mod disk;
 mod emission;
 mod emission_selection;
 mod environment;
 mod groups;
 mod irradiance;
+mod lamps;
 mod light_grid;
 mod point;
+mod rectangle;
 mod selection;
 pub mod sky;
 mod sky_bins;
+mod sphere;
 mod spot;
 mod studio;
 mod sun;
@@ -39,12 +43,16 @@ mod visibility_grid;
 
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
+pub use disk::DiskLight;
 pub use emission::Emission;
 pub use emission_selection::EmissionSelection;
 pub use environment::{EnvironmentKind, EnvironmentLight, LatLongImage};
 pub use groups::{LightGroupId, LightGroups};
+pub use lamps::Lamps;
 pub use point::PointLight;
+pub use rectangle::RectangleLight;
 pub use selection::{LightSelection, SelectionMode};
+pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
@@ -114,6 +122,12 @@ pub enum Light {
     MovingTriangle(Box<MovingTriangle>),
     /// One whose emission a texture varies.
     Textured(Box<TexturedTriangle>),
+    /// A sphere.
+    Sphere(SphereLight),
+    /// A disk.
+    Disk(DiskLight),
+    /// A rectangle.
+    Rectangle(RectangleLight),
     /// An isotropic point.
     Point(PointLight),
     /// The same radiance from every direction.
@@ -159,6 +173,18 @@ impl Encode for Light {
                 sink(&[8]);
                 light.encode(sink);
             }
+            Self::Sphere(light) => {
+                sink(&[9]);
+                light.encode(sink);
+            }
+            Self::Disk(light) => {
+                sink(&[10]);
+                light.encode(sink);
+            }
+            Self::Rectangle(light) => {
+                sink(&[11]);
+                light.encode(sink);
+            }
         }
     }
 }
@@ -171,6 +197,9 @@ impl Light {
             Self::Triangle(light) => light.sample(p, u),
             Self::MovingTriangle(light) => light.at(time).sample(p, u),
             Self::Textured(light) => light.sample(p, time, u, textures),
+            Self::Sphere(light) => light.sample(p, u),
+            Self::Disk(light) => light.sample(p, u),
+            Self::Rectangle(light) => light.sample(p, u),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
@@ -187,6 +216,9 @@ impl Light {
             Self::Triangle(light) => light.pdf(p, q, wi),
             Self::MovingTriangle(light) => light.at(time).pdf(p, q, wi),
             Self::Textured(light) => light.at(time).pdf(p, q, wi),
+            Self::Sphere(light) => light.pdf(p),
+            Self::Disk(light) => light.pdf(p, q, wi),
+            Self::Rectangle(light) => light.pdf(p, q, wi),
             Self::Constant(light) => light.pdf(),
             Self::Sun(light) => light.pdf(wi),
             Self::Environment(light) => light.pdf(wi),
@@ -194,12 +226,15 @@ impl Light {
         }
     }
 
-    /// Unit normal of the side that emits at `time`, of a light that has one.
-    pub fn normal(&self, time: f32) -> Option<Vec3> {
+    /// Unit normal of the side that emits at `time` at the point `q` of a light that has one.
+    pub fn normal(&self, q: Vec3, time: f32) -> Option<Vec3> {
         match self {
             Self::Triangle(light) => Some(light.normal()),
             Self::MovingTriangle(light) => Some(light.at(time).normal()),
             Self::Textured(light) => Some(light.at(time).normal()),
+            Self::Sphere(light) => Some(light.normal_at(q)),
+            Self::Disk(light) => Some(light.normal()),
+            Self::Rectangle(light) => Some(light.normal()),
             Self::Point(_)
             | Self::Constant(_)
             | Self::Directional(_)
@@ -216,6 +251,9 @@ impl Light {
             Self::Triangle(_)
             | Self::MovingTriangle(_)
             | Self::Textured(_)
+            | Self::Sphere(_)
+            | Self::Disk(_)
+            | Self::Rectangle(_)
             | Self::Constant(_)
             | Self::Sun(_)
             | Self::Environment(_) => false,
@@ -226,6 +264,9 @@ impl Light {
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",
+            Self::Sphere(_) => "sphere",
+            Self::Disk(_) => "disk",
+            Self::Rectangle(_) => "rectangle",
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
             Self::Directional(_) | Self::Sun(_) => "directional",
@@ -241,6 +282,9 @@ impl Light {
             Self::Triangle(light) => light.power(),
             Self::MovingTriangle(light) => light.power(),
             Self::Textured(light) => light.power(),
+            Self::Sphere(light) => light.power(),
+            Self::Disk(light) => light.power(),
+            Self::Rectangle(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),
@@ -250,12 +294,29 @@ impl Light {
         }
     }
 
+    /// Area that emits, in squares of scene units: 0 of points and of parallel light, and infinite of light from many directions at infinity.
+    pub(crate) fn area(&self) -> f64 {
+        match self {
+            Self::Triangle(light) => light.area(),
+            Self::MovingTriangle(light) => light.at(0.5).area(),
+            Self::Textured(light) => light.at(0.5).area(),
+            Self::Sphere(light) => light.area(),
+            Self::Disk(light) => light.area(),
+            Self::Rectangle(light) => light.area(),
+            Self::Point(_) | Self::Spot(_) | Self::Directional(_) | Self::Sun(_) => 0.0,
+            Self::Constant(_) | Self::Environment(_) => f64::INFINITY,
+        }
+    }
+
     /// Where the light is and how it emits; `None` at infinity.
     fn bounds(&self) -> Option<LightBounds> {
         match self {
             Self::Triangle(light) => Some(light.bounds()),
             Self::MovingTriangle(light) => Some(light.at(0.5).bounds()),
             Self::Textured(light) => Some(light.bounds()),
+            Self::Sphere(light) => Some(light.bounds()),
+            Self::Disk(light) => Some(light.bounds()),
+            Self::Rectangle(light) => Some(light.bounds()),
             Self::Point(light) => Some(LightBounds::isotropic(light.position, light.intensity.luminance())),
             Self::Spot(light) => Some(light.bounds()),
             Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => None,
@@ -269,9 +330,14 @@ impl Light {
             Self::MovingTriangle(light) => light.irradiance(region),
             Self::Textured(light) => light.irradiance(region),
             Self::Spot(light) => light.irradiance(region),
-            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => {
-                self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds))
-            }
+            Self::Rectangle(light) => light.irradiance(region),
+            Self::Sphere(_)
+            | Self::Disk(_)
+            | Self::Point(_)
+            | Self::Constant(_)
+            | Self::Directional(_)
+            | Self::Sun(_)
+            | Self::Environment(_) => self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds)),
         }
     }
 

@@ -1,3 +1,4 @@
+use super::lamps::Lamps;
 use super::light_grid::LightGrid;
 use super::visibility_grid::VisibilityGrid;
 use super::{Light, LightId, LightSample, LightSampleContext};
@@ -23,7 +24,7 @@ pub enum SelectionMode {
     Place,
     /// As [`SelectionMode::Auto`], also where visibility is not expected to gain anything.
     Visibility,
-    /// None is chosen: all are sampled at every vertex.
+    /// None is chosen: all lamps are sampled at every vertex.
     All,
 }
 
@@ -39,8 +40,8 @@ impl SelectionMode {
 pub struct LightSelection {
     /// `None` where nothing emits.
     table: Option<AliasTable>,
-    /// Lights that are all sampled, if they are.
-    all: Option<Vec<LightId>>,
+    /// Lamps that are all sampled, if they are.
+    all: Option<Lamps>,
     /// The choice by place, also where it serves `visibility` alone.
     grid: Option<LightGrid>,
     /// Whether the choice is by place where nothing is known of visibility.
@@ -67,7 +68,10 @@ impl LightSelection {
             SelectionMode::Uniform | SelectionMode::Power | SelectionMode::All => false,
         };
         Self {
-            all: (mode == SelectionMode::All).then(|| emitting().collect()),
+            all: (mode == SelectionMode::All).then(|| {
+                let ids = (0..lights.len() as u32).map(LightId);
+                Lamps::new(ids.map(|id| vec![id]), lights, scene_radius, 1)
+            }),
             table: AliasTable::new(&weights),
             is_by_place: by_place,
             grid: (by_place || (mode.learns() && emitting().count() > 1))
@@ -76,6 +80,12 @@ impl LightSelection {
             mode,
             visibility: OnceLock::new(),
         }
+    }
+
+    /// Where all are sampled: by `lamps` in place of each light by itself.
+    pub(crate) fn with_lamps(mut self, lamps: impl FnOnce() -> Lamps) -> Self {
+        self.all = self.all.map(|_| lamps());
+        self
     }
 
     /// How a light is chosen.
@@ -163,12 +173,13 @@ impl LightSelection {
         Some((LightId(index as u32), pmf))
     }
 
-    /// The lights that are all to be sampled, each with probability 1; `None` where one is to be chosen.
-    pub fn all(&self) -> Option<&[LightId]> {
-        self.all.as_deref()
+    /// The lamps that are all to be sampled; `None` where one light is to be chosen.
+    #[inline(always)]
+    pub fn all(&self) -> Option<&Lamps> {
+        self.all.as_ref()
     }
 
-    /// Probability that `light`, one of the scene's `lights`, is sampled at `context`.
+    /// Probability that `light`, one of the scene's `lights`, is sampled at `context`; where all lamps are sampled, the expected number of its samples.
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let visibility = self.visibility();
@@ -178,8 +189,10 @@ impl LightSelection {
         if let Some(grid) = self.grid.as_ref().filter(|_| self.is_by_place) {
             return grid.pmf(lights, context, light);
         }
-        let pmf = self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize));
-        if self.all.is_some() && pmf > 0.0 { 1.0 } else { pmf }
+        match &self.all {
+            Some(lamps) => lamps.expected(light),
+            None => self.table.as_ref().map_or(0.0, |t| t.pmf(light.0 as usize)),
+        }
     }
 }
 
@@ -236,7 +249,9 @@ mod tests {
     fn all_means_every_light_that_emits() {
         let lights = lights();
         let selection = choice(SelectionMode::All, &lights);
-        assert_eq!(selection.all().unwrap(), [0, 1, 3, 4].map(LightId));
+        let all = selection.all().unwrap();
+        let ids: Vec<LightId> = (0..all.samples()).map(|i| all.choose(i, 0.5).0).collect();
+        assert_eq!(ids, [0, 1, 3, 4].map(LightId));
         let pmf = |i| selection.pmf(&lights, &HERE, LightId(i));
         assert_eq!((pmf(1), pmf(2)), (1.0, 0.0));
     }

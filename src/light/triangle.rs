@@ -24,7 +24,7 @@ pub enum TriangleSampling {
 
 /// Solid angles, sr, between which sampling them pays. A smaller triangle looks the same all over, so its area does as well; one
 /// of nearly the half sphere is seen from so near its plane that the arcs of its edges lose their digits.
-const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
+pub(super) const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
@@ -263,6 +263,11 @@ impl TriangleLight {
             });
         }
         sum / (n * n) as f32
+    }
+
+    /// Its area, in squares of scene units.
+    pub(super) fn area(&self) -> f64 {
+        f64::from(self.area)
     }
 
     /// `π A L`.

@@ -8,6 +8,7 @@
 //! `World::vertex`. Anisotropic materials need a tangent, which is that of growing u, triangle by triangle; `Scene::frame` computes it for these
 //! materials alone, and their surfaces are not plain.
 
+mod dispersion;
 mod maps;
 mod thin_surface;
 
@@ -57,6 +58,10 @@ pub struct Material {
     pub transmission: Spectrum,
     /// Index of refraction behind the surface, over that before it.
     pub ior: f32,
+    /// Abbe number of a body: how little the index, which is that at 587.56 nm, depends on the wavelength. `None` where it does not.
+    pub abbe: Option<f32>,
+    /// Absorption coefficient inside of a body that light enters here, per scene unit, each channel 0 or more.
+    pub absorption: Spectrum,
     /// Whether the surface is a thin dielectric, which light leaves straight on, instead of the boundary of a body.
     pub thin: bool,
     /// Emitted radiance on the front side, W·sr⁻¹·m⁻²; black, it leaves that to its texture, where there is one.
@@ -80,6 +85,8 @@ encode_fields!(Material {
     sheen,
     transmission,
     ior,
+    abbe,
+    absorption,
     thin,
     emission,
     opacity,
@@ -161,6 +168,8 @@ impl Default for Material {
             sheen: Spectrum::ZERO,
             transmission: Spectrum::ZERO,
             ior: 1.5,
+            abbe: None,
+            absorption: Spectrum::ZERO,
             thin: false,
             emission: Spectrum::ZERO,
             opacity: 1.0,
@@ -300,6 +309,14 @@ impl Material {
     /// Whether it matters how the surface is turned about its normal.
     pub fn is_anisotropic(&self) -> bool {
         self.anisotropy > 0.0
+    }
+
+    /// Absorption coefficient of the body behind the surface, if there is one.
+    pub fn absorption_of_body(&self) -> Spectrum {
+        match self.thin || self.transmission.is_black() {
+            true => Spectrum::ZERO,
+            false => self.absorption,
+        }
     }
 
     /// What a dielectric of this index reflects along the normal.

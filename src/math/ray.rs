@@ -15,6 +15,8 @@ pub struct Ray {
     pub t_max: f32,
     /// When it is traced, from 0 to 1: what moves is where it is then.
     pub time: f32,
+    /// The body that the ray starts in, where light is absorbed: a number by which the scene knows it, 0 outside.
+    pub body: u32,
 }
 
 impl Ray {
@@ -26,6 +28,7 @@ impl Ray {
             t_min: 0.0,
             t_max: f32::INFINITY,
             time: 0.0,
+            body: 0,
         }
     }
 
@@ -35,12 +38,18 @@ impl Ray {
         Self { time, ..self }
     }
 
+    /// The same from within a body.
+    #[inline(always)]
+    pub fn within(self, body: u32) -> Self {
+        Self { body, ..self }
+    }
+
     /// The point at `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction
     }
 
-    /// The bits of origin, direction, `t_min`, `t_max` and time: a ray that is written down must come back as it was.
+    /// The bits of origin, direction, `t_min`, `t_max` and time: a ray that is written down must come back as it was. What it meets depends on nothing else.
     pub fn bits(&self) -> [u32; 9] {
         let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());
         [a, b, c, d, e, f, self.t_min, self.t_max, self.time].map(f32::to_bits)
@@ -55,6 +64,7 @@ impl Ray {
             t_min,
             t_max,
             time,
+            body: 0,
         }
     }
 }

@@ -51,8 +51,13 @@ parameters! {
         ///
         /// `place` weighs each light by what it would send there if nothing were between. `visibility` learns, before the first sample, what of the sky
         /// and of other lights is seen from each part of the scene. `auto` is `visibility` in rooms that see a sky, if lights are weighed by MIS; else
-        /// `place` among more than two lights and `power` among fewer. `all` samples every light at every vertex.
+        /// `place` among more than two lights and `power` among fewer. `all` samples every lamp at
+        /// every vertex: connected triangles that emit are one lamp.
         light_selection: SelectionMode = SelectionMode::Auto;
+        /// Samples of the widest lamp at each vertex where all are sampled
+        ///
+        /// With `light_selection = "all"`: other lamps take samples in proportion to the root of their area, one at least, and skies as many as the widest lamp.
+        lamp_samples: u32 = 1, in Range::FromTo(1, 64);
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
         /// Path reuse between pixels of a tile
@@ -78,7 +83,7 @@ parameters! {
         /// Maximum number of scattering events of distributed, besides max_depth
         tree_depth: u32 = 4, in Range::FromTo(1, 1024);
         /// Distance in scene units within which surfaces occlude, for ao
-        ao_distance: f32, default "diameter of the scene", in Range::Above(0.0);
+        ao_distance: f32, default "by the room; in the open diameter of the scene", in Range::Above(0.0);
         /// Photon paths per iteration of sppm and vcm; of photon-map in all
         photons: u32, default "number of pixels; vcm: 65536 at most", in Range::FromTo(1, 1 << 26);
         /// Search radius of photons in scene units; of sppm and vcm the first one

@@ -126,7 +126,7 @@ macro_rules! methods {
 methods! {
     /// Path tracing with next-event estimation; pixels may share their paths
     Path(PathSettings) = "path" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette, clamp_indirect,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette, clamp_indirect,
         reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
     }
     /// Path tracing that meets lights by chance alone
@@ -135,54 +135,54 @@ methods! {
         emission_coin, emission_probability, absorption, max_depth, roulette_depth, roulette,
     }
     /// Path tracing with one sample of direct plus indirect light at each vertex
-    OneSample(OneSampleSettings) = "one-sample" { light_selection, triangle_sampling, direct_probability, max_depth }
+    OneSample(OneSampleSettings) = "one-sample" { light_selection, lamp_samples, triangle_sampling, direct_probability, max_depth }
     /// Path tracing whose next vertices are uniform over the area of all surfaces
-    Area(AreaSettings) = "area" { light_selection, triangle_sampling, max_depth }
+    Area(AreaSettings) = "area" { light_selection, lamp_samples, triangle_sampling, max_depth }
     /// Whitted's ray tracing: mirrors, glass and direct light
-    Whitted(WhittedSettings) = "whitted" { light_selection, triangle_sampling, max_depth }
+    Whitted(WhittedSettings) = "whitted" { light_selection, lamp_samples, triangle_sampling, max_depth }
     /// Distributed ray tracing, which branches at every vertex
     Distributed(DistributedSettings) = "distributed" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, tree_depth, branching,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, tree_depth, branching,
     }
     /// Light that is scattered once at most
-    Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, light_samples }
+    Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, light_samples }
     /// Ambient occlusion
     AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
     /// A property of the first surface as a colour: normals, texture coordinates, wireframe, cost and others
     Debug(DebugSettings) = "debug" { debug_view }
     /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
-    Light(LightSettings) = "light" { light_selection, triangle_sampling, max_depth, roulette_depth, roulette }
+    Light(LightSettings) = "light" { light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette }
     /// Bidirectional path tracing
     Bidirectional(BidirectionalSettings) = "bdpt" {
-        mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
     }
     /// Multiplexed Metropolis light transport in primary sample space
     PrimarySpace(PrimarySpaceSettings) = "pssmlt" {
-        mis, light_selection, triangle_sampling, max_depth, light_samples,
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, light_samples,
         metropolis_direct, metropolis_target, chains, bootstrap, large_step_probability, mutation_size,
     }
     /// Stochastic progressive photon mapping; biased, and the bias shrinks with samples
     ProgressivePhotons(ProgressivePhotonSettings) = "sppm" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
         photons, photon_radius, photon_alpha,
     }
     /// Photon mapping with final gathering; biased, 10 to 20 times as long a sample
     PhotonMap(PhotonMapSettings) = "photon-map" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
         photons = 1 << 18, photon_radius, photon_count, gather_rays,
     }
     /// Vertex connection and merging: bdpt with sppm; biased, and the bias shrinks
     VertexMerging(VertexMergingSettings) = "vcm" {
-        mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette, photons, photon_radius, photon_alpha,
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette, photons, photon_radius, photon_alpha,
     }
     /// Metropolis light transport in path space
     PathSpace(PathSpaceSettings) = "mlt" {
-        light_selection, triangle_sampling, max_depth, roulette_depth, light_samples,
+        light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, light_samples,
         metropolis_direct, metropolis_target, chains, bootstrap,
     }
     /// Irradiance caching of diffuse indirect light; biased
     IrradianceCache(IrradianceCacheSettings) = "irradiance-cache" {
-        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, triangle_sampling, max_depth, roulette_depth, roulette,
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
         light_samples = 2, cache_error, cache_rays,
     }
 }

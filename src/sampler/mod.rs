@@ -126,6 +126,8 @@ impl Dimension {
     pub const TECHNIQUE: Self = Self(3);
     /// Whether a camera ray passes thin surfaces.
     pub const THIN_SURFACES: Self = Self(4);
+    /// Wavelength of a path's light, where glass disperses it.
+    pub const WAVELENGTH: Self = Self(5);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
@@ -154,11 +156,14 @@ impl Dimension {
         const OF_TIME: u32 = (1 << 20) - 1;
         /// Few scenes have thin glass.
         const OF_THIN_SURFACES: u32 = OF_TIME - 1;
+        /// Few scenes have glass that disperses light.
+        const OF_WAVELENGTH: u32 = OF_TIME - 2;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
         match block {
             0 if self == Self::TIME => OF_TIME,
             0 if self == Self::THIN_SURFACES => OF_THIN_SURFACES,
+            0 if self == Self::WAVELENGTH => OF_WAVELENGTH,
             0 => within.min(OF_CAMERA - 1),
             _ => OF_CAMERA + (block - 1) * OF_BOUNCE + within.min(OF_BOUNCE - 1),
         }

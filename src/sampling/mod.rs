@@ -3,7 +3,10 @@
 mod alias;
 pub mod distribution;
 pub mod mis;
+pub mod spherical_rectangle;
 pub mod spherical_triangle;
 pub mod warp;
+mod wavelengths;
 
 pub use alias::AliasTable;
+pub use wavelengths::Wavelength;

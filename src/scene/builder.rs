@@ -56,7 +56,10 @@ pub struct SceneBuilder {
     light_group: Option<LightGroupId>,
     /// The group of what surfaces of a material emit.
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
+    /// Lights that are whole meshes of a material of their own.
+    pub(super) lamps: HashMap<MaterialId, Light>,
     pub(super) selection: SelectionMode,
+    pub(super) lamp_samples: u32,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,
@@ -163,6 +166,11 @@ impl SceneBuilder {
     /// How lights are chosen; by power if this is not called.
     pub fn light_selection(&mut self, mode: SelectionMode) {
         self.selection = mode;
+    }
+
+    /// Samples of the widest lamp at a vertex where all are sampled, from 1; 1 if this is not called.
+    pub fn lamp_samples(&mut self, samples: u32) {
+        self.lamp_samples = samples.max(1);
     }
 
     /// How emitting triangles are sampled; by area if this is not called.

@@ -2,11 +2,11 @@ use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_
 use super::ground::Ground;
 use super::panes::{FlatPanes, Panes, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
-use super::{Instance, Scene, Shape};
+use super::{Instance, Scene, Shape, components};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
-    ConstantLight, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
+    ConstantLight, Lamps, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
     TriangleSampling,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
@@ -19,6 +19,9 @@ const ONLY_OBJECT: &str = "scene";
 
 /// Bytes of an emitting triangle, with those that choosing it takes and growing lists leave.
 const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
+
+/// Groups of lights, and lights that are whole meshes, by the material of their surfaces.
+type LightsOfMaterials<'a> = (&'a HashMap<MaterialId, LightGroupId>, &'a HashMap<MaterialId, Light>);
 
 impl SceneBuilder {
     /// Freezes the scene. One in which nothing emits is lit by a constant environment of radiance 1.
@@ -51,6 +54,7 @@ impl SceneBuilder {
         let thin_surfaces: Vec<Option<ThinSurface>> = self.materials.iter().map(surface).collect();
         let stopped = |material: &Material| material.stopped_bsdf().filter(|_| is_straight);
         let bsdf = |material: &Material| stopped(material).unwrap_or_else(|| material.bsdf());
+        let absorptions: Vec<Spectrum> = self.materials.iter().map(Material::absorption_of_body).collect();
         let mut scene = Scene {
             bounds,
             ground: None,
@@ -60,6 +64,13 @@ impl SceneBuilder {
             facets: Vec::with_capacity(count),
             shapes: Vec::with_capacity(count),
             bsdfs: self.materials.iter().map(bsdf).collect(),
+            is_dispersive: self.materials.iter().any(Material::is_dispersive),
+            has_absorption: absorptions.iter().any(|absorption| !absorption.is_black()),
+            absorptions,
+            has_lamp_hulls: self
+                .lamps
+                .values()
+                .any(|light| matches!(light, Light::Sphere(_) | Light::Disk(_))),
             has_thin_surfaces: thin_surfaces.iter().any(Option::is_some),
             thin_surfaces,
             panes: self.report.panes,
@@ -86,12 +97,12 @@ impl SceneBuilder {
         // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
         let mut emitting = 0;
         for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
-            scene.add_shape(mesh, material, Some(object), &mut emitting);
+            scene.add_shape(mesh, material, Some(object), (&self.lamps, &mut emitting));
         }
         // The ground is the last mesh that stands in the world.
         let ground_geom = GeomId(scene.meshes.len() as u32);
         if let Some((plane, (material, object))) = ground {
-            scene.add_shape(plane.mesh(), material, Some(object), &mut emitting);
+            scene.add_shape(plane.mesh(), material, Some(object), (&self.lamps, &mut emitting));
         }
         let mut of_instances = 0;
         let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
@@ -99,7 +110,7 @@ impl SceneBuilder {
             let first = scene.meshes.len() as u32;
             let mut emitting = 0;
             for (mesh, material) in meshes {
-                scene.add_shape(mesh, material, None, &mut emitting);
+                scene.add_shape(mesh, material, None, (&self.lamps, &mut emitting));
             }
             scene.prototypes.push(first..scene.meshes.len() as u32);
             of_prototypes.push(emitting);
@@ -118,7 +129,7 @@ impl SceneBuilder {
         }
         let moves = |i: &Instance| i.placement.is_moving();
         scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
-        scene.add_triangle_lights(self.triangle_sampling, &self.material_groups);
+        scene.add_lights_of_meshes(self.triangle_sampling, (&self.material_groups, &self.lamps));
         for (light, group) in self.lights {
             scene.lights.push(light);
             scene.light_groups.push(group, 1);
@@ -140,7 +151,16 @@ impl SceneBuilder {
             .collect();
         // A scene without extent still has a sky of some power.
         let radius = Some(scene.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
-        scene.light_selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
+        let selection = LightSelection::new(self.selection, &scene.lights, scene.bounds, radius);
+        let lamps = || {
+            Lamps::new(
+                scene.lamps().into_iter(),
+                &scene.lights,
+                radius,
+                self.lamp_samples.max(1),
+            )
+        };
+        scene.light_selection = selection.with_lamps(lamps);
         if let Some((plane, _)) = ground {
             scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
         }
@@ -224,15 +244,25 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh that stands in the world as part of `object`, or is part of a prototype. `emitting` counts the triangles that emit.
-    fn add_shape(&mut self, mesh: Mesh, material: MaterialId, object: Option<u32>, emitting: &mut u64) {
+    /// Adds a mesh that stands in the world as part of `object`, or is part of a prototype. `emitting` counts the lights of meshes: triangles that emit, and
+    /// each of `lamps`.
+    fn add_shape(
+        &mut self,
+        mesh: Mesh,
+        material: MaterialId,
+        object: Option<u32>,
+        (lamps, emitting): (&HashMap<MaterialId, Light>, &mut u64),
+    ) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = object.is_some() && !mesh.deforms();
         let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
-        let first_light = (!surface.emission_factor().is_black()).then_some(LightId(*emitting as u32));
+        let lamp = lamps.get(&material);
+        // A lamp that is out has its shape all the same.
+        let emits = lamp.is_some() || !surface.emission_factor().is_black();
+        let first_light = emits.then_some(LightId(*emitting as u32));
         if first_light.is_some() {
-            *emitting += mesh.triangles.len() as u64;
+            *emitting += if lamp.is_some() { 1 } else { mesh.triangles.len() as u64 };
         }
         // Where triangles move, what their points share does so too.
         let prims = 0..mesh.triangles.len() as u32;
@@ -244,21 +274,52 @@ impl Scene {
         self.shapes.push(Shape {
             material,
             object: object.unwrap_or(0),
-            is_plain: keeps_place && is_uniform,
+            // A sphere is not where its hull is.
+            is_plain: keeps_place && is_uniform && !matches!(lamp, Some(Light::Sphere(_))),
             first_light,
+            is_one_light: lamp.is_some(),
         });
     }
 
-    /// Makes a light of each emitting triangle, in the order of their ids.
-    fn add_triangle_lights(&mut self, sampling: TriangleSampling, groups: &HashMap<MaterialId, LightGroupId>) {
+    /// Makes a light of each emitting triangle, or of a mesh that is a lamp, in the order of their ids.
+    fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
         for geom in self.standing() {
-            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, groups);
+            self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);
         }
         for inst in 0..self.instances.len() {
             for geom in self.prototypes[self.instances[inst].prototype as usize].clone() {
-                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling, groups);
+                self.add_lights_of(GeomId(geom), InstanceId(inst as u32), sampling, of_materials);
             }
         }
+    }
+
+    /// The lights of each lamp: of a connected component of an emitting mesh, wherever it stands, or a light that is part of no mesh.
+    fn lamps(&self) -> Vec<Vec<LightId>> {
+        let mut lamps = Vec::new();
+        let mut end = 0;
+        let placed = (self.instances.iter()).flat_map(|i| {
+            self.prototypes[i.prototype as usize]
+                .clone()
+                .map(|geom| (geom, i.first_light.0))
+        });
+        for (geom, before) in self.standing().map(|geom| (geom, 0)).chain(placed) {
+            let Some(first) = self.shape(GeomId(geom)).first_light else {
+                continue;
+            };
+            let mesh = &self.meshes[geom as usize];
+            if self.shape(GeomId(geom)).is_one_light {
+                lamps.push(vec![LightId(before + first.0)]);
+                end = end.max(before + first.0 + 1);
+                continue;
+            }
+            for triangles in components::components(mesh, components::welded(mesh)) {
+                let ids = triangles.into_iter().map(|prim| LightId(before + first.0 + prim));
+                lamps.push(ids.collect());
+            }
+            end = end.max(before + first.0 + mesh.triangles.len() as u32);
+        }
+        lamps.extend((end..self.lights.len() as u32).map(|id| vec![LightId(id)]));
+        lamps
     }
 
     fn add_lights_of(
@@ -266,13 +327,18 @@ impl Scene {
         geom: GeomId,
         inst: InstanceId,
         sampling: TriangleSampling,
-        groups: &HashMap<MaterialId, LightGroupId>,
+        (groups, lamps): LightsOfMaterials,
     ) {
         let shape = self.shape(geom);
         if shape.first_light.is_none() {
             return;
         }
         let group = groups.get(&shape.material).copied();
+        if let Some(lamp) = lamps.get(&shape.material) {
+            self.light_groups.push(group, 1);
+            self.lights.push(lamp.clone());
+            return;
+        }
         let material = &self.materials[shape.material.0 as usize];
         let radiance = material.emission_factor();
         let mesh = &self.meshes[geom.0 as usize];

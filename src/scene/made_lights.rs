@@ -1,17 +1,25 @@
-//! Lights that the builder makes of a few numbers: skies, studios, suns with a size, and rectangles.
+//! Lights that the builder makes of a few numbers: skies, studios, suns with a size, spheres, disks and rectangles.
 
 use super::SceneBuilder;
+use super::lamp_hulls::{around_disk, around_sphere};
 use super::light_checks::{bad_light, check_angle, check_environment, check_light, check_number, unit, unit_of};
 use super::validate::{BuildError, MAX_COORDINATE};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::light::sky::{Sky, TURBIDITIES};
-use crate::light::{EnvironmentKind, EnvironmentLight, LatLongImage, Light, SunLight, studio_image};
+use crate::light::{
+    DiskLight, EnvironmentKind, EnvironmentLight, LatLongImage, Light, RectangleLight, SphereLight, SunLight,
+    studio_image,
+};
 use crate::material::Material;
 use crate::math::{Horizon, Quat, Vec3, list};
 
 /// Name of the material of a rectangle that emits, and of the object that it is.
 pub const RECTANGLE_NAME: &str = "rectangle light";
+/// The same of a sphere.
+pub const SPHERE_NAME: &str = "sphere light";
+/// The same of a disk.
+pub const DISK_NAME: &str = "disk light";
 
 /// A daylight sky. Angles are degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +56,30 @@ pub struct RectangleParameters {
     pub size: [f32; 2],
     /// Which way its height goes, of any length; `None` for +y, or +z where `direction` is along that.
     pub up: Option<Vec3>,
+    /// Radiance of that side, W·sr⁻¹·m⁻².
+    pub radiance: Spectrum,
+}
+
+/// A sphere that emits from its outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereParameters {
+    /// Its middle.
+    pub position: Vec3,
+    /// Scene units.
+    pub radius: f32,
+    /// Radiance of its outside, W·sr⁻¹·m⁻².
+    pub radiance: Spectrum,
+}
+
+/// A disk that emits on one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiskParameters {
+    /// Its middle.
+    pub position: Vec3,
+    /// Normal of the side that emits, of any length.
+    pub direction: Vec3,
+    /// Scene units.
+    pub radius: f32,
     /// Radiance of that side, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
 }
@@ -108,7 +140,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a rectangle that emits: two triangles of a black material, an object of its own in the light group that was begun last.
+    /// Adds a rectangle that emits on one side: an object of its own, of a black material, in the light group that was begun last.
     pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
         const NAME: &str = "rectangle";
         let direction = unit(NAME, rectangle.direction)?;
@@ -143,20 +175,79 @@ impl SceneBuilder {
                 "corners must be finite and within 1e10",
             ));
         }
-        let material = self.add_material(Material {
-            name: RECTANGLE_NAME.into(),
-            emission: rectangle.radiance,
-            ..Material::default()
-        })?;
-        if let Some(group) = self.current_light_group() {
-            self.group_material(material, group);
-        }
-        self.begin_object(RECTANGLE_NAME);
         let mesh = Mesh {
             positions: corners.to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..Mesh::default()
         };
+        let light = RectangleLight::new(corners[0], [2.0 * right, 2.0 * up], rectangle.radiance);
+        self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
+    }
+
+    /// Adds a sphere that emits from its outside: an object of its own, of a black material, in the light group that was begun last.
+    pub fn add_sphere(&mut self, sphere: &SphereParameters) -> Result<(), BuildError> {
+        const NAME: &str = "sphere";
+        check_radius(NAME, sphere.radius)?;
+        check_light(NAME, "radiance", sphere.radiance)?;
+        check_place(NAME, sphere.position, sphere.radius)?;
+        let light = SphereLight::new(sphere.position, sphere.radius, sphere.radiance);
+        let hull = around_sphere(sphere.position, sphere.radius);
+        self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
+    }
+
+    /// Adds a disk that emits on one side: an object of its own, of a black material, in the light group that was begun last.
+    pub fn add_disk(&mut self, disk: &DiskParameters) -> Result<(), BuildError> {
+        const NAME: &str = "disk";
+        let normal = unit(NAME, disk.direction)?;
+        check_radius(NAME, disk.radius)?;
+        check_light(NAME, "radiance", disk.radiance)?;
+        check_place(NAME, disk.position, disk.radius)?;
+        let light = DiskLight::new(disk.position, normal, disk.radius, disk.radiance);
+        let hull = around_disk(disk.position, normal, disk.radius);
+        self.add_lamp(DISK_NAME, Light::Disk(light), disk.radiance, hull)
+    }
+
+    /// Adds the mesh of a lamp: an object and a material of that name, in the light group that was begun last.
+    fn add_lamp(&mut self, name: &str, light: Light, radiance: Spectrum, mesh: Mesh) -> Result<(), BuildError> {
+        let material = self.add_material(Material {
+            name: name.into(),
+            emission: radiance,
+            ..Material::default()
+        })?;
+        if let Some(group) = self.current_light_group() {
+            self.group_material(material, group);
+        }
+        self.lamps.insert(material, light);
+        self.begin_object(name);
         self.add_mesh(mesh, material)
+    }
+}
+
+fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
+    match radius > 0.0 && radius.is_finite() {
+        true => Ok(()),
+        false => Err(bad_light(
+            light,
+            "radius",
+            radius.to_string(),
+            "must be finite and above 0",
+        )),
+    }
+}
+
+/// An error where a lamp of that reach around `position` is too far away.
+fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), BuildError> {
+    let farthest = position.abs().max_element() + 2.0 * reach;
+    match position.is_finite() && farthest <= MAX_COORDINATE {
+        true => Ok(()),
+        false => {
+            let value = list(&position.to_array());
+            Err(bad_light(
+                light,
+                "position",
+                value,
+                "must be finite and within 1e10, with the radius",
+            ))
+        }
     }
 }

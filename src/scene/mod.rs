@@ -4,9 +4,12 @@
 //! A frozen scene keeps 36 bytes a triangle of a mesh of positions alone: 12 of indices, 8 of vertices and 16 of its facet. A compact scene
 //! (`--compact`) makes the facet at each hit; the picture is the same to the bit. docs/benchmarks.md, "Memory", has both.
 
+mod absorption;
 mod builder;
+mod components;
 mod freeze;
 mod ground;
+mod lamp_hulls;
 mod light_checks;
 mod made_lights;
 mod panes;
@@ -15,7 +18,10 @@ mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
 pub use ground::{Ground, GroundPlane};
-pub use made_lights::{RECTANGLE_NAME, RectangleParameters, SkyParameters, StudioParameters};
+pub use made_lights::{
+    DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
+    StudioParameters,
+};
 pub use panes::Panes;
 pub use validate::BuildError;
 
@@ -23,7 +29,7 @@ use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
 use crate::light::{
-    EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle,
+    EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle, TriangleLight,
 };
 use crate::material::{Material, MaterialId, Spot, ThinSurface};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
@@ -45,6 +51,8 @@ pub struct Shape {
     /// Light of its first triangle, if they emit; the other triangles follow in order. Where it is part of a prototype this counts from
     /// [`Instance::first_light`].
     pub first_light: Option<LightId>,
+    /// Whether all its triangles are that one light.
+    pub is_one_light: bool,
 }
 
 /// A prototype that has been put into the world.
@@ -80,6 +88,11 @@ pub struct Scene {
     is_compact: bool,
     has_alpha: bool,
     has_thin_surfaces: bool,
+    has_lamp_hulls: bool,
+    has_absorption: bool,
+    is_dispersive: bool,
+    /// Absorption coefficient of the body behind surfaces of each material, per scene unit.
+    absorptions: Vec<Spectrum>,
     panes: u64,
     is_moving: bool,
     textures: Vec<Texture>,
@@ -329,6 +342,18 @@ impl Scene {
         }
     }
 
+    /// Whether any glass refracts each wavelength by an index of its own.
+    #[inline(always)]
+    pub fn is_dispersive(&self) -> bool {
+        self.is_dispersive
+    }
+
+    /// The BSDF at a hit for a wavelength, in nanometres, where that makes a difference.
+    pub fn bsdf_of_wavelength(&self, hit: &Hit, nanometers: f32) -> Option<Bsdf> {
+        let material = self.shape(hit.geom).material.0 as usize;
+        self.materials[material].dispersed(&self.bsdfs[material], nanometers)
+    }
+
     /// The BSDF at a hit, by value where a texture changes it.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
@@ -393,9 +418,11 @@ impl Scene {
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
     pub fn emitted(&self, hit: &Hit, context: &LightSampleContext, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
-        let first = self.shape(hit.geom).first_light?;
+        let shape = self.shape(hit.geom);
+        let first = shape.first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
-        let id = LightId(before + first.0 + hit.prim.0);
+        let of_shape = if shape.is_one_light { 0 } else { hit.prim.0 };
+        let id = LightId(before + first.0 + of_shape);
         let Light::Triangle(light) = &self.lights[id.0 as usize] else {
             return self.emitted_otherwise(id, hit, context, q, wi, time);
         };
@@ -406,7 +433,7 @@ impl Scene {
         })
     }
 
-    /// The same of a light that moves, or that a texture varies.
+    /// The same of a light that moves, that a texture varies, or that is no triangle.
     #[inline(never)]
     fn emitted_otherwise(
         &self,
@@ -417,9 +444,13 @@ impl Scene {
         wi: Vec3,
         time: f32,
     ) -> Option<Incident> {
-        let (triangle, factor) = match &self.lights[id.0 as usize] {
-            Light::MovingTriangle(light) => (light.at(time), Spectrum::ONE),
-            Light::Textured(light) => (light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
+        let of_triangle = |light: TriangleLight, factor| (light.emitted(-wi) * factor, light.pdf(context.p, q, wi));
+        let (radiance, pdf) = match &self.lights[id.0 as usize] {
+            Light::MovingTriangle(light) => of_triangle(light.at(time), Spectrum::ONE),
+            Light::Textured(light) => of_triangle(light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
+            Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
+            Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
+            Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
             // No surface has them.
             Light::Triangle(_)
             | Light::Point(_)
@@ -431,8 +462,8 @@ impl Scene {
         };
         Some(Incident {
             id,
-            radiance: triangle.emitted(-wi) * factor,
-            pdf: self.light_selection.pmf(&self.lights, context, id) * triangle.pdf(context.p, q, wi),
+            radiance,
+            pdf: self.light_selection.pmf(&self.lights, context, id) * pdf,
         })
     }
 
@@ -449,6 +480,9 @@ impl Scene {
                 | Light::Triangle(_)
                 | Light::MovingTriangle(_)
                 | Light::Textured(_)
+                | Light::Sphere(_)
+                | Light::Disk(_)
+                | Light::Rectangle(_)
                 | Light::Point(_)
                 | Light::Spot(_) => return None,
             };

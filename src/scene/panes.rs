@@ -16,11 +16,12 @@
 //! Two separate faces of the same outline that look away from each other, as a slab without its rim, are taken too. A single face of refracting glass
 //! is not: it may be the surface of water.
 
+use super::components::{components, welded};
 use crate::bsdf::{Bsdf, Lobe};
 use crate::geometry::Mesh;
 use crate::material::{Material, MaterialId};
-use crate::math::{Bounds3, DVec3, Vec3};
-use std::collections::{BTreeMap, HashMap};
+use crate::math::{Bounds3, DVec3};
+use std::collections::HashMap;
 
 /// How light passes thin glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,7 +145,8 @@ impl FlatPanes {
 fn is_clear_glass(material: &Material) -> bool {
     let maps = &material.maps;
     let varies = maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some();
-    let is_there = material.opacity == 1.0 && material.emission_factor().is_black();
+    let is_body = !material.absorption.is_black() || material.abbe.is_some();
+    let is_there = !is_body && material.opacity == 1.0 && material.emission_factor().is_black();
     is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
 }
 
@@ -190,50 +192,6 @@ fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
     }
     panes.extend(pairs(faces, max_thickness));
     panes
-}
-
-/// An index for each vertex that vertices of one position have in common.
-fn welded(mesh: &Mesh) -> Vec<u32> {
-    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
-    let positions = mesh.positions.iter().enumerate();
-    let first = positions.map(|(i, p)| {
-        // Of both zeros one
-        let bits = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
-        *known.entry(bits).or_insert(i as u32)
-    });
-    first.collect()
-}
-
-/// The triangles of each connected component, in the order of their first ones. At first the parent of a vertex is its [`welded`] one.
-fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
-    // By path halving (Tarjan 1975)
-    fn root(parents: &mut [u32], mut i: u32) -> u32 {
-        while parents[i as usize] != i {
-            let above = parents[parents[i as usize] as usize];
-            parents[i as usize] = above;
-            i = above;
-        }
-        i
-    }
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
-        let least = a.min(b).min(c);
-        for other in [a, b, c] {
-            // A root that was joined a moment ago is one no more.
-            let other = root(&mut parents, other);
-            parents[other as usize] = least;
-        }
-    }
-    let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
-    let mut components: Vec<Vec<u32>> = Vec::new();
-    for (i, [vertex, ..]) in mesh.triangles.iter().enumerate() {
-        let index = *index_of.entry(root(&mut parents, *vertex)).or_insert_with(|| {
-            components.push(Vec::new());
-            components.len() - 1
-        });
-        components[index].push(i as u32);
-    }
-    components
 }
 
 /// The shape of the connected component of these triangles, whose vertices are `welded`.

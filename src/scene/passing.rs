@@ -7,10 +7,10 @@ use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
-    /// Whether rays may pass any surface straight on: by its opacity, or as thin glass.
+    /// Whether rays may pass any surface straight on: by its opacity, as thin glass, or beside a lamp within its hull.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
-        self.has_alpha || self.has_thin_surfaces
+        self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls
     }
 
     /// Whether any surface has an opacity below 1.

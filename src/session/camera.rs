@@ -1,5 +1,5 @@
 use crate::accel::Accel;
-use crate::camera::{Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
+use crate::camera::{Aperture, Camera, CameraDescription, CameraError, CameraMotion, CameraParameters, Pose};
 use crate::description::SceneFile;
 use crate::geometry::Hit;
 use crate::guess::{Asked, CameraFinder, CameraGuess, Orbit, View};
@@ -10,6 +10,9 @@ use toml::Spanned;
 
 /// Vertical field of view, in degrees, of a camera that says where it is and what it looks at, and no more.
 const DEFAULT_FOV: f32 = 40.0;
+
+/// Height of the sensor where nothing is said, scene units: that of full frame, if they are metres.
+const DEFAULT_SENSOR_HEIGHT: f32 = 0.024;
 
 /// What is said of the camera; the rest is guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,6 +31,14 @@ pub struct CameraSettings {
     pub vertical_fov: Option<f32>,
     /// Scene units; a pinhole where nothing is said.
     pub lens_radius: Option<f32>,
+    /// F-number of the lens, in place of `lens_radius`: its focal length over its diameter.
+    pub f_stop: Option<f32>,
+    /// Height of the sensor, scene units, from which `f_stop` and the field of view make the focal length; 0.024 where nothing is said.
+    pub sensor_height: Option<f32>,
+    /// Straight blades of the lens's opening; a disk where nothing is said.
+    pub aperture_blades: Option<u32>,
+    /// Angle of the first corner between them, degrees; 0 where nothing is said.
+    pub aperture_rotation: Option<f32>,
     /// Along the view axis; that of `look_at` where nothing is said.
     pub focus_distance: Option<f32>,
     /// The point of the image, in pixels from its top left corner, whose surface is in focus: in place of `focus_distance`.
@@ -50,6 +61,10 @@ encode_fields!(CameraSettings {
     up,
     vertical_fov,
     lens_radius,
+    f_stop,
+    sensor_height,
+    aperture_blades,
+    aperture_rotation,
     focus_distance,
     focus_at,
     position_close,
@@ -74,6 +89,10 @@ impl CameraSettings {
             up: vector(&section.up),
             vertical_fov: number(&section.vertical_fov),
             lens_radius: number(&section.lens_radius),
+            f_stop: number(&section.f_stop),
+            sensor_height: number(&section.sensor_height),
+            aperture_blades: section.aperture_blades.as_ref().map(|blades| *blades.get_ref()),
+            aperture_rotation: number(&section.aperture_rotation),
             focus_distance: number(&section.focus_distance),
             focus_at: section.focus_at.as_ref().map(|at| Vec2::from(*at.get_ref())),
             position_close: vector(&section.position_close),
@@ -134,14 +153,39 @@ impl CameraSettings {
             look_at,
             up,
             vertical_fov,
-            lens_radius: self.lens_radius.unwrap_or(0.0),
+            lens_radius: self.radius(vertical_fov)?,
             focus_distance: self.focus_distance.unwrap_or_else(|| distance(position, look_at)),
         };
         if let (Some(at), Some(finder)) = (self.focus_at, finder) {
             parameters.focus_distance = focus_distance(parameters, finder.accel(), at, resolution)?;
         }
         let motion = self.motion(&parameters);
-        Ok((CameraDescription { motion, parameters }, guess))
+        let aperture = self.aperture_blades.map(|blades| Aperture {
+            blades,
+            rotation: self.aperture_rotation.unwrap_or(0.0),
+        });
+        let description = CameraDescription {
+            parameters,
+            motion,
+            aperture,
+        };
+        Ok((description, guess))
+    }
+
+    /// Radius of the lens, scene units. By an f-number N it is `f / 2N`, where the focal length f is the distance at which a sensor of that height has
+    /// the field of view: that of a lens focused at infinity.
+    fn radius(&self, vertical_fov: f32) -> Result<f32, CameraError> {
+        let height = self.sensor_height.unwrap_or(DEFAULT_SENSOR_HEIGHT);
+        for (parameter, value) in [("f_stop", self.f_stop), ("sensor_height", Some(height))] {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(CameraError::not_positive(parameter, value));
+            }
+        }
+        let Some(f_stop) = self.f_stop else {
+            return Ok(self.lens_radius.unwrap_or(0.0));
+        };
+        let focal_length = 0.5 * height / (0.5 * vertical_fov.to_radians()).tan();
+        Ok(0.5 * focal_length / f_stop)
     }
 
     /// The camera for an image of `resolution` pixels.
@@ -189,6 +233,10 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
         "up" => section.up.as_ref().map(Spanned::span),
         "vertical_fov" => section.vertical_fov.as_ref().map(Spanned::span),
         "lens_radius" => section.lens_radius.as_ref().map(Spanned::span),
+        "f_stop" => section.f_stop.as_ref().map(Spanned::span),
+        "sensor_height" => section.sensor_height.as_ref().map(Spanned::span),
+        "aperture_blades" => section.aperture_blades.as_ref().map(Spanned::span),
+        "aperture_rotation" => section.aperture_rotation.as_ref().map(Spanned::span),
         "focus_distance" => section.focus_distance.as_ref().map(Spanned::span),
         "shutter" => section.shutter.as_ref().map(Spanned::span),
         "close" => {
@@ -221,4 +269,30 @@ fn focus_distance(
 /// Where a camera focuses that does not say where.
 fn distance(position: Vec3, look_at: Vec3) -> f32 {
     Some(position.distance(look_at)).filter(|&d| d > 0.0).unwrap_or(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A normal lens of full frame, 50 mm at a vertical field of view of 26.99°, in metres and in millimetres.
+    #[test]
+    fn an_f_number_is_a_radius() {
+        let settings = CameraSettings {
+            f_stop: Some(2.0),
+            ..CameraSettings::default()
+        };
+        let fov = 2.0 * (12f32 / 50.0).atan().to_degrees();
+        assert!((settings.radius(fov).unwrap() - 0.0125).abs() < 1e-7);
+        let millimetres = CameraSettings {
+            sensor_height: Some(24.0),
+            ..settings
+        };
+        assert!((millimetres.radius(fov).unwrap() - 12.5).abs() < 1e-4);
+        assert_eq!(CameraSettings::default().radius(fov), Ok(0.0));
+        for f_stop in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let f_stop = Some(f_stop);
+            assert!(CameraSettings { f_stop, ..settings }.radius(fov).is_err());
+        }
+    }
 }

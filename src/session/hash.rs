@@ -40,12 +40,12 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
 mod tests {
     use super::*;
     use crate::bsdf::Fresnel;
-    use crate::camera::{CameraMotion, CameraParameters, Pose};
+    use crate::camera::{Aperture, CameraMotion, CameraParameters, Pose};
     use crate::color::Spectrum;
     use crate::description::{SceneFile, load_scene};
     use crate::light::{
-        ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
-        SpotLight, SunLight,
+        ConstantLight, DirectionalLight, DiskLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups,
+        PointLight, RectangleLight, SphereLight, SpotLight, SunLight,
     };
     use crate::material::{Gloss, Map, Material};
     use crate::math::{Quat, UVec2, Vec2, Vec3};
@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "a012bcfef9297198a395a17f01db1573fcfaac66046f743330f1cb9de368a781"
+            "eadf67e6e0c590bd2bbeef939e0fd048935799c22edd8e9ec6e089a537ad4246"
         );
     }
 
@@ -131,6 +131,10 @@ mod tests {
                 |m| m.transmission = Spectrum::ONE,
                 |m| m.ior = 1.25,
                 |m| m.thin = true,
+                |m| m.abbe = Some(30.0),
+                |m| m.abbe = Some(40.0),
+                |m| m.absorption = Spectrum::ONE,
+                |m| m.absorption = Spectrum::rgb(1.0, 1.0, 2.0),
                 |m| m.emission = Spectrum::ONE,
                 |m| m.emission = Spectrum::rgb(1.0, 1.0, 2.0),
                 |m| m.opacity = 0.5,
@@ -219,6 +223,19 @@ mod tests {
             Light::Sun(SunLight::new(Vec3::X, irradiance, 1.0)),
             Light::Sun(SunLight::new(Vec3::Y, red, 1.0)),
             Light::Sun(SunLight::new(Vec3::Y, irradiance, 2.0)),
+            Light::Sphere(SphereLight::new(Vec3::Y, 1.0, red)),
+            Light::Sphere(SphereLight::new(Vec3::X, 1.0, red)),
+            Light::Sphere(SphereLight::new(Vec3::Y, 2.0, red)),
+            Light::Sphere(SphereLight::new(Vec3::Y, 1.0, irradiance)),
+            Light::Disk(DiskLight::new(Vec3::Y, Vec3::Y, 1.0, red)),
+            Light::Disk(DiskLight::new(Vec3::X, Vec3::Y, 1.0, red)),
+            Light::Disk(DiskLight::new(Vec3::Y, Vec3::X, 1.0, red)),
+            Light::Disk(DiskLight::new(Vec3::Y, Vec3::Y, 2.0, red)),
+            Light::Disk(DiskLight::new(Vec3::Y, Vec3::Y, 1.0, irradiance)),
+            Light::Rectangle(RectangleLight::new(Vec3::Y, [Vec3::X, Vec3::Y], red)),
+            Light::Rectangle(RectangleLight::new(Vec3::X, [Vec3::X, Vec3::Y], red)),
+            Light::Rectangle(RectangleLight::new(Vec3::Y, [Vec3::Y, Vec3::X], red)),
+            Light::Rectangle(RectangleLight::new(Vec3::Y, [Vec3::X, Vec3::Y], irradiance)),
             environment(1.0, 1.0, Quat::IDENTITY),
             environment(2.0, 1.0, Quat::IDENTITY),
             environment(1.0, 2.0, Quat::IDENTITY),
@@ -259,10 +276,7 @@ mod tests {
             focus_distance: 1.0,
         };
         assert_each_counts(
-            &CameraDescription {
-                parameters,
-                motion: None,
-            },
+            &CameraDescription::still(parameters),
             &[
                 |c| c.parameters.position = Vec3::ZERO,
                 |c| c.parameters.look_at = Vec3::ZERO,
@@ -281,6 +295,18 @@ mod tests {
                 |c| {
                     let (close, shutter) = (Some(POSE), [0.0, 1.0]);
                     c.motion = Some(CameraMotion { close, shutter });
+                },
+                |c| {
+                    let (blades, rotation) = (5, 0.0);
+                    c.aperture = Some(Aperture { blades, rotation });
+                },
+                |c| {
+                    let (blades, rotation) = (6, 0.0);
+                    c.aperture = Some(Aperture { blades, rotation });
+                },
+                |c| {
+                    let (blades, rotation) = (5, 30.0);
+                    c.aperture = Some(Aperture { blades, rotation });
                 },
             ],
         );

@@ -153,10 +153,7 @@ impl Session {
         // Another session may have learned it.
         scene.forget_visibility();
         let forecast = forecast_of(&scene, 0, &settings);
-        let description = CameraDescription {
-            parameters: camera,
-            motion: None,
-        };
+        let description = CameraDescription::still(camera);
         let camera = description.camera(settings.resolution)?;
         let method = settings.method();
         method.check_ground(&scene)?;
@@ -247,10 +244,7 @@ impl Session {
     ///
     /// A camera that sees nothing.
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
-        let description = CameraDescription {
-            parameters: guess.parameters(),
-            motion: None,
-        };
+        let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
         self.scene.forget_visibility();
         self.scene_hash = hash::scene_hash(&self.scene, &description);
@@ -305,11 +299,13 @@ impl Session {
 
 /// What of the scene the method does not find, or takes otherwise.
 fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
+    method.check_dispersion(scene)?;
     let lights = method.check_lights(scene)?;
     let motion = method.check_motion(scene, camera);
-    let [lights, motion] =
-        [("unmet-light", lights), ("motion", motion)].map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
-    Ok(lights.into_iter().chain(motion).collect())
+    let lamps = method.check_lamps(scene);
+    let warnings = [("unmet-light", lights), ("motion", motion), ("many-lamps", lamps)];
+    let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
+    Ok(warnings.into_iter().flatten().collect())
 }
 
 /// What camera rays see where they leave the scene; up is that of the camera.

@@ -18,7 +18,7 @@ const RESOLUTION: UVec2 = UVec2::splat(16);
 /// Renders of a kind, which tell its error.
 const SEEDS: u64 = 16;
 
-fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<A> {
+pub(crate) fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<A> {
     BidirectionalIntegrator {
         world,
         heuristic: Heuristic::Power,
@@ -27,7 +27,7 @@ fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<
     }
 }
 
-fn light_tracer<A>(world: World<A>, max_depth: u32) -> LightIntegrator<A> {
+pub(crate) fn light_tracer<A>(world: World<A>, max_depth: u32) -> LightIntegrator<A> {
     LightIntegrator {
         world,
         max_depth: Some(max_depth),
@@ -91,7 +91,7 @@ fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 /// The same, relative to what the whole picture is.
-fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let whole = statistics(b)[b[0].len() - 2].0;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
         renders.iter().map(|r| r.iter().map(|v| v / whole).collect()).collect()
@@ -100,7 +100,7 @@ fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 /// By several seeds.
-fn renders(of: impl Fn(u64) -> Film) -> Vec<Vec<f64>> {
+pub(crate) fn renders(of: impl Fn(u64) -> Film) -> Vec<Vec<f64>> {
     (0..SEEDS).map(|seed| picture(&of(seed))).collect()
 }
 

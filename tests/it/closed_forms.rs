@@ -1,7 +1,7 @@
 //! Renders against answers known on paper.
 
 use crate::support::*;
-use embrasure::camera::Camera;
+use embrasure::camera::{Aperture, Camera};
 use embrasure::color::Spectrum;
 use embrasure::film::{Filter, FilterKind};
 use embrasure::integrator::{DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
@@ -289,6 +289,55 @@ fn circle_of_confusion() {
     );
     let edge = radius + source * 2f64.sqrt();
     assert!((farthest - edge).abs() < 1.0, "edge at {farthest}, expected {edge}");
+}
+
+/// The blur of a point is an image of the lens's opening: a regular polygon of corners at distance R has E r² = R²/6 (2 + cos 2π/n), and behind the plane
+/// of focus it stands as the opening does.
+#[test]
+fn blades_shape_the_circle_of_confusion() {
+    let (lens, focus, depth, fov, height) = (0.1, 2.0, 6.0, 40.0f32, 64);
+    let s = 0.05;
+    let corners = [[-s, -s], [s, -s], [s, s], [-s, s]].map(|[x, y]| Vec3::new(x, y, -depth));
+    let mut b = SceneBuilder::new();
+    add(&mut b, polygon(&corners), material(0.0, 1000.0));
+    let scene = b.build().unwrap().0;
+    let mut parameters = pinhole(Vec3::ZERO, Vec3::NEG_Z, fov);
+    (parameters.lens_radius, parameters.focus_distance) = (lens, focus);
+    let pixels_per_unit = height as f64 / (2.0 * (0.5 * fov as f64).to_radians().tan());
+    let radius = lens as f64 * (depth - focus) as f64 / (depth * focus) as f64 * pixels_per_unit;
+    let source = s as f64 / depth as f64 * pixels_per_unit;
+    for blades in [3, 5, 6] {
+        let resolution = UVec2::splat(height);
+        let aperture = Aperture { blades, rotation: 90.0 };
+        let camera = Camera::new(parameters, resolution).and_then(|camera| camera.with_aperture(aperture));
+        let film = with_camera(&scene, camera.unwrap(), |world| {
+            film_of(&path_tracer(world, Some(0)), resolution, 8192, 0)
+        });
+        let center = height as f64 / 2.0;
+        let (mut weight, mut second, mut third) = (0.0, 0.0, 0.0);
+        for (pixel, sums) in film.pixels() {
+            let (x, y) = (pixel.x as f64 + 0.5 - center, center - pixel.y as f64 - 0.5);
+            weight += sums.mean(0);
+            second += sums.mean(0) * (x * x + y * y);
+            third += sums.mean(0) * (3.0 * x * x * y - y * y * y);
+        }
+        let turn = 2.0 * PI / f64::from(blades);
+        let expected = radius * radius / 6.0 * (2.0 + turn.cos()) + 1.0 / 6.0 + 2.0 / 3.0 * source * source;
+        assert!(
+            (second / weight / expected - 1.0).abs() < 0.02,
+            "{blades}: {}",
+            second / weight
+        );
+        // Of a triangle E (x + iy)³ is a tenth of its corners' (x + iy)³: that of a corner that is up is −i R³.
+        if blades == 3 {
+            let expected = -radius.powi(3) / 10.0;
+            assert!(
+                (third / weight / expected - 1.0).abs() < 0.1,
+                "{}",
+                third / weight / expected
+            );
+        }
+    }
 }
 
 #[test]

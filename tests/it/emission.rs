@@ -384,6 +384,8 @@ fn power(case: &Case) -> [f64; 3] {
     let disk = PI * (WORLD.radius as f64).powi(2);
     match &case.light {
         Light::Triangle(_) | Light::MovingTriangle(_) => color.map(|c| PI * area * c),
+        // `shaped_lights` has them.
+        Light::Sphere(_) | Light::Disk(_) | Light::Rectangle(_) => [f64::NAN; 3],
         Light::Textured(light) => {
             let (mut sum, mut n) = ([0.0; 3], 0.0);
             for p in grid(1000).filter(|p| p.x + p.y < 1.0) {

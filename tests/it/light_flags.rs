@@ -175,7 +175,7 @@ fn a_rectangle_lights_one_side() {
     let up = lamp("[0, 1, 0]");
     assert_eq!(means(up.path(), "--spp 16 --max-depth 1 --position 0,0.5,0"), [0.0; 3]);
     let info = json(&done(down.path(), &split("info s.toml --json")));
-    assert_eq!(info["lights"]["triangle"], 2);
+    assert_eq!(info["lights"]["rectangle"], 1);
     assert_eq!(info["materials"][1]["name"], "rectangle light");
     let check = printed(&done(down.path(), &split("check s.toml")));
     assert!(check.contains("0 errors, 0 warnings"), "{check}");
@@ -281,7 +281,7 @@ fn wrong_keys_and_values_are_named() {
             "radiance = [1, 1, -1]",
             "radiance is [1, 1, -1]",
         ),
-        ("'rectangle'", "'square'", "environment, sky, studio and rectangle"),
+        ("'rectangle'", "'square'", "sky, studio, rectangle, sphere and disk"),
     ] {
         let folder = floor(&rectangle.replace(from, to));
         let said = refused(folder.path(), &split("render s.toml --spp 1"), 1);

@@ -354,6 +354,56 @@ fn choices_by_place_follow_their_probabilities() {
     }
 }
 
+/// All lamps at every vertex, a triangle of each chosen by power and wide lamps more often, give the picture that one light by power gives.
+#[test]
+fn all_lamps_give_the_picture_by_power() {
+    let render = |mode, samples, direct, seed| {
+        let mut b = SceneBuilder::new();
+        b.light_selection(mode);
+        b.lamp_samples(samples);
+        add(&mut b, room(), material(0.5, 0.0));
+        for (radius, x, radiance) in [(0.25, -0.5, 1.0), (0.05, 0.1, 9.0)] {
+            add(
+                &mut b,
+                sphere(radius, Vec3::new(x, 0.4, 0.1), 1),
+                material(0.0, radiance),
+            );
+        }
+        let quad = [[0.4, -0.4], [0.8, -0.4], [0.8, 0.4], [0.4, 0.4]].map(|[x, z]| Vec3::new(x, 0.9, z));
+        add(&mut b, polygon(&quad), material(0.0, 2.0));
+        b.add_point_light(Vec3::new(0.3, -0.5, 0.2), Spectrum::splat(0.1))
+            .unwrap();
+        let scene = b.build().unwrap().0;
+        if let Some(lamps) = scene.light_selection().all() {
+            // Two balls, a quad and a point
+            assert_eq!(lamps.len(), 4);
+            assert_eq!(lamps.samples(), if samples == 1 { 4 } else { 3 + 1 + 2 + 1 });
+        }
+        let camera = pinhole(Vec3::ZERO, Vec3::new(0.3, -1.0, 0.2), 70.0);
+        let resolution = UVec2::splat(16);
+        let film = with_world(&scene, camera, resolution, |world| {
+            let integrator = PathIntegrator {
+                strategy: Strategy {
+                    direct,
+                    ..Strategy::default()
+                },
+                ..path_tracer(world, Some(3))
+            };
+            film_of(&integrator, resolution, 1024, seed)
+        });
+        (film_mean(&film, 0), film_error(&film, 0))
+    };
+    let (reference, error) = render(SelectionMode::Power, 1, DirectLight::Mis, 0);
+    for (samples, direct) in [(1, DirectLight::Mis), (3, DirectLight::Mis), (3, DirectLight::Light)] {
+        let (mean, other) = render(SelectionMode::All, samples, direct, 1);
+        let z = (mean - reference) / error.hypot(other);
+        assert!(
+            z.abs() < 4.0,
+            "{samples} samples, {direct:?}: {mean} against {reference}, z = {z}"
+        );
+    }
+}
+
 /// By place and by power, pictures are the same in every integrator that samples lights, with shared paths and without, in a room with matte,
 /// glossy and clear things, a large lamp, many small ones, a sun and a sky.
 #[cfg(any(feature = "embree", feature = "obvhs"))]

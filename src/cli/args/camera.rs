@@ -34,8 +34,24 @@ pub(in crate::cli) struct CameraArgs {
     fov: Option<f32>,
 
     /// Radius of the lens in scene units; 0 is a pinhole [default: 0]
-    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    #[arg(long, value_name = "R", allow_hyphen_values = true, conflicts_with = "f_stop")]
     lens_radius: Option<f32>,
+
+    /// F-number: the lens radius is half the focal length over N
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    f_stop: Option<f32>,
+
+    /// Height of the sensor in scene units, for --f-stop [default: 0.024, full frame in metres]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    sensor_height: Option<f32>,
+
+    /// Straight blades of the aperture, 3 to 32 [default: a disk]
+    #[arg(long, value_name = "N")]
+    aperture_blades: Option<u32>,
+
+    /// Angle in degrees of the first corner between the blades [default: 0]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    aperture_rotation: Option<f32>,
 
     /// Distance along the view axis to the plane in focus [default: that of --look-at]
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
@@ -71,11 +87,22 @@ impl CameraArgs {
         if self.focus_distance.is_some() {
             camera.focus_at = None;
         }
+        // Each of the two says how large the lens is.
+        if self.lens_radius.is_some() {
+            camera.f_stop = None;
+        }
+        if self.f_stop.is_some() {
+            camera.lens_radius = None;
+        }
         camera.position = self.position.map(Vec3::from).or(camera.position);
         camera.look_at = self.look_at.map(Vec3::from).or(camera.look_at);
         camera.up = self.up.map(Vec3::from).or(camera.up);
         camera.vertical_fov = self.fov.or(camera.vertical_fov);
         camera.lens_radius = self.lens_radius.or(camera.lens_radius);
+        camera.f_stop = self.f_stop.or(camera.f_stop);
+        camera.sensor_height = self.sensor_height.or(camera.sensor_height);
+        camera.aperture_blades = self.aperture_blades.or(camera.aperture_blades);
+        camera.aperture_rotation = self.aperture_rotation.or(camera.aperture_rotation);
         camera.focus_distance = self.focus_distance.or(camera.focus_distance);
         camera.focus_at = self.focus_at.map(Vec2::from).or(camera.focus_at);
         camera.shutter = self.shutter.or(camera.shutter);

@@ -55,6 +55,7 @@ impl Contender {
         let shown = || {
             method
                 .check_ground(session.scene())
+                .and_then(|()| method.check_dispersion(session.scene()))
                 .err()
                 .map(|error| error.to_string())
         };
@@ -68,10 +69,11 @@ impl Contender {
 }
 
 /// What of `settings` the scene and its acceleration structure are made for.
-fn scene_key(settings: &Settings) -> (SelectionMode, TriangleSampling, Backend) {
+fn scene_key(settings: &Settings) -> (SelectionMode, u32, TriangleSampling, Backend) {
     let method = settings.method();
     (
         method.value("light_selection").unwrap_or_default(),
+        method.value("lamp_samples").unwrap_or(1),
         method.value("triangle_sampling").unwrap_or_default(),
         settings.backend,
     )

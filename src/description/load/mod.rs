@@ -18,7 +18,7 @@ use super::texture::TextureRequest;
 use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
 use crate::light::LightGroupId;
 use crate::material::MaterialId;
-use crate::scene::{BuildError, PrototypeId, RECTANGLE_NAME, Scene, SceneBuilder, SceneReport};
+use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -302,15 +302,20 @@ impl<'a> Loader<'a> {
             if let Err(error) = light.add_to(&mut self.builder, &self.file.source, &mut self.allowance) {
                 self.wrong("wrong-light", error);
             }
-            // A rectangle brings its material.
+            // A lamp with a shape brings its material.
+            let name = match light.kind.get_ref().as_str() {
+                "sphere" => SPHERE_NAME,
+                "disk" => DISK_NAME,
+                _ => RECTANGLE_NAME,
+            };
             let here = self.file.error(light.kind.span(), "");
             let place = here.position.map(|position| (here.file, position));
             self.materials
                 .resize_with(self.builder.material_count(), || MaterialSource {
-                    name: RECTANGLE_NAME.into(),
+                    name: name.into(),
                     obj: None,
                     place: place.clone(),
-                    found: FileMaterial::default_of(RECTANGLE_NAME),
+                    found: FileMaterial::default_of(name),
                 });
         }
         if let Some(ground) = &self.file.ground {

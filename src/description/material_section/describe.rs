@@ -73,6 +73,10 @@ impl MaterialSection {
         if refracts {
             section.transmission = color(material.transmission);
             section.thin = material.thin.then_some(true);
+            section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
+            if !material.absorption.is_black() {
+                section.absorption = color(material.absorption);
+            }
             // An index would give facets a Fresnel term that they do not have.
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
                 section.ior = said(material.ior);

@@ -57,6 +57,12 @@ pub struct MaterialSection {
     pub transmission: Option<Spanned<ColorValue>>,
     /// Index of refraction, of `transmission` and of a `blinn` or `ggx` reflection.
     pub ior: Option<Spanned<f32>>,
+    /// Abbe number of smooth glass.
+    pub abbe: Option<Spanned<f32>>,
+    /// Absorption coefficient inside of a body, per scene unit.
+    pub absorption: Option<Spanned<ColorValue>>,
+    /// Way through a body on which `transmission` is what light keeps.
+    pub absorption_depth: Option<Spanned<f32>>,
     /// Whether the surface is a sheet that light leaves straight on.
     pub thin: Option<bool>,
     /// Emitted radiance.
@@ -99,7 +105,7 @@ impl MaterialSection {
 
     /// Sets the keys that `other` says over those of this section.
     pub(super) fn set_over(&mut self, other: Self) {
-        set_over!(self, other: patch, diffuse, specular, model, exponent, roughness, metallic, anisotropy, anisotropy_rotation, clearcoat, clearcoat_roughness, sheen, eta, k, transmission, ior, thin, emission, opacity, diffuse_map, specular_map, emission_map, exponent_map, roughness_map, metallic_map, opacity_map, bump_map, normal_map);
+        set_over!(self, other: patch, diffuse, specular, model, exponent, roughness, metallic, anisotropy, anisotropy_rotation, clearcoat, clearcoat_roughness, sheen, eta, k, transmission, ior, abbe, absorption, absorption_depth, thin, emission, opacity, diffuse_map, specular_map, emission_map, exponent_map, roughness_map, metallic_map, opacity_map, bump_map, normal_map);
     }
 
     /// The keys of textures with their slots, in the order of the slots.

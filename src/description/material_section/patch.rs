@@ -39,6 +39,8 @@ impl MaterialSection {
         set(values.clearcoat, &mut material.clearcoat);
         set(values.clearcoat_roughness, &mut material.clearcoat_roughness);
         set(values.ior, &mut material.ior);
+        material.abbe = values.abbe.or(material.abbe);
+        values.set_absorption(material);
         set(values.opacity, &mut material.opacity);
         material.thin = self.thin.unwrap_or(material.thin);
 

@@ -31,7 +31,7 @@ impl MaterialSection {
         let metallic = values.metallic.or(has(&self.metallic_map).then_some(1.0));
         let exponent = values.exponent.or(has(&self.exponent_map).then_some(1.0));
         let is_metal = conductor.is_some() || metallic.is_some();
-        let material = Material {
+        let mut material = Material {
             name: name.into(),
             diffuse: color(values.diffuse, has(&self.diffuse_map)),
             specular: color(values.specular, is_metal || has(&self.specular_map)),
@@ -51,6 +51,8 @@ impl MaterialSection {
             opacity: values.opacity.unwrap_or(1.0),
             ..Material::default()
         };
+        material.abbe = values.abbe;
+        values.set_absorption(&mut material);
         self.check_facets(&section, &material)?;
         // The scene file tells its places itself.
         Ok(FileMaterial {
@@ -63,6 +65,9 @@ impl MaterialSection {
 
     /// An error where a key speaks of facets that `material` does not have: what roughens nothing was meant otherwise.
     pub(super) fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
+        if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
+            return Err(section.disperses_nothing(abbe.span()));
+        }
         let has_facets = matches!(material.gloss, Gloss::Ggx(_) | Gloss::Metallic(_));
         let refracts = !material.transmission.is_black() && !material.thin;
         if has_facets || refracts {

@@ -173,11 +173,41 @@ fn keys_that_do_not_go_together_are_errors() {
             "`metallic` cannot be combined with",
         ),
         ("roughness = 0.5\nexponent = 10.0", "\"ggx\" has no exponent"),
+        ("transmission = 1.0\nabbe = 2.0", "abbe is 2"),
+        (
+            "transmission = 1.0\nroughness = 0.5\nabbe = 30.0",
+            "`abbe` is of smooth glass",
+        ),
+        ("diffuse = 1.0\nabbe = 30.0", "`abbe` is of smooth glass"),
+        ("transmission = 1.0\nabsorption = [0, -1, 0]", "absorption is"),
+        ("transmission = 1.0\nabsorption_depth = 0", "absorption_depth is 0"),
     ] {
         let error = material(keys).unwrap_err();
         assert!(error.message.contains(word), "{keys}: {error}");
         assert!(error.position.is_some_and(|p| p.line > 4), "{keys}: {error}");
     }
+}
+
+/// With a depth the transmission is what a body leaves on that way, in place of a tint of its surface; a depth that comes again finds no tint.
+#[test]
+fn a_depth_makes_absorption_of_transmission() {
+    let glass = material("transmission = [0.5, 1.0, 0.1]\nabsorption_depth = 2.0").unwrap();
+    assert_eq!(glass.transmission, Spectrum::ONE);
+    let kept = glass.absorption.to_array().map(|absorption| (-2.0 * absorption).exp());
+    for (kept, expected) in kept.into_iter().zip([0.5, 1.0, 0.1]) {
+        assert!((kept - expected).abs() < 1e-6, "{kept}, not {expected}");
+    }
+    let given = material("transmission = 1.0\nabsorption = 0.25\nabbe = 30.0").unwrap();
+    assert_eq!((given.absorption, given.abbe), (Spectrum::splat(0.25), Some(30.0)));
+    let tinted = &library("newmtl g\nillum 7\nKd 0 0 0\nKs 1 1 1\nTf 0.5 0.5 0.5\nNi 1.5\n")[0];
+    let once = patched(tinted, "absorption_depth = 1.0").unwrap();
+    assert!(
+        (once.material.absorption.mean() - 2f32.ln()).abs() < 1e-6,
+        "{:?}",
+        once.material
+    );
+    let twice = patched(&once, "absorption_depth = 5.0").unwrap();
+    assert_eq!(twice.material.absorption, once.material.absorption);
 }
 
 /// The materials of an MTL file.

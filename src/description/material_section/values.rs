@@ -1,4 +1,4 @@
-use super::{ColorValue, MaterialSection};
+use super::{ColorValue, Material, MaterialSection};
 use crate::color::Spectrum;
 use crate::description::FileError;
 use crate::description::source::Source;
@@ -23,7 +23,28 @@ pub(super) struct Values {
     pub clearcoat: Option<f32>,
     pub clearcoat_roughness: Option<f32>,
     pub ior: Option<f32>,
+    pub abbe: Option<f32>,
+    pub absorption: Option<Spectrum>,
+    pub absorption_depth: Option<f32>,
     pub opacity: Option<f32>,
+}
+
+/// Least share of the light that a body is taken to leave on its depth: what leaves nothing has no coefficient.
+const MIN_TRANSMISSION: f32 = 1e-6;
+
+impl Values {
+    /// Sets the absorption of `material`. With a depth its transmission is what light keeps on that way, and no colour of its surface any more.
+    pub fn set_absorption(&self, material: &mut Material) {
+        material.absorption = self.absorption.unwrap_or(material.absorption);
+        if let Some(depth) = self.absorption_depth {
+            let kept = material.transmission.to_array();
+            if kept != [1.0; 3] && !material.transmission.is_black() {
+                let coefficient = |kept: f32| -kept.clamp(MIN_TRANSMISSION, 1.0).ln() / depth;
+                material.absorption = kept.map(coefficient).into();
+                material.transmission = Spectrum::ONE;
+            }
+        }
+    }
 }
 
 impl MaterialSection {
@@ -57,6 +78,14 @@ impl MaterialSection {
             clearcoat: share("clearcoat", &self.clearcoat)?,
             clearcoat_roughness: share("clearcoat_roughness", &self.clearcoat_roughness)?,
             ior: section.number("ior", &self.ior, |n| n > 0.0, "a finite number above 0")?,
+            abbe: section.number("abbe", &self.abbe, |n| n >= 5.0, "a finite number, 5 or more")?,
+            absorption: section.color("absorption", &self.absorption)?,
+            absorption_depth: section.number(
+                "absorption_depth",
+                &self.absorption_depth,
+                |n| n > 0.0,
+                "a finite number above 0",
+            )?,
             opacity: share("opacity", &self.opacity)?,
         })
     }
@@ -88,6 +117,12 @@ impl Named<'_> {
     pub fn unknown_model(&self, model: &str, place: Range<usize>) -> FileError {
         let message = format!("unknown model `{model}`");
         self.error(place, &message, "there is phong, blinn, ggx, mirror")
+    }
+
+    pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {
+        let message = "`abbe` is of smooth glass that is nothing else";
+        let help = "leave it out, or give a transmission that is not thin, without roughness, other lobes and textures";
+        self.error(place, message, help)
     }
 
     pub fn nothing_has(&self, what: &str, place: Range<usize>) -> FileError {

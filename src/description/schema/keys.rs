@@ -1,5 +1,6 @@
 //! Keys of the sections that set no parameters of `options`: what each may hold, and what it means.
 
+use crate::camera::BLADES;
 use crate::guess::View;
 use crate::texture::Channel;
 use serde_json::{Value, json};
@@ -159,6 +160,10 @@ keys! {
         "up": vector(), "Direction that is up in the image; default 0 1 0, or guessed with the camera";
         "vertical_fov": json!({ "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 180 }), "Vertical field of view, degrees";
         "lens_radius": at_least(0.0), "Radius of the lens, scene units; 0 is a pinhole";
+        "f_stop": above(0.0), "F-number of the lens, in place of lens_radius";
+        "sensor_height": above(0.0), "Height of the sensor in scene units, for f_stop; default 0.024";
+        "aperture_blades": json!({ "type": "integer", "minimum": BLADES[0], "maximum": BLADES[1] }), "Straight blades of the lens's opening; default a disk";
+        "aperture_rotation": number(), "Angle of the first corner between the blades, degrees";
         "focus_distance": above(0.0), "Distance along the view axis to the plane in focus; default that of look_at";
         "focus_at": list(2, number()), "Point of the image, in pixels, that is in focus";
         "position_close": vector(), "Position at time 1, if the camera moves";
@@ -195,6 +200,9 @@ keys! {
         "k": color(at_least(0.0)), "Extinction coefficient of a metal by channel; with eta";
         "transmission": color(at_least(0.0)), "Factor of what passes the surface";
         "ior": above(0.0), "Index of refraction behind the surface; default 1.5";
+        "abbe": at_least(5.0), "Abbe number of smooth glass, whose ior is that at 587.56 nm; default no dispersion";
+        "absorption": color(at_least(0.0)), "Absorption coefficient inside of a body, per scene unit; default 0";
+        "absorption_depth": above(0.0), "Way through a body, in scene units, on which transmission is what light keeps";
         "thin": boolean(), "true: thin dielectric, which light leaves in its old direction";
         "emission": color(at_least(0.0)), "Radiance of the front, W·sr⁻¹·m⁻²";
         "opacity": from_to(0.0, 1.0), "Opacity; default 1";
@@ -225,14 +233,14 @@ keys! {
     LIGHT {
         "type": string(), "Type of the light";
         "group": group(), "Name of the light group that the light is in";
-        "position": list(3, from_to(-1e15, 1e15)), "Position of a point or spot light; middle of a rectangle";
+        "position": list(3, from_to(-1e15, 1e15)), "Position of a point or spot light; middle of a sphere, a disk or a rectangle";
         "intensity": list(3, at_least(0.0)), "Intensity of a point or spot light, W/sr";
-        "direction": vector(), "Direction in which a directional or spot light travels; normal of the side of a rectangle that emits";
+        "direction": vector(), "Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits";
         "look_at": vector(), "Point that a spot light shines at";
         "angle": number(), "Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees";
         "falloff": at_least(0.0), "Half-angle from which a spot light falls off, degrees; default 0.8 of angle";
         "irradiance": list(3, at_least(0.0)), "Irradiance of a directional light on a surface that faces it, W·m⁻²";
-        "radiance": list(3, at_least(0.0)), "Radiance of a constant environment or a rectangle, W·sr⁻¹·m⁻²";
+        "radiance": list(3, at_least(0.0)), "Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻²";
         "image": string(), "Picture of an environment, .hdr or .exr, latitude and longitude";
         "scale": at_least(0.0), "Factor of the radiance of an environment, a sky or a studio; default 1";
         "rotate": either(&[number(), vector()]), "Rotation of an environment: degrees about +y, or about the fixed x, y and z axes";
@@ -241,6 +249,7 @@ keys! {
         "up": vector(), "Up in a sky or a studio, and along the height of a rectangle; default 0 1 0";
         "front": number(), "Azimuth at which the camera stands in a studio, degrees; default 0";
         "size": list(2, above(0.0)), "Width and height of a rectangle";
+        "radius": above(0.0), "Radius of a sphere or a disk";
     }
     /// Of spot lights
     SPOT {
@@ -302,4 +311,6 @@ pub(super) const LIGHTS: &[LightType] = &[
         &[],
         &[],
     ),
+    light("sphere", &["position", "radius", "radiance"], &[], &[], &[]),
+    light("disk", &["position", "direction", "radius", "radiance"], &[], &[], &[]),
 ];

@@ -122,6 +122,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
                     roulette_scale,
+                    is_dispersed: false,
                     prev: Some(PrevVertex::new(vertex, &sample, light_samples)),
                 })
             });

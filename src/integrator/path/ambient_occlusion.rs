@@ -1,8 +1,8 @@
 use crate::accel::Accel;
 use crate::integrator::{Integrator, Sink, World};
 use crate::material::BsdfSlot;
-use crate::math::Ray;
-use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::math::{Ray, Vec2};
+use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
 
 /// Ambient occlusion: the cosine-weighted share of the hemisphere in which nothing is near; 1 in the open.
@@ -12,6 +12,45 @@ pub struct AmbientOcclusion<'a, A> {
     pub world: World<'a, A>,
     /// Maximum distance of occluders, scene units.
     pub distance: f32,
+}
+
+/// Camera rays along each side of the image, by which the usual distance is chosen.
+const PROBES: u32 = 32;
+
+impl<A: Accel> AmbientOcclusion<'_, A> {
+    /// Distance for a picture that names none. In a closed room everything is occluded from as far as its walls: there it is half the median distance, from
+    /// what the camera sees, of the next surface in a cosine-weighted direction, to two digits. Where more than half of these directions leave the scene, it
+    /// is the diameter of the scene.
+    pub fn usual_distance(world: &World<A>) -> f32 {
+        let size = world.camera.resolution().as_vec2();
+        let time = world.camera.time(0.5);
+        let mut sampler = Independent::new(0);
+        let mut free: Vec<f32> = Vec::new();
+        for (x, y) in (0..PROBES).flat_map(|y| (0..PROBES).map(move |x| (x, y))) {
+            sampler.start(SampleKey::new(x, y, 0));
+            let place = (Vec2::new(x as f32, y as f32) + 0.5) / PROBES as f32;
+            let ray = world.ray_through(place * size, time, &sampler);
+            let Some(hit) = world.accel.intersect(&ray) else {
+                continue;
+            };
+            let slot = BsdfSlot::new();
+            let vertex = world.vertex(&hit, &ray, &slot);
+            let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
+            wi.z = wi.z.copysign(vertex.wo.z);
+            let next = world.accel.intersect(&vertex.ray_along(wi));
+            free.push(next.map_or(f32::INFINITY, |hit| hit.t));
+        }
+        free.sort_by(f32::total_cmp);
+        match free.get(free.len() / 2) {
+            Some(median) if median.is_finite() && *median > 0.0 => two_digits(0.5 * median),
+            _ => 2.0 * world.scene.bounds().radius(),
+        }
+    }
+}
+
+/// `x`, which is above 0, to two digits: roundings of rays do not show in it.
+fn two_digits(x: f32) -> f32 {
+    format!("{x:.1e}").parse().unwrap_or(x)
 }
 
 impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {

@@ -133,7 +133,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let origin = vertex.origin(wi);
         let towards = (point.p - origin).try_normalize()?;
         (!weight.is_black()).then(|| Next {
-            ray: Ray::new(origin, towards).when(time),
+            ray: Ray::new(origin, towards).when(time).within(vertex.body_towards(wi)),
             weight,
             pdf: pdf * smooth * distance_squared / cos,
             target: Some(target),

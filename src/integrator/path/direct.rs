@@ -45,7 +45,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Draws the point on the light number `index`, where all lights are sampled.
+    /// Draws the point of the sample number `index`, where all lamps are sampled.
     pub fn point_of(&self, index: u32) -> Vec2 {
         self.sampler
             .get_2d(Dimension::bounce(self.depth, Bounce::LightPoint).nth(index))
@@ -182,7 +182,7 @@ impl Strategy {
     }
 }
 
-/// Number of lights between two checks for cancellation, where all are sampled.
+/// Number of light samples between two checks for cancellation, where all lamps are sampled.
 pub(crate) const LIGHTS_A_LOOK: u32 = 64;
 
 /// Light that sampled lights send to a vertex and on to the viewer, weighed against following scattered rays.
@@ -205,7 +205,7 @@ impl<R: Gathered> Direct<R> {
         Self::Known(R::default())
     }
 
-    /// Samples a light for `vertex`, as one of `count` samples that will be summed. Where all lights are sampled their shadow rays are traced
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. Where all lamps are sampled their shadow rays are traced
     /// here; a single one is left to [`Direct::arrives`].
     #[inline(always)]
     pub fn sample<A: Accel>(
@@ -220,13 +220,15 @@ impl<R: Gathered> Direct<R> {
             return Self::none();
         }
         let selection = world.scene.light_selection();
-        if let Some(ids) = selection.all() {
+        if let Some(lamps) = selection.all() {
             let mut sum = R::default();
-            for (index, &id) in (0..).zip(ids) {
+            for index in 0..lamps.samples() {
                 if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
                     break;
                 }
-                let light = Self::of_light(world, vertex, strategy, (id, count as f32), u.point_of(index), out);
+                let (id, expected) = lamps.choose(index, u.choice);
+                let of = (id, count as f32 * expected);
+                let light = Self::of_light(world, vertex, strategy, of, u.point_of(index), out);
                 sum += light.arrives(world, out);
             }
             return Self::Known(sum);
@@ -281,6 +283,7 @@ impl<R: Gathered> Direct<R> {
             }));
         }
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        let ray = ray.within(vertex.body_towards(wi));
         let radiance = R::of_light(f * light.radiance * (weight / pdf), id, scene);
         Self::Unless(ray, radiance.scattered(|| vertex.event(wi, false), world.paths))
     }

@@ -78,6 +78,8 @@ pub(crate) struct PathState {
     /// Factor of `beta` in Russian roulette: the squared indices of refraction that `beta` has been divided by, and the throughput before the
     /// start of the path.
     pub roulette_scale: Spectrum,
+    /// Whether glass has dispersed the light: it is of one wavelength since then.
+    pub is_dispersed: bool,
     /// The scattering that `ray` comes from; `None` at the camera.
     pub prev: Option<PrevVertex>,
 }
@@ -164,6 +166,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             roulette_scale: start.roulette_scale,
             ..PathState::new(start.ray)
         };
+        let wavelength = world.wavelength(start.sampler);
         // Whether the first vertex counts the light that is missing there, in place of that which arrives
         let mut is_missing = false;
         for depth in start.depth.. {
@@ -195,7 +198,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 break;
             };
             let later = BsdfSlot::new();
-            let vertex = match slots.get((depth - start.depth) as usize) {
+            let mut vertex = match slots.get((depth - start.depth) as usize) {
                 Some(slot) => {
                     let vertex = world.vertex(&hit, &path.ray, slot);
                     reuse.meet(depth, &vertex, &path, || trail.events());
@@ -203,6 +206,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 }
                 None => world.vertex(&hit, &path.ray, &later),
             };
+            let disperse = |wavelength| world.disperse(&mut vertex, &hit, &later, wavelength);
+            let disperses = wavelength.as_ref().is_some_and(disperse);
 
             path_record::vertex(depth, (&hit, &vertex), path.beta, out);
 
@@ -237,6 +242,12 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 break;
             }
 
+            // From the first glass on that disperses it, the light is of one wavelength
+            if let Some(wavelength) = wavelength.as_ref().filter(|_| disperses && !path.is_dispersed) {
+                path.beta *= Spectrum::from(wavelength.weight);
+                path.is_dispersed = true;
+            }
+
             // Sample lights (next-event estimation)
             let u = numbers.unwrap_or_else(draw);
             let light_samples = if depth == 0 { self.light_samples } else { 1 };
@@ -266,6 +277,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                     ray: vertex.ray_along(sample.wi),
                     beta: beta * factor,
                     roulette_scale,
+                    is_dispersed: path.is_dispersed,
                     prev: Some(PrevVertex::new(&vertex, &sample, light_samples)),
                 })
             };
@@ -362,11 +374,14 @@ impl<S: Sampler> CameraPacket<S> {
         let (rays, hits) = (&packet.rays[..keys.len()], &mut packet.hits[..keys.len()]);
         world.accel.intersect_coherent(rays, hits);
         out.iter_mut().for_each(|out| out.ray(RayKind::Camera));
-        if world.lets_pass(RayKind::Camera) {
+        let absorbs = world.scene.has_absorption();
+        if world.lets_pass(RayKind::Camera) || absorbs {
             for (i, out) in out.iter_mut().enumerate().take(keys.len()) {
                 let u = (world.scene.has_thin_surfaces()).then(|| packet.samplers[i].get_1d(Dimension::THIN_SURFACES));
-                (packet.hits[i], packet.tints[i]) =
-                    world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out);
+                (packet.hits[i], packet.tints[i]) = match absorbs {
+                    true => world.first_in_bodies(&packet.rays[i], packet.hits[i], RayKind::Camera, u, out),
+                    false => world.first_opaque(packet.rays[i], packet.hits[i], RayKind::Camera, u, out),
+                };
             }
         }
         packet
@@ -454,6 +469,7 @@ impl PathState {
             ray,
             beta: Spectrum::ONE,
             roulette_scale: Spectrum::ONE,
+            is_dispersed: false,
             prev: None,
         }
     }

@@ -79,6 +79,8 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
         let mut ray = world.camera_ray(key, None, sampler, out);
         let mut beta = Spectrum::ONE;
         let mut eta_squared = 1.0;
+        let wavelength = world.wavelength(sampler);
+        let mut is_dispersed = false;
 
         for depth in 0.. {
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
@@ -94,7 +96,9 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 return;
             };
             let slot = BsdfSlot::new();
-            let vertex = world.vertex(&hit, &ray, &slot);
+            let mut vertex = world.vertex(&hit, &ray, &slot);
+            let disperse = |wavelength| world.disperse(&mut vertex, &hit, &slot, wavelength);
+            let disperses = wavelength.as_ref().is_some_and(disperse);
             if depth == 0 {
                 world.see((&hit, &vertex), (&ray, beta), false, out);
             }
@@ -146,6 +150,11 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 trail.go_on(vertex.event(sample.wi, sample.is_delta()));
             }
             beta *= sample.weight;
+            // From the first glass on that disperses it, the light is of one wavelength.
+            if let Some(wavelength) = wavelength.as_ref().filter(|_| disperses && !is_dispersed) {
+                beta *= Spectrum::from(wavelength.weight);
+                is_dispersed = true;
+            }
             eta_squared *= sample.eta * sample.eta;
             let Some(factor) = self.roulette.play(depth, beta * eta_squared, decisions.y) else {
                 return;

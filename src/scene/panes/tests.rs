@@ -2,7 +2,7 @@ use super::*;
 use crate::color::Spectrum;
 use crate::geometry::Placement;
 use crate::material::Gloss;
-use crate::math::{Affine3A, Quat};
+use crate::math::{Affine3A, Quat, Vec3};
 use crate::scene::{Scene, SceneBuilder};
 
 fn glass() -> Material {

@@ -3,6 +3,7 @@
 use crate::camera::Camera;
 use crate::film::PathPart;
 use crate::integrator::{Background, DirectLight, strategies};
+use crate::light::{Light, SelectionMode};
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 use crate::session::{Error, InvalidSetting};
@@ -11,6 +12,8 @@ use crate::session::{Error, InvalidSetting};
 const MAX_BRANCHES: f64 = 1e7;
 /// Scattering events at most where the strategies of all lengths are told apart.
 const MAX_STRATEGIES_DEPTH: u32 = 6;
+/// Light samples at a vertex from which on a choice among lamps is surely better.
+const MANY_SAMPLES: u32 = 32;
 /// Photon paths at most where they are kept whole, to merge with: some 1.5 kB each.
 const MAX_MERGED_PHOTONS: u32 = 1 << 24;
 
@@ -50,6 +53,12 @@ fn tells_paths(kind: IntegratorKind) -> bool {
     matches!(kind, Path | Naive | Direct | Bidirectional)
 }
 
+/// Whether paths of the integrator have a wavelength where glass disperses light, or no glass is refracted.
+fn knows_wavelengths(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{AmbientOcclusion, Debug, Direct, Naive, Path};
+    matches!(kind, Path | Naive | Direct | AmbientOcclusion | Debug)
+}
+
 /// Names of the integrators of which `is` holds.
 fn names_of(is: fn(IntegratorKind) -> bool) -> String {
     let names = IntegratorKind::NAMES.iter().filter(|(_, kind)| is(*kind));
@@ -87,6 +96,11 @@ impl Method {
     /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
     /// chance. An error where that is all the light there is, else a warning.
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
+        let is_round = |light: &Light| matches!(light, Light::Sphere(_) | Light::Disk(_));
+        if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
+            let words = "--integrator area draws points of triangles, and finds no sphere and disk lights";
+            return Err(Error::Refused(format!("{words}\n  help: use --integrator path")));
+        }
         let samples_lights = self.kind() != IntegratorKind::Naive && self.direct() != Some(DirectLight::None);
         let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
         let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
@@ -181,6 +195,34 @@ impl Method {
             _ => return None,
         };
         (scene.is_moving() && open < close).then(|| words.into())
+    }
+
+    /// An error where glass disperses light and the method does not know of wavelengths.
+    pub(crate) fn check_dispersion(&self, scene: &Scene) -> Result<(), Error> {
+        if !scene.is_dispersive() || knows_wavelengths(self.kind()) {
+            return Ok(());
+        }
+        let words = format!(
+            "--integrator {} does not disperse light, and a material has an `abbe` number",
+            self.name()
+        );
+        let names = names_of(knows_wavelengths);
+        Err(Error::Refused(format!(
+            "{words}\n  help: use one of {names}, or leave `abbe` out"
+        )))
+    }
+
+    /// Says so where all lamps are sampled at each vertex, and they are many.
+    pub(crate) fn check_lamps(&self, scene: &Scene) -> Option<String> {
+        self.value::<SelectionMode>("light_selection")?;
+        let lamps = scene.light_selection().all()?;
+        let (rays, count) = (lamps.samples(), lamps.len());
+        (rays > MANY_SAMPLES).then(|| {
+            format!(
+                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps: --light-selection place traces one, \
+                 towards lamps that matter there"
+            )
+        })
     }
 
     /// Whether its mean is that of all light, so that others may be judged by it: it is not biased, and leaves no paths out. Light of single points and

@@ -50,6 +50,7 @@ impl Method {
     pub(crate) fn scene_builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();
         builder.light_selection(self.value::<SelectionMode>("light_selection").unwrap_or_default());
+        builder.lamp_samples(self.value("lamp_samples").unwrap_or(1));
         builder.triangle_sampling(self.value::<TriangleSampling>("triangle_sampling").unwrap_or_default());
         builder
     }

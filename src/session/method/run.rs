@@ -72,6 +72,7 @@ pub(crate) struct Prepared {
     photons: OnceLock<PhotonMaps>,
     importance: OnceLock<ImportanceImage>,
     areas: OnceLock<SurfaceAreas>,
+    ao_distance: OnceLock<f32>,
 }
 
 impl Prepared {
@@ -82,6 +83,7 @@ impl Prepared {
             photons: OnceLock::new(),
             importance: OnceLock::new(),
             areas: OnceLock::new(),
+            ao_distance: OnceLock::new(),
         }
     }
 
@@ -310,7 +312,8 @@ impl Method {
         let even = ImportanceImage::even();
         let importance = prepared.importance.get().unwrap_or(&even);
         match self {
-            Self::Path(s) if s.reuse == PathReuse::Pixels => run(
+            // A path that is dispersed is of one wavelength, which pixels do not have in common.
+            Self::Path(s) if s.reuse == PathReuse::Pixels && !world.scene.is_dispersive() => run(
                 world,
                 ReusingPathIntegrator { path: path(world, s) },
                 ReusingPathIntegrator { path: path(any, s) },
@@ -349,7 +352,10 @@ impl Method {
             }),
             Self::AmbientOcclusion(s) => task.run(&integrator::AmbientOcclusion {
                 world: any,
-                distance: s.ao_distance.unwrap_or_else(|| 2.0 * world.scene.bounds().radius()),
+                distance: s.ao_distance.unwrap_or_else(|| {
+                    let usual = || integrator::AmbientOcclusion::usual_distance(&any);
+                    *prepared.ao_distance.get_or_init(usual)
+                }),
             }),
             Self::Debug(s) => task.run(&DebugIntegrator {
                 world: any,

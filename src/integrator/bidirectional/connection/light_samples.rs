@@ -13,7 +13,7 @@ pub(super) struct LightNumbers {
     pub point: Dimension,
 }
 
-/// A sample of the light `id`, which was chosen with probability `pmf`.
+/// A sample of the light `id`, of which `pmf` samples are expected.
 pub(super) struct Sampled<'a> {
     scene: &'a Scene,
     pub id: LightId,
@@ -34,7 +34,10 @@ impl<'a> Sampled<'a> {
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
         let ng = match is_infinite {
             true => -sample.wi,
-            false => light.normal(self.time).unwrap_or(Vec3::ZERO),
+            false => {
+                let q = sample.target.unwrap_or(Vec3::ZERO);
+                light.normal(q, self.time).unwrap_or(Vec3::ZERO)
+            }
         };
         let [start, _] = emission_pdfs(self.scene, (self.id, is_infinite), ng, -sample.wi, self.time);
         let end = LightEnd {
@@ -56,7 +59,7 @@ impl<'a> Sampled<'a> {
     }
 }
 
-/// Samples of lights of `scene`, of one or of all, for `context`.
+/// Samples of lights of `scene`, of one light or of all lamps, for `context`.
 pub(super) fn sample_lights<'a>(
     scene: &'a Scene,
     context: &LightSampleContext,
@@ -79,9 +82,11 @@ pub(super) fn sample_lights<'a>(
             });
         }
     };
-    if let Some(ids) = selection.all() {
-        for (&id, index) in ids.iter().zip(1..) {
-            of(id, 1.0, numbers.point.nth(index));
+    if let Some(lamps) = selection.all() {
+        let choice = sampler.get_2d(numbers.choice).x;
+        for index in 0..lamps.samples() {
+            let (id, expected) = lamps.choose(index, choice);
+            of(id, expected, numbers.point.nth(index + 1));
         }
     } else if let Some((id, pmf)) = selection.sample(scene.lights(), context, sampler.get_2d(numbers.choice).x) {
         of(id, pmf, numbers.point);

@@ -358,7 +358,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 let ray = sampled
                     .sample
                     .shadow_ray(surface.origin_towards_light(self.world.scene, surface.back, wi))
-                    .when(time);
+                    .when(time)
+                    .within(surface.body_towards(wi));
                 let transmittance = self.world.transmittance(&ray, out).color();
                 if !transmittance.is_black() {
                     found(Contribution {
@@ -439,6 +440,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             return;
         }
         let ray = segment(surface.origin_towards_camera(w), lens.p).when(time);
+        let ray = ray.within(surface.body_towards(w));
         let transmittance = self.world.transmittance(&ray, out).color();
         if !transmittance.is_black() {
             found(Contribution {
@@ -477,7 +479,11 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             at_a.origin_towards_light(scene, at_a.back, w),
             at_b.origin_towards_camera(-w),
         );
-        let ray = segment(ends.0, ends.1).when(time);
+        let body = match at_a.body_towards(w) {
+            0 => at_b.body_towards(-w),
+            body => body,
+        };
+        let ray = segment(ends.0, ends.1).when(time).within(body);
         let transmittance = self.world.transmittance(&ray, out).color();
         if !transmittance.is_black() {
             found(Contribution {

@@ -40,6 +40,8 @@ pub(crate) struct Surface<'a> {
     pub point: SurfacePoint,
     frame: Frame,
     pub bsdf: Held<'a>,
+    /// The body behind the surface, as in [`Ray::body`].
+    body: u32,
     /// Whether normals or material vary here.
     is_detailed: bool,
     /// Unit direction to the previous vertex, world space.
@@ -56,11 +58,12 @@ impl<'a> Surface<'a> {
                 frame: Frame::from_z(point.ns),
                 point,
                 bsdf: Held::ByScene(bsdf),
+                body: world.scene.body_behind(&hit),
                 is_detailed: false,
                 back,
             };
         }
-        let point = world.scene.surface_point(&hit, ray.time);
+        let point = world.scene.surface_point_along(&hit, ray);
         let footprint = world.footprint(&point);
         let point = world.scene.with_bumps(&hit, point, footprint);
         Self {
@@ -71,6 +74,7 @@ impl<'a> Surface<'a> {
                 Cow::Borrowed(bsdf) => Held::ByScene(bsdf),
                 Cow::Owned(bsdf) => Held::Here(Box::new(bsdf)),
             },
+            body: world.scene.body_behind(&hit),
             is_detailed: true,
             back,
         }
@@ -152,7 +156,12 @@ impl<'a> Surface<'a> {
             TransportMode::Radiance => self.origin_towards_light(scene, back, w),
             TransportMode::Importance => self.origin_towards_camera(w),
         };
-        Ray::new(origin, w).when(self.point.time)
+        Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
+    }
+
+    /// The body, as in [`Ray::body`], in which rays in direction `w` start.
+    pub fn body_towards(&self, w: Vec3) -> u32 {
+        if w.dot(self.point.ng) < 0.0 { self.body } else { 0 }
     }
 
     /// Draws a direction in which a path from a light that comes from the direction `wi` goes on: in the local frame of [`Surface::frame_for`], its weight
@@ -242,6 +251,7 @@ impl<'a> Surface<'a> {
             frame,
             bsdf: &self.bsdf,
             view: None,
+            body: self.body,
         };
         world.first_surface(&self.hit, &vertex)
     }

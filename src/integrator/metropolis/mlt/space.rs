@@ -80,7 +80,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         };
         let surface = vertex.surface()?;
         let light = surface.emitted(scene, &from)?;
-        let ng = scene.lights()[light.id.0 as usize].normal(ray.time)?;
+        let ng = scene.lights()[light.id.0 as usize].normal(vertex.p, ray.time)?;
         let source = LightSource {
             id: light.id,
             kind: LightSourceKind::Area,
@@ -247,7 +247,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         time: f32,
         out: &mut impl RaySink,
     ) -> Transmittance {
-        match self.world.scene.lets_light_pass() {
+        match self.world.scene.lets_light_pass() || self.world.scene.has_absorption() {
             true => self.visibility((before, a), b, time, out),
             false => Transmittance::CLEAR,
         }
@@ -267,7 +267,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             true => Ray::new(origin, w),
             false => segment(origin, b.origin_towards_camera(-w)),
         };
-        self.world.transmittance(&ray.when(time), out)
+        let body = |vertex: &Vertex, w| vertex.surface().map_or(0, |surface| surface.body_towards(w));
+        let body = match body(a, w) {
+            0 => body(b, -w),
+            body => body,
+        };
+        self.world.transmittance(&ray.when(time).within(body), out)
     }
 
     /// Notes [`PathSpace::through`] at the last vertex of `camera`, from which a ray has gone to `next`.

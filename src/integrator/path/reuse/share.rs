@@ -89,12 +89,12 @@ impl<'v> End<'v> {
             };
             let selection = world.scene.light_selection();
             match selection.all() {
-                Some(ids) => {
-                    for (index, &id) in (0..).zip(ids) {
+                Some(lamps) => {
+                    for index in 0..lamps.samples() {
                         if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out[owner].is_cancelled() {
                             break;
                         }
-                        add((id, 1.0), u.point_of(index), out);
+                        add(lamps.choose(index, u.choice), u.point_of(index), out);
                     }
                 }
                 None => {
@@ -191,6 +191,7 @@ impl<'v> End<'v> {
             return None;
         }
         let ray = light.shadow_ray(vertex.origin(wi)).when(vertex.point.time);
+        let ray = ray.within(vertex.body_towards(wi));
         let arrives = world.transmittance(&ray, out);
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }

@@ -239,11 +239,16 @@ impl Viewers {
         for (ray, candidate) in rays.iter_mut().zip(&*candidates) {
             if let Some(first) = &work.firsts[candidate.index] {
                 *ray = segment(first.vertex.origin(candidate.wi), end.p).when(end.vertex.point.time);
+                ray.body = match first.vertex.body_towards(candidate.wi) {
+                    0 => end.vertex.body_towards(end.vertex.wo),
+                    body => body,
+                };
             }
         }
         let mut seen = [Transmittance::CLEAR; SAMPLES_AT_ONCE];
         let passes = world.scene.lets_light_pass();
-        let traced = if passes { 0..count } else { known..count };
+        let absorbs = world.scene.has_absorption();
+        let traced = if passes || absorbs { 0..count } else { known..count };
         let mut occluded = [false; SAMPLES_AT_ONCE];
         world
             .accel
@@ -252,6 +257,10 @@ impl Viewers {
             let out = &mut out[candidates[i].index];
             out.ray(RayKind::Shadow);
             seen[i] = match occluded[i] {
+                false if absorbs => Transmittance {
+                    tint: world.scene.transmittance_along(&rays[i]),
+                    ..Transmittance::CLEAR
+                },
                 false => Transmittance::CLEAR,
                 true if passes => world.transmittance(&rays[i], out),
                 true => Transmittance::BLOCKED,

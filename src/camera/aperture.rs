@@ -1,0 +1,95 @@
+//! The opening of a lens that is no full disk.
+
+use super::CameraError;
+use crate::math::{Vec2, encode_fields};
+use std::f32::consts::TAU;
+
+/// Blades of an aperture at least and at most.
+pub const BLADES: [u32; 2] = [3, 32];
+
+/// The opening of a diaphragm of straight blades: a regular polygon whose corners lie on the rim of the lens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aperture {
+    /// Number of blades, which is that of the polygon's sides; within [`BLADES`].
+    pub blades: u32,
+    /// Angle of the first corner from the right of the image, counter-clockwise as the camera looks, degrees.
+    pub rotation: f32,
+}
+
+encode_fields!(Aperture { blades, rotation });
+
+impl Aperture {
+    /// An error where no diaphragm is such.
+    pub(super) fn check(&self) -> Result<(), CameraError> {
+        let [min, max] = BLADES;
+        let error = |parameter, message| Err(CameraError { parameter, message });
+        if !(min..=max).contains(&self.blades) {
+            let message = format!("must be from {min} to {max}, not {}", self.blades);
+            return error("aperture_blades", message);
+        }
+        if !self.rotation.is_finite() {
+            let message = format!("must be a finite number of degrees, not {}", self.rotation);
+            return error("aperture_rotation", message);
+        }
+        Ok(())
+    }
+
+    /// The point of the unit polygon, uniform over its area, that `u` draws: a triangle of the centre and two corners, and a point in it.
+    pub(super) fn sample(&self, u: Vec2) -> Vec2 {
+        let side = u.x * self.blades as f32;
+        let first = (side as u32).min(self.blades - 1);
+        let (a, b) = (self.corner(first), self.corner(first + 1));
+        // The share of a triangle's area within r of its height grows with r².
+        (side - first as f32).clamp(0.0, 1.0).sqrt() * a.lerp(b, u.y)
+    }
+
+    /// Area of the unit polygon.
+    pub(super) fn area(&self) -> f32 {
+        let blades = self.blades as f32;
+        0.5 * blades * (TAU / blades).sin()
+    }
+
+    fn corner(&self, index: u32) -> Vec2 {
+        let turn = (index % self.blades) as f32 / self.blades as f32;
+        Vec2::from_angle(self.rotation.rem_euclid(360.0).to_radians() + TAU * turn)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Moments over a lattice of numbers against those of regular polygons: the mean is 0, and that of the squared distance R²/6 · (2 + cos 2π/n).
+    #[test]
+    fn points_are_uniform_over_the_polygon() {
+        const N: u32 = 1 << 20;
+        let golden = 0.5 * (5f64.sqrt() - 1.0);
+        for blades in [3, 4, 5, 8, 32] {
+            let aperture = Aperture { blades, rotation: 17.0 };
+            aperture.check().unwrap();
+            let (mut mean, mut squared, mut inside) = ([0.0f64; 2], 0.0, 0);
+            let apothem = (std::f32::consts::PI / blades as f32).cos();
+            for i in 0..N {
+                let u = Vec2::new((i as f32 + 0.5) / N as f32, (f64::from(i) * golden).fract() as f32);
+                let p = aperture.sample(u);
+                mean = [mean[0] + f64::from(p.x), mean[1] + f64::from(p.y)];
+                squared += f64::from(p.length_squared());
+                inside += u32::from(p.length() < 0.5 * apothem);
+            }
+            let n = f64::from(N);
+            let expected = (2.0 + (TAU as f64 / blades as f64).cos()) / 6.0;
+            assert!(mean[0].hypot(mean[1]) / n < 1e-4, "{blades}");
+            assert!((squared / n / expected - 1.0).abs() < 1e-3, "{blades}: {squared}");
+            // A disk about the centre has its share of the area.
+            let share = std::f64::consts::PI * (0.5 * apothem as f64).powi(2) / aperture.area() as f64;
+            assert!((f64::from(inside) / n / share - 1.0).abs() < 5e-3, "{blades}: {inside}");
+        }
+    }
+
+    #[test]
+    fn impossible_apertures_are_refused() {
+        for (blades, rotation) in [(0, 0.0), (2, 0.0), (33, 0.0), (6, f32::NAN), (6, f32::INFINITY)] {
+            assert!(Aperture { blades, rotation }.check().is_err(), "{blades} {rotation}");
+        }
+    }
+}

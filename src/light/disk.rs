@@ -1,0 +1,159 @@
+//! Disks that emit on one side.
+//!
+//! Points are uniform over the area. A disk as seen from a point is a spherical ellipse, whose uniform sampling takes elliptic integrals or their
+//! inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses"): as with triangles, that costs more time
+//! than its error saves unless the disk is near and large.
+//!
+//! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/lamp_hulls.rs`).
+
+use super::tree::LightBounds;
+use super::{Emission, LightSample};
+use crate::color::Spectrum;
+use crate::math::{Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk};
+use std::f64::consts::PI;
+
+/// A disk that emits the same radiance in every direction of its front side.
+#[derive(Clone, Copy, Debug)]
+pub struct DiskLight {
+    center: Vec3,
+    /// Unit normal of its front.
+    normal: Vec3,
+    radius: f32,
+    radiance: Spectrum,
+}
+
+encode_fields!(DiskLight {
+    center,
+    normal,
+    radius,
+    radiance,
+});
+
+impl DiskLight {
+    /// The disk about `center` of that radius and unit normal, emitting `radiance`, W·sr⁻¹·m⁻².
+    pub fn new(center: Vec3, normal: Vec3, radius: f32, radiance: Spectrum) -> Self {
+        Self {
+            center,
+            normal,
+            radius,
+            radiance,
+        }
+    }
+
+    /// Unit normal of its front.
+    pub(super) fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    /// Radiance that leaves the disk in direction `w`.
+    pub fn emitted(&self, w: Vec3) -> Spectrum {
+        match w.dot(self.normal) > 0.0 {
+            true => self.radiance,
+            false => Spectrum::ZERO,
+        }
+    }
+
+    fn point(&self, u: Vec2) -> Vec3 {
+        let place = self.radius * uniform_disk(u).extend(0.0);
+        self.center + Frame::from_z(self.normal).to_world(place.into())
+    }
+
+    /// How far off its points rays start.
+    fn ray_offset(&self) -> f32 {
+        gamma(16) * (self.center.abs().max_element() + self.radius)
+    }
+
+    /// Draws a point on the disk, seen from `p`.
+    pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let q = self.point(u);
+        let wi = (q - p).try_normalize()?;
+        let pdf = self.pdf(p, q, wi);
+        (pdf > 0.0).then(|| LightSample {
+            wi,
+            radiance: self.radiance,
+            pdf,
+            is_delta: false,
+            target: Some(q + self.normal * self.ray_offset()),
+        })
+    }
+
+    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`, `r² / (A cos θ)`; 0 behind it.
+    pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
+        let cos = -wi.dot(self.normal);
+        let pdf = p.distance_squared(q) / (cos * self.area() as f32);
+        // Edge-on a density that is no number is no sample.
+        if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Whether `ray` crosses the plane of the disk beside it.
+    pub fn is_missed(&self, ray: &Ray) -> bool {
+        let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let n = self.normal.as_dvec3();
+        let t = to.dot(n) / d.dot(n);
+        let squared = (t * d - to).length_squared();
+        // NaN along the plane
+        squared.is_nan() || squared >= f64::from(self.radius).powi(2)
+    }
+
+    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
+        let p = self.point(u_position);
+        let w = Frame::from_z(self.normal).to_world(cosine_hemisphere(u_direction));
+        let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
+        Emission {
+            p,
+            origin: p + self.normal * self.ray_offset(),
+            ng: self.normal,
+            w,
+            radiance: self.radiance,
+            pdf_position,
+            pdf_direction,
+            is_infinite: false,
+            is_delta_position: false,
+            is_delta_direction: false,
+        }
+    }
+
+    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
+        [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
+    }
+
+    /// As a source of light seen from afar.
+    pub(super) fn bounds(&self) -> LightBounds {
+        LightBounds {
+            center: self.center,
+            radius: self.radius,
+            intensity: self.area() as f32 * self.radiance.luminance(),
+            axis: self.normal,
+            spread: 0.0,
+        }
+    }
+
+    /// Corners of the regular polygon of its area, with so many sides.
+    pub(super) fn polygon(&self, sides: u32) -> impl Iterator<Item = Vec3> {
+        let turn = 2.0 * PI / f64::from(sides);
+        let radius = f64::from(self.radius) * (turn / turn.sin()).sqrt();
+        let (center, frame) = (self.center, Frame::from_z(self.normal));
+        (0..sides).map(move |i| {
+            let (sin, cos) = (turn * f64::from(i)).sin_cos();
+            center + frame.to_world(Vec3::new((radius * cos) as f32, (radius * sin) as f32, 0.0))
+        })
+    }
+
+    /// Radiance of its front.
+    pub(super) fn radiance(&self) -> Spectrum {
+        self.radiance
+    }
+
+    /// Its area, in squares of scene units.
+    pub(super) fn area(&self) -> f64 {
+        PI * f64::from(self.radius).powi(2)
+    }
+
+    /// `π A L`.
+    pub(super) fn power(&self) -> f64 {
+        PI * self.area() * f64::from(self.radiance.luminance())
+    }
+}

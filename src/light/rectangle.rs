@@ -1,0 +1,190 @@
+//! Rectangles that emit on one side.
+//!
+//! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) where that is of some size. From afar a rectangle looks the same all over
+//! and is sampled by area, and so it is from next to its plane.
+
+use super::tree::{LightBounds, ReceiverRegion};
+use super::triangle::SOLID_ANGLES;
+use super::{Emission, LightSample};
+use crate::color::Spectrum;
+use crate::math::{Frame, Vec2, Vec3, encode_fields, float::gamma};
+use crate::sampling::spherical_rectangle::SphericalRectangle;
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use std::f64::consts::PI;
+
+/// A rectangle that emits the same radiance in every direction of its front side.
+#[derive(Clone, Copy, Debug)]
+pub struct RectangleLight {
+    corner: Vec3,
+    edges: [Vec3; 2],
+    /// Unit normal of its front.
+    normal: Vec3,
+    radiance: Spectrum,
+}
+
+encode_fields!(RectangleLight {
+    corner,
+    edges,
+    normal,
+    radiance,
+});
+
+impl RectangleLight {
+    /// The rectangle with the corner `corner` and two orthogonal edges, whose front is along their cross product, emitting `radiance`, W·sr⁻¹·m⁻².
+    pub fn new(corner: Vec3, edges: [Vec3; 2], radiance: Spectrum) -> Self {
+        Self {
+            corner,
+            edges,
+            normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
+            radiance,
+        }
+    }
+
+    /// Unit normal of its front.
+    pub(super) fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    /// Radiance of its front.
+    pub(super) fn radiance(&self) -> Spectrum {
+        self.radiance
+    }
+
+    /// Its corners, in the order of its winding.
+    pub(super) fn corners(&self) -> [Vec3; 4] {
+        let ([a, b], p) = (self.edges, self.corner);
+        [p, p + a, p + a + b, p + b]
+    }
+
+    /// Radiance that leaves the rectangle in direction `w`.
+    pub fn emitted(&self, w: Vec3) -> Spectrum {
+        match w.dot(self.normal) > 0.0 {
+            true => self.radiance,
+            false => Spectrum::ZERO,
+        }
+    }
+
+    /// The rectangle on the sphere of directions at `p`, if that is what is sampled there.
+    fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
+        SphericalRectangle::new(self.corner, self.edges, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+    }
+
+    fn point(&self, u: Vec2) -> Vec3 {
+        self.corner + u.x * self.edges[0] + u.y * self.edges[1]
+    }
+
+    /// How far off its points rays start.
+    fn ray_offset(&self) -> f32 {
+        let largest = self
+            .corners()
+            .iter()
+            .fold(Vec3::ZERO, |largest, corner| largest.max(corner.abs()));
+        gamma(16) * largest.max_element()
+    }
+
+    /// Draws a point on the rectangle, seen from `p`.
+    #[inline(never)]
+    pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        if (p - self.corner).dot(self.normal) <= 0.0 {
+            return None;
+        }
+        let (q, wi, pdf) = match self.seen(p) {
+            Some(seen) => {
+                let to = seen.sample(u);
+                let q = (p.as_dvec3() + to).as_vec3a();
+                (q, to.normalize().as_vec3a(), (1.0 / seen.solid_angle()) as f32)
+            }
+            None => {
+                let q = self.point(u);
+                let wi = (q - p).try_normalize()?;
+                (q, wi, self.pdf_by_area(p, q, wi))
+            }
+        };
+        (pdf > 0.0).then(|| LightSample {
+            wi,
+            radiance: self.radiance,
+            pdf,
+            is_delta: false,
+            target: Some(q + self.normal * self.ray_offset()),
+        })
+    }
+
+    /// Density per solid angle at `p` of sampling the point `q` of the rectangle, in direction `wi`; 0 behind it.
+    pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
+        if (p - self.corner).dot(self.normal) <= 0.0 {
+            return 0.0;
+        }
+        match self.seen(p) {
+            Some(seen) => (1.0 / seen.solid_angle()) as f32,
+            None => self.pdf_by_area(p, q, wi),
+        }
+    }
+
+    /// `r² / (A cos θ)`.
+    fn pdf_by_area(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
+        let cos = -wi.dot(self.normal);
+        let pdf = p.distance_squared(q) / (cos * self.area() as f32);
+        if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
+    }
+
+    /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
+        let p = self.point(u_position);
+        let w = Frame::from_z(self.normal).to_world(cosine_hemisphere(u_direction));
+        let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
+        Emission {
+            p,
+            origin: p + self.normal * self.ray_offset(),
+            ng: self.normal,
+            w,
+            radiance: self.radiance,
+            pdf_position,
+            pdf_direction,
+            is_infinite: false,
+            is_delta_position: false,
+            is_delta_direction: false,
+        }
+    }
+
+    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
+        [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
+    }
+
+    /// As a source of light seen from afar.
+    pub(super) fn bounds(&self) -> LightBounds {
+        let [a, b] = self.edges;
+        LightBounds {
+            center: self.point(Vec2::splat(0.5)),
+            radius: 0.5 * (a + b).length(),
+            intensity: self.area() as f32 * self.radiance.luminance(),
+            axis: self.normal,
+            spread: 0.0,
+        }
+    }
+
+    /// Estimate of the mean irradiance at `region`: that from a grid of points of the rectangle.
+    pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
+        const N: u32 = 4;
+        let whole = self.bounds();
+        let places = (0..N * N).map(|i| (Vec2::new((i % N) as f32, (i / N) as f32) + 0.5) / N as f32);
+        let at = |u| {
+            region.irradiance(&LightBounds {
+                center: self.point(u),
+                radius: 0.0,
+                ..whole
+            })
+        };
+        places.map(at).sum::<f32>() / (N * N) as f32
+    }
+
+    /// Its area, in squares of scene units.
+    pub(super) fn area(&self) -> f64 {
+        f64::from(self.edges[0].cross(self.edges[1]).length())
+    }
+
+    /// `π A L`.
+    pub(super) fn power(&self) -> f64 {
+        PI * self.area() * f64::from(self.radiance.luminance())
+    }
+}

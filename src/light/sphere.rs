@@ -1,0 +1,194 @@
+//! Spheres that emit.
+//!
+//! Directions are uniform in the cone that the sphere fills (PBR4 §6.2.4; Shirley and Wang 1991). The cone is kept by its depth, which has all its digits
+//! from afar, where the cosine has lost them, and next to the surface, where the cone is a half-space.
+//!
+//! In the world a sphere is a polyhedron around it, whose faces let rays pass that miss the sphere (`scene/lamp_hulls.rs`).
+
+use super::tree::LightBounds;
+use super::{Emission, LightSample};
+use crate::color::Spectrum;
+use crate::math::{DVec3, Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk, uniform_sphere};
+use std::f64::consts::PI;
+
+/// A sphere that emits the same radiance from all of its outside.
+#[derive(Clone, Copy, Debug)]
+pub struct SphereLight {
+    center: Vec3,
+    radius: f32,
+    radiance: Spectrum,
+}
+
+encode_fields!(SphereLight {
+    center,
+    radius,
+    radiance,
+});
+
+impl SphereLight {
+    /// The sphere about `center` of that radius, emitting `radiance`, W·sr⁻¹·m⁻².
+    pub fn new(center: Vec3, radius: f32, radiance: Spectrum) -> Self {
+        Self {
+            center,
+            radius,
+            radiance,
+        }
+    }
+
+    /// Radiance that arrives at `p` from the sphere: none inside.
+    pub fn radiance_at(&self, p: Vec3) -> Spectrum {
+        match self.depth(p) {
+            Some(_) => self.radiance,
+            None => Spectrum::ZERO,
+        }
+    }
+
+    /// Depth of the cone of directions from `p` to the sphere, `1 − cos θ = sin² θ / (1 + cos θ)`; `None` where `p` is not outside.
+    fn depth(&self, p: Vec3) -> Option<f64> {
+        let squared = (self.center.as_dvec3() - p.as_dvec3()).length_squared();
+        let sin_squared = f64::from(self.radius).powi(2) / squared;
+        (sin_squared < 1.0).then(|| sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
+    }
+
+    /// Draws a direction from `p` to the sphere, uniform over its solid angle.
+    #[inline(never)]
+    pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let depth = self.depth(p)?;
+        let (p, to) = (p.as_dvec3(), self.center.as_dvec3() - p.as_dvec3());
+        let distance = to.length();
+        // A disk lifted onto the cap: its radius is the root of the depth's share.
+        let disk = uniform_disk(u);
+        let fallen = depth * f64::from(disk.length_squared()).min(1.0);
+        let scale = (depth * (2.0 - fallen)).sqrt();
+        let (z, frame) = (1.0 - fallen, Frame::from_z((to / distance).as_vec3a()));
+        let (x, y) = (f64::from(disk.x) * scale, f64::from(disk.y) * scale);
+        let [right, up] = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis).as_dvec3());
+        let wi = (x * right + y * up + z * (to / distance)).normalize();
+
+        // Where that meets the sphere, on its near side
+        let beside = distance * distance * (x * x + y * y);
+        let half_chord = (f64::from(self.radius).powi(2) - beside).max(0.0).sqrt();
+        let n = (p + wi * (distance * z - half_chord) - self.center.as_dvec3()).try_normalize()?;
+        let q = self.center.as_dvec3() + f64::from(self.radius) * n;
+        let clear = f64::from(self.end_offset(p.abs().max_element() as f32));
+        Some(LightSample {
+            wi: wi.as_vec3a(),
+            radiance: self.radiance,
+            pdf: (0.5 / (PI * depth)) as f32,
+            is_delta: false,
+            target: Some((q + n * clear).as_vec3a()),
+        })
+    }
+
+    /// Density per solid angle at `p` of each direction to the sphere.
+    pub fn pdf(&self, p: Vec3) -> f32 {
+        self.depth(p).map_or(0.0, |depth| (0.5 / (PI * depth)) as f32)
+    }
+
+    /// How far off the sphere segments end, and paths start, that lead to points with coordinates of that size: a bound on the roundings of both ends
+    /// and of the direction between them.
+    fn end_offset(&self, size: f32) -> f32 {
+        gamma(16) * (self.center.abs().max_element() + self.radius + size)
+    }
+
+    /// Unit normal at the point `q` of the sphere.
+    pub fn normal_at(&self, q: Vec3) -> Vec3 {
+        (q - self.center).normalize_or(Vec3::Z)
+    }
+
+    /// How far along `ray`, in lengths of its direction, it comes to the centre as near as it does between its ends; and the square of that distance over
+    /// the squared radius.
+    fn approach(&self, ray: &Ray) -> (f64, f64) {
+        let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let t = (to.dot(d) / d.length_squared()).clamp(f64::from(ray.t_min), f64::from(ray.t_max));
+        (t, (t * d - to).length_squared() / f64::from(self.radius).powi(2))
+    }
+
+    /// Whether `ray` goes by without a point inside the sphere.
+    pub fn is_missed(&self, ray: &Ray) -> bool {
+        self.approach(ray).1 >= 1.0
+    }
+
+    /// Where `ray`, which starts outside, enters the sphere, and the normal there; `None` where it does not.
+    pub fn entry(&self, ray: &Ray) -> Option<(Vec3, Vec3)> {
+        let (t, squared) = self.approach(ray);
+        self.depth(ray.origin).filter(|_| squared < 1.0)?;
+        let d = ray.direction.as_dvec3();
+        let half_chord = f64::from(self.radius) * (1.0 - squared).sqrt();
+        let n: DVec3 = ray.origin.as_dvec3() + t * d - half_chord * d.normalize() - self.center.as_dvec3();
+        let n = n.try_normalize()?;
+        let q = self.center.as_dvec3() + f64::from(self.radius) * n;
+        Some((q.as_vec3a(), n.as_vec3a()))
+    }
+
+    /// How far off its points rays start.
+    pub fn ray_offset(&self) -> f32 {
+        self.end_offset(0.0)
+    }
+
+    /// Draws light that sets out, from a point uniform over the sphere and with the cosine's density.
+    pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
+        let n = uniform_sphere(u_position);
+        let p = self.center + self.radius * n;
+        let w = Frame::from_z(n).to_world(cosine_hemisphere(u_direction));
+        let [pdf_position, pdf_direction] = self.emission_pdfs(n, w);
+        Emission {
+            p,
+            origin: p + n * self.ray_offset(),
+            ng: n,
+            w,
+            radiance: self.radiance,
+            pdf_position,
+            pdf_direction,
+            is_infinite: false,
+            is_delta_position: false,
+            is_delta_direction: false,
+        }
+    }
+
+    /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.
+    pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
+        [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
+    }
+
+    /// As a source of light seen from afar: a disk of its radius.
+    pub(super) fn bounds(&self) -> LightBounds {
+        let disk = 0.25 * self.area() as f32;
+        LightBounds {
+            radius: self.radius,
+            ..LightBounds::isotropic(self.center, disk * self.radiance.luminance())
+        }
+    }
+
+    /// Irradiance at the point `p` of a surface of unit normal `n`: in closed form also where the horizon cuts the sphere (Lagarde and de Rousiers 2014,
+    /// "Moving Frostbite to Physically Based Rendering", §4.7.2).
+    pub(super) fn irradiance_at(&self, p: Vec3, n: Vec3) -> Spectrum {
+        let to = self.center.as_dvec3() - p.as_dvec3();
+        let (distance, n) = (to.length(), n.as_dvec3());
+        let (cos, sin_squared) = (to.dot(n) / distance, (f64::from(self.radius) / distance).powi(2));
+        let form = match sin_squared.sqrt() {
+            _ if sin_squared.is_nan() || sin_squared >= 1.0 => 0.0,
+            sine if cos >= sine => sin_squared * cos,
+            sine if cos <= -sine => 0.0,
+            _ => {
+                let sin = (1.0 - cos * cos).sqrt();
+                let x = (1.0 / sin_squared - 1.0).sqrt();
+                let y = (-x * cos / sin).clamp(-1.0, 1.0);
+                let edge = sin * (1.0 - y * y).sqrt();
+                ((cos * y.acos() - x * edge) * sin_squared + (edge / x).atan()) / PI
+            }
+        };
+        self.radiance * (PI * form.max(0.0)) as f32
+    }
+
+    /// Its area, in squares of scene units.
+    pub(super) fn area(&self) -> f64 {
+        4.0 * PI * f64::from(self.radius).powi(2)
+    }
+
+    /// `π A L`.
+    pub(super) fn power(&self) -> f64 {
+        PI * self.area() * f64::from(self.radiance.luminance())
+    }
+}

@@ -1,0 +1,120 @@
+//! Wavelengths of light that is kept in three channels.
+//!
+//! Glass refracts each wavelength by an index of its own, and a channel of linear Rec.709 is light of many. Here the light of a channel is taken to be spread
+//! over wavelengths as the channel's matching function says, as far as that is positive: its share of all light at a wavelength. A path draws one
+//! wavelength from the mean of the three channels and weighs each channel by its own share over that mean. That is hero wavelength sampling (Wilkie et al. 2014) with a channel as
+//! the hero, and the balance heuristic over the channels: weights are 3 at most, and their mean is 1 in each channel, so that white light stays white.
+
+use super::distribution::Distribution1D;
+use std::sync::OnceLock;
+
+/// Nanometres: the first wavelength, and the width of a band.
+const FIRST: f32 = 380.0;
+const BAND: f32 = 5.0;
+/// Number of bands, up to 730 nm.
+const BANDS: usize = 70;
+
+/// A wavelength that stands for the light of all channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wavelength {
+    /// In vacuum.
+    pub nanometers: f32,
+    /// Factor of the light of each channel that has been refracted by this wavelength.
+    pub weight: [f32; 3],
+}
+
+struct Bands {
+    /// Share of each channel's light in each band.
+    shares: [[f32; 3]; BANDS],
+    /// The mean of the channels.
+    mean: Distribution1D,
+}
+
+impl Wavelength {
+    /// The wavelength that `u`, in [0, 1), draws from the mean of all channels.
+    pub fn sample(u: f32) -> Self {
+        let bands = bands();
+        let (place, band) = bands.mean.sample(u);
+        let share = bands.shares[band];
+        Self {
+            nanometers: FIRST + place * BAND * BANDS as f32,
+            weight: share.map(|channel| channel / mean(share)),
+        }
+    }
+
+    /// The middle of each band with the share of each channel's light in it.
+    pub fn bands() -> impl Iterator<Item = (f32, [f32; 3])> {
+        let middles = (0..BANDS).map(|band| FIRST + BAND * (band as f32 + 0.5));
+        middles.zip(bands().shares)
+    }
+}
+
+fn mean(share: [f32; 3]) -> f32 {
+    share.iter().sum::<f32>() / 3.0
+}
+
+fn bands() -> &'static Bands {
+    static TABLE: OnceLock<Bands> = OnceLock::new();
+    TABLE.get_or_init(|| {
+        let matched: [[f64; 3]; BANDS] =
+            std::array::from_fn(|band| matching(f64::from(FIRST + BAND * (band as f32 + 0.5))));
+        let sums = [0, 1, 2].map(|c| matched.iter().map(|rgb| rgb[c]).sum::<f64>());
+        let shares = matched.map(|rgb| [0, 1, 2].map(|c| (rgb[c] / sums[c]) as f32));
+        Bands {
+            mean: Distribution1D::new(&shares.map(mean)),
+            shares,
+        }
+    })
+}
+
+/// The positive part of the matching functions of linear Rec.709 at a wavelength in nanometres, by the fit of CIE 1931 of Wyman, Sloan and Shirley 2013 ("Simple
+/// Analytic Approximations to the CIE XYZ Color Matching Functions", eq. 4).
+fn matching(nanometers: f64) -> [f64; 3] {
+    let lobe = |height: f64, middle: f64, widths: [f64; 2]| {
+        let width = widths[usize::from(nanometers >= middle)];
+        height * (-0.5 * ((nanometers - middle) / width).powi(2)).exp()
+    };
+    let x = lobe(1.056, 599.8, [37.9, 31.0]) + lobe(0.362, 442.0, [16.0, 26.7]) + lobe(-0.065, 501.1, [20.4, 26.2]);
+    let y = lobe(0.821, 568.8, [46.9, 40.5]) + lobe(0.286, 530.9, [16.3, 31.1]);
+    let z = lobe(1.217, 437.0, [11.8, 36.0]) + lobe(0.681, 459.0, [26.0, 13.8]);
+    let rgb = [
+        3.2406 * x - 1.5372 * y - 0.4986 * z,
+        -0.9689 * x + 1.8758 * y + 0.0415 * z,
+        0.0557 * x - 0.2040 * y + 1.0570 * z,
+    ];
+    // No band is without light of any channel.
+    rgb.map(|v| v.max(1e-4))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_leave_white_light_white() {
+        const N: u32 = 200_000;
+        let mut sum = [0.0f64; 3];
+        for i in 0..N {
+            let wavelength = Wavelength::sample((i as f32 + 0.5) / N as f32);
+            assert!((FIRST..=FIRST + BAND * BANDS as f32).contains(&wavelength.nanometers));
+            for (sum, weight) in sum.iter_mut().zip(wavelength.weight) {
+                assert!((0.0..=3.001).contains(&weight));
+                *sum += f64::from(weight) / f64::from(N);
+            }
+        }
+        assert!(sum.iter().all(|mean| (mean - 1.0).abs() < 1e-3), "{sum:?}");
+        let add = |sum: [f32; 3], (_, share): (f32, [f32; 3])| [0, 1, 2].map(|c| sum[c] + share[c]);
+        let shares = Wavelength::bands().fold([0.0; 3], add);
+        assert!(shares.iter().all(|sum| (sum - 1.0).abs() < 1e-5), "{shares:?}");
+    }
+
+    /// Each channel is brightest where its colour is in the spectrum.
+    #[test]
+    fn channels_have_their_colors() {
+        for (c, expected) in [(0, 570.0..630.0), (1, 510.0..560.0), (2, 430.0..470.0)] {
+            let largest = Wavelength::bands().max_by(|a, b| a.1[c].total_cmp(&b.1[c]));
+            let (nanometers, _) = largest.unwrap();
+            assert!(expected.contains(&nanometers), "{c}: {nanometers}");
+        }
+    }
+}

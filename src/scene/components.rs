@@ -1,0 +1,49 @@
+//! Connected components of a mesh, in which vertices of one position are one.
+
+use crate::geometry::Mesh;
+use crate::math::Vec3;
+use std::collections::{BTreeMap, HashMap};
+
+/// An index for each vertex that vertices of one position have in common.
+pub(super) fn welded(mesh: &Mesh) -> Vec<u32> {
+    let mut known: HashMap<[u32; 3], u32> = HashMap::new();
+    let positions = mesh.positions.iter().enumerate();
+    let first = positions.map(|(i, p)| {
+        // Of both zeros one
+        let bits = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
+        *known.entry(bits).or_insert(i as u32)
+    });
+    first.collect()
+}
+
+/// The triangles of each connected component, in the order of their first ones. At first the parent of a vertex is its [`welded`] one.
+pub(super) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
+    // By path halving (Tarjan 1975)
+    fn root(parents: &mut [u32], mut i: u32) -> u32 {
+        while parents[i as usize] != i {
+            let above = parents[parents[i as usize] as usize];
+            parents[i as usize] = above;
+            i = above;
+        }
+        i
+    }
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
+        let least = a.min(b).min(c);
+        for other in [a, b, c] {
+            // A root that was joined a moment ago is one no more.
+            let other = root(&mut parents, other);
+            parents[other as usize] = least;
+        }
+    }
+    let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
+    let mut components: Vec<Vec<u32>> = Vec::new();
+    for (i, [vertex, ..]) in mesh.triangles.iter().enumerate() {
+        let index = *index_of.entry(root(&mut parents, *vertex)).or_insert_with(|| {
+            components.push(Vec::new());
+            components.len() - 1
+        });
+        components[index].push(i as u32);
+    }
+    components
+}

@@ -123,9 +123,14 @@ impl<'a, A: Accel> World<'a, A> {
         self.time_at(|| sampler.get_1d(Dimension::TIME))
     }
 
+    /// Whether anything, or the camera, is not where it was at another time.
+    pub(super) fn moves(&self) -> bool {
+        self.scene.is_moving() || self.camera.is_moving()
+    }
+
     /// The time at `u` of the shutter interval; `u` is drawn only where anything moves.
     pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
-        match self.scene.is_moving() || self.camera.is_moving() {
+        match self.moves() {
             true => self.camera.time(u()),
             false => 0.0,
         }

@@ -244,6 +244,15 @@ impl Light {
         }
     }
 
+    /// Whether the light is not where it was at another time.
+    pub fn is_moving(&self) -> bool {
+        match self {
+            Self::MovingTriangle(_) => true,
+            Self::Textured(light) => light.is_moving(),
+            _ => false,
+        }
+    }
+
     /// Whether no ray can meet the light.
     pub fn is_delta(&self) -> bool {
         match self {

@@ -74,6 +74,11 @@ impl TexturedTriangle {
         }
     }
 
+    /// Whether the triangle is not where it was at another time.
+    pub fn is_moving(&self) -> bool {
+        matches!(self.even, Even::Moving(_))
+    }
+
     /// What the radiance of [`TexturedTriangle::at`] is multiplied by at barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
     pub fn color(&self, b1: f32, b2: f32, textures: &[Texture]) -> Spectrum {
         self.color_at(b1, b2, 0.0, self.texture(textures))

@@ -224,6 +224,12 @@ impl Scene {
         self.is_moving
     }
 
+    /// Whether the surface at `hit` is not where it was at another time.
+    pub fn moves(&self, hit: &Hit) -> bool {
+        let is_placed_anew = |instance: &Instance| instance.placement.is_moving();
+        self.is_moving && (self.instance(hit.inst).is_some_and(is_placed_anew) || self.mesh(hit.geom).deforms())
+    }
+
     /// Bytes of the scene's own arrays, acceleration structures not counted.
     pub fn bytes(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();

@@ -109,7 +109,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
     pub fn mutate(
         &self,
         x: &Path<'a>,
-        chosen: impl Fn(&Path) -> f64,
+        chosen: impl Fn(&Path<'a>) -> f64,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
@@ -127,7 +127,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
     pub fn replace(
         &self,
         x: &Path<'a>,
-        chosen: impl Fn(&Path) -> f64,
+        chosen: impl Fn(&Path<'a>) -> f64,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {

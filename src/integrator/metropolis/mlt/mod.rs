@@ -26,7 +26,10 @@
 //! - Seeds are weighted by the balance heuristic over all strategies, which is the sum over splits of a mutation that deletes everything.
 //! - A vertex knows its factors. Only those next to new vertices are computed (`PathSpace::path`), and a sum over all strategies is one pass over the
 //!   path.
-//! - A perturbation of light from infinity moves the ray across its direction, which stays. Time and lens point stay until the lens end is made anew.
+//! - A perturbation of light from infinity moves the ray across its direction, which stays. The lens point stays until the lens end is made anew, and time
+//!   until a mutation of it or a new path.
+//! - Film points of lens subpath mutations are stratified over the chains of an iteration, and not along a chain, where a point that knows of earlier ones
+//!   would know of the chain's state: each chain stays unbiased.
 //! - Where surfaces have alpha or are thin glass, each edge knows its transmittance: a traced ray has paid for it by chance, a connection has not.
 //!
 //! `tests` checks each mutation alone, without waiting for chains to mix: one step is taken from paths that are as frequent as they are bright, and
@@ -34,6 +37,7 @@
 
 mod bidirectional;
 mod factors;
+mod lens_subpath;
 mod numbers;
 mod path;
 mod perturbation;
@@ -51,6 +55,7 @@ use crate::integrator::{
 };
 use crate::sampler::{SampleKey, Sampler, Stream};
 use bidirectional::{Bidirectional, Lengths};
+use lens_subpath::LensSubpath;
 use numbers::Numbers;
 use path::Path;
 use perturbation::{CameraChain, Perturbation, caustic_start};
@@ -95,41 +100,56 @@ enum Mutation {
     FromCamera,
     /// Caustic perturbation.
     FromLight,
+    LensSubpath,
+    /// To another time, where something moves.
+    Time,
 }
 
 impl Mutation {
     /// All, each with how often it is chosen, relative to the others, where it can be.
-    const ALL: [(Self, f64); 4] = [
+    const ALL: [(Self, f64); 6] = [
         (Self::Replace, 0.1),
         (Self::Bidirectional, 0.3),
         (Self::FromCamera, 0.3),
         (Self::FromLight, 0.3),
+        (Self::LensSubpath, 0.1),
+        (Self::Time, 0.1),
     ];
 
     /// Whether this kind of mutation applies to `x`.
-    fn applies_to(self, x: &Path) -> bool {
+    fn applies_to<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> bool {
         match self {
             Self::Replace | Self::Bidirectional => true,
             Self::FromCamera => CameraChain::of(x).is_some(),
             Self::FromLight => caustic_start(x).is_some(),
+            Self::LensSubpath => lens_subpath::end_of(x).is_some(),
+            Self::Time => space.world.moves() && Perturbation { space }.can_move_in_time(x),
         }
     }
 
     /// Relative frequency of each kind of mutation for `x`.
-    fn weights(x: &Path) -> [f64; 4] {
-        Self::ALL.map(|(kind, weight)| if kind.applies_to(x) { weight } else { 0.0 })
+    fn weights<'a>(x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> [f64; 6] {
+        Self::ALL.map(|(kind, weight)| if kind.applies_to(x, space) { weight } else { 0.0 })
     }
 
     /// Probability with which the kind is chosen for `x`.
-    fn probability(self, x: &Path) -> f64 {
-        let weights = Self::weights(x);
+    fn probability<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> f64 {
+        let weights = Self::weights(x, space);
         let own = Self::ALL.iter().zip(weights).filter(|((kind, _), _)| *kind == self);
         own.map(|(_, weight)| weight).sum::<f64>() / weights.iter().sum::<f64>()
     }
 }
 
 /// Names that statistics count mutations by.
-const NAMES: [&str; 5] = ["new path", "bidirectional", "lens", "multi-chain", "caustic"];
+const NAMES: [&str; 7] = [
+    "new path",
+    "bidirectional",
+    "lens",
+    "multi-chain",
+    "caustic",
+    "lens subpath",
+    "time",
+];
 
 /// A path that may follow on another, and the probability with which it does.
 #[derive(Debug)]
@@ -239,7 +259,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
         // A path to start with, from the chain's own part of all
         let space = self.space();
         let chains = self.chains() as u64;
-        let mut numbers = Numbers::of(SampleKey::of_stream(Stream::Chains, index, iteration), sampler);
+        let mut numbers = Numbers::of_chain(index, iteration, sampler);
         let place = (index as f64 + numbers.next() as f64) / chains as f64;
         let Some(seed) = seeds.at(place) else { return };
         let found = self.seed(&space, iteration, seed.sample, sampler, out);
@@ -299,7 +319,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
-        let choice = numbers.choose(Mutation::weights(x).into_iter()).unwrap_or(0);
+        let choice = numbers.choose(Mutation::weights(x, space).into_iter()).unwrap_or(0);
         self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
     }
 
@@ -312,7 +332,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
-        let chosen = |path: &Path| kind.probability(path);
+        let chosen = |path: &Path<'a>| kind.probability(path, space);
         let bidirectional = Bidirectional { space, lengths };
         let perturbation = Perturbation { space };
         match kind {
@@ -328,6 +348,14 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
             Mutation::FromLight => (
                 4,
                 caustic_start(x).and_then(|start| perturbation.move_light(x, start, chosen, numbers, out)),
+            ),
+            Mutation::LensSubpath => (
+                5,
+                lens_subpath::end_of(x).and_then(|end| LensSubpath { space }.mutate(x, end, chosen, numbers, out)),
+            ),
+            Mutation::Time => (
+                6,
+                CameraChain::of(x).and_then(|chain| perturbation.move_in_time(x, chain, chosen, numbers, out)),
             ),
         }
     }

@@ -1,12 +1,32 @@
-use crate::math::Vec2;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
-use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::math::{DVec2, Vec2};
+use crate::sampler::{Bounce, Dimension, SampleKey, Sampler, Stream};
 
 /// Random numbers of a Markov chain, by SplitMix64: their count is not known in advance.
 #[derive(Clone, Debug)]
-pub(super) struct Numbers(u64);
+pub(super) struct Numbers {
+    state: u64,
+    /// The chain's own place in the unit square, and the state of numbers that all chains have in common: see [`Numbers::spread`].
+    place: DVec2,
+    common: u64,
+}
+
+/// Steps of a lattice that fills the unit square evenly for any number of points: the powers of the plastic number's inverse (Roberts 2018, R2).
+const LATTICE: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
 
 impl Numbers {
+    /// The numbers of the chain `index` of an iteration.
+    pub fn of_chain(index: u32, iteration: u32, sampler: &mut impl Sampler) -> Self {
+        let of = |column, sampler: &mut _| Self::of(SampleKey::of_stream(Stream::Chains, column, iteration), sampler);
+        // No chain has the last column.
+        let common = of(u32::MAX, sampler).state;
+        Self {
+            place: LATTICE * f64::from(index),
+            common,
+            ..of(index, sampler)
+        }
+    }
+
     /// The numbers named by `key`. Where they start depends on the sampler's own numbers there, and so on the seed.
     pub fn of(key: SampleKey, sampler: &mut impl Sampler) -> Self {
         sampler.start(key);
@@ -15,22 +35,31 @@ impl Numbers {
         let [a, b, c] = others.map(|dimension| sampler.get_1d(dimension));
         let bits = [pixel.x, pixel.y, a, b, c].map(|u| u.to_bits() as u64);
         let key = [key.x, key.y, key.sample].map(u64::from);
-        Self(
-            bits.into_iter()
-                .chain(key)
-                .fold(0, |hash, word| mix(hash.wrapping_add(GOLDEN_GAMMA) ^ word)),
-        )
+        let words = bits.into_iter().chain(key);
+        let state = words.fold(0u64, |hash, word| mix(hash.wrapping_add(GOLDEN_GAMMA) ^ word));
+        Self {
+            state,
+            place: DVec2::ZERO,
+            common: state,
+        }
     }
 
     /// The next one, in [0, 1).
     pub fn next(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(GOLDEN_GAMMA);
-        unit_f32(mix(self.0))
+        next(&mut self.state)
     }
 
     /// The next two.
     pub fn next_2d(&mut self) -> Vec2 {
         Vec2::new(self.next(), self.next())
+    }
+
+    /// The next two of those that are spread evenly over all chains of an iteration: the points that the chains draw at the same count are a lattice, shifted
+    /// by numbers of that count. For a chain by itself they are independent and uniform.
+    pub fn spread(&mut self) -> Vec2 {
+        let shift = [(); 2].map(|()| f64::from(next(&mut self.common)));
+        let point = (self.place + DVec2::from(shift)).fract().as_vec2();
+        point.min(Vec2::splat(1.0f32.next_down()))
     }
 
     /// Draws an index with a probability proportional to its weight; `None` where all are 0.
@@ -48,5 +77,45 @@ impl Numbers {
             }
         }
         last
+    }
+}
+
+/// The next number of SplitMix64, in [0, 1).
+fn next(state: &mut u64) -> f32 {
+    *state = state.wrapping_add(GOLDEN_GAMMA);
+    unit_f32(mix(*state))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::Independent;
+
+    /// At each count 256 chains put one point or so in each of 256 squares, and the points of one chain are spread like independent ones.
+    #[test]
+    fn points_are_spread_over_chains() {
+        let mut sampler = Independent::new(5);
+        let square = |p: Vec2| (p.y * 16.0) as usize * 16 + (p.x * 16.0) as usize;
+        let mut chains: Vec<Numbers> = (0..256).map(|i| Numbers::of_chain(i, 3, &mut sampler)).collect();
+        let mut of_one = [0u32; 256];
+        for _ in 0..25 {
+            let mut counts = [0u32; 256];
+            for chain in &mut chains {
+                counts[square(chain.spread())] += 1;
+            }
+            assert!(*counts.iter().max().unwrap() <= 2);
+            // Of independent points e⁻¹ of the squares have none.
+            let empty = counts.iter().filter(|count| **count == 0).count();
+            assert!(empty < 60, "{empty} of 256 squares have no point");
+        }
+        for _ in 0..2560 {
+            of_one[square(chains[0].spread())] += 1;
+        }
+        let chi_squared: f64 = of_one
+            .iter()
+            .map(|&count| (f64::from(count) - 10.0).powi(2) / 10.0)
+            .sum();
+        // 255 degrees of freedom: five standard deviations either way
+        assert!((142.0..368.0).contains(&chi_squared), "{chi_squared}");
     }
 }

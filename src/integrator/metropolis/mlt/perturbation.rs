@@ -1,6 +1,6 @@
 use super::Proposal;
 use super::numbers::Numbers;
-use super::path::{LightSourceKind, Path, Single, Vertex};
+use super::path::{CameraSample, LightSourceKind, Path, Single, Vertex};
 use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -73,7 +73,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         &self,
         x: &Path<'a>,
         chain: CameraChain,
-        chosen: impl Fn(&Path) -> f64,
+        chosen: impl Fn(&Path<'a>) -> f64,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
@@ -82,12 +82,75 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         if !self.space.film.contains(film) {
             return None;
         }
-        let mut ray = self.space.world.camera.ray(film, x.camera.lens, x.camera.time);
-        let mut kind = RayKind::Camera;
+        let camera = self.follow(
+            x,
+            chain,
+            (film, x.camera),
+            |w, numbers| turned(w, numbers, ANGLES).0,
+            numbers,
+            out,
+        )?;
+        let light = x.vertices[chain.last + 1..].iter().rev().cloned();
+        let y = self.space.join(camera, light, 0..chain.last + 1, x.camera, out)?;
+        let ratio = self.contribution(&y, chain) / self.contribution(x, chain) * (chosen(&y) / chosen(x));
+        Some(Proposal::of(y, ratio))
+    }
 
-        // The same kinds of scattering along the way
+    /// Moves `x` to another time: through the same point of film and lens, and in the same directions where they are free. What `chain` leaves must be still.
+    pub fn move_in_time(
+        &self,
+        x: &Path<'a>,
+        chain: CameraChain,
+        chosen: impl Fn(&Path<'a>) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        let sample = CameraSample {
+            time: self.space.world.time_at(|| numbers.next()),
+            ..x.camera
+        };
+        let camera = self.follow(x, chain, (x.film, sample), |w, _| w, numbers, out)?;
+        // What was between the vertices that stay may have moved away, or come.
+        let mut light: Vec<Vertex> = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
+        for i in 1..light.len() {
+            let before = light.get(i + 1).or(camera.last());
+            light[i].through = self
+                .space
+                .visibility((before, &light[i]), &light[i - 1], sample.time, out);
+            if light[i].through.is_blocked() {
+                return None;
+            }
+        }
+        let y = self.space.join(camera, light.into_iter(), 0..x.len(), sample, out)?;
+        let ratio = self.contribution(&y, chain) / self.contribution(x, chain) * (chosen(&y) / chosen(x));
+        Some(Proposal::of(y, ratio))
+    }
+
+    /// Whether [`Perturbation::move_in_time`] can move `x`.
+    pub fn can_move_in_time(&self, x: &Path<'a>) -> bool {
+        let chain = CameraChain::of(x);
+        chain.is_some_and(|chain| {
+            x.vertices[chain.last + 1..]
+                .iter()
+                .all(|vertex| self.space.is_still(vertex))
+        })
+    }
+
+    /// The vertices of `chain` anew, through the point `film`: with the same kinds of scattering along the way as those of `x`, and in the direction that
+    /// `turn` makes of the old one where it is free.
+    fn follow(
+        &self,
+        x: &Path<'a>,
+        chain: CameraChain,
+        (film, sample): (Vec2, CameraSample),
+        turn: impl Fn(Vec3, &mut Numbers) -> Vec3,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Vec<Vertex<'a>>> {
+        let mut ray = self.space.world.camera.ray(film, sample.lens, sample.time);
+        let mut kind = RayKind::Camera;
         let mut camera = Vec::with_capacity(x.len());
-        camera.push(x.vertices[0].clone());
+        camera.push(self.space.lens(sample));
         for i in 1..=chain.last {
             let old = &x.vertices[i];
             let met = self.space.meet(&ray, kind, out);
@@ -99,29 +162,27 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
                 None => met?,
             };
             vertex.is_delta = old.is_delta;
-            self.space.note_through(&mut camera, &vertex, x.camera.time, out);
+            self.space.note_through(&mut camera, &vertex, sample.time, out);
             camera.push(vertex);
             if i < chain.last {
                 kind = RayKind::Bounce;
                 let neighbours = [&x.vertices[i - 1], old, &x.vertices[i + 1]];
-                let w = self.onwards(&camera, neighbours, TransportMode::Radiance, numbers)?;
+                let turn = |w| turn(w, numbers);
+                let w = self.onwards(&camera, neighbours, TransportMode::Radiance, turn)?;
                 let origin = camera[i].origin_towards_light(self.space.world.scene, Some(&camera[i - 1]), w);
-                ray = Ray::new(origin, w).when(x.camera.time);
+                ray = Ray::new(origin, w).when(sample.time);
             }
         }
-        let light = x.vertices[chain.last + 1..].iter().rev().cloned();
-        let fresh = 0..chain.last + 1;
-        let y = self.space.join(camera, light, fresh, x.camera, out)?;
-        // A light that is met is one of several far ones by chance.
-        let contribution = |path: &Path| {
-            let joint = match path.source() {
-                Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
-                _ => path.vertices[chain.last].factors.joint,
-            };
-            path.target * joint
+        Some(camera)
+    }
+
+    /// What `path` contributes per film, and per solid angle of each free direction of `chain`. A light that is met is one of several far ones by chance.
+    fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
+        let joint = match path.source() {
+            Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
+            _ => path.vertices[chain.last].factors.joint,
         };
-        let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
-        Some(Proposal::of(y, ratio))
+        path.target * joint
     }
 
     /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
@@ -129,7 +190,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         &self,
         x: &Path<'a>,
         start: usize,
-        chosen: impl Fn(&Path) -> f64,
+        chosen: impl Fn(&Path<'a>) -> f64,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
@@ -166,7 +227,8 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             light.push(vertex);
             if i > 1 {
                 let neighbours = [&x.vertices[i + 1], &x.vertices[i], &x.vertices[i - 1]];
-                let w = self.onwards(&light, neighbours, TransportMode::Importance, numbers)?;
+                let turn = |w| turned(w, numbers, ANGLES).0;
+                let w = self.onwards(&light, neighbours, TransportMode::Importance, turn)?;
                 ray = Ray::new(light.last()?.origin_towards_camera(w), w).when(x.camera.time);
             }
         }
@@ -204,19 +266,19 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
     }
 
     /// The direction in which the last vertex of `path` goes on as `old` did, on the way from `before` to `after`: by the same kind of lobe, and where that
-    /// is no delta lobe in a direction near by.
+    /// is no delta lobe in the direction that `turn` makes of the old one.
     fn onwards(
         &self,
         path: &[Vertex<'a>],
         [before, old, after]: [&Vertex<'a>; 3],
         mode: TransportMode,
-        numbers: &mut Numbers,
+        turn: impl FnOnce(Vec3) -> Vec3,
     ) -> Option<Vec3> {
         let [.., previous, last] = path else { return None };
         let surface = last.surface()?;
         let w = old.direction_to(after);
         if !old.is_delta {
-            return (!surface.bsdf.is_delta()).then(|| turned(w, numbers, ANGLES).0);
+            return (!surface.bsdf.is_delta()).then(|| turn(w));
         }
         let back = old.direction_to(before);
         let old = old.surface()?.frame_for(self.space.world.scene, back, mode);

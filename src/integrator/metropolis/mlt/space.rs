@@ -213,28 +213,42 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on; notes by what kind of lobe.
     fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
+        let (u_lobe, u) = (numbers.next(), numbers.next_2d());
+        if u_lobe >= self.smooth_probability(path, mode)? {
+            return self.scatter_by_delta(path, mode, numbers);
+        }
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
         let surface = last.surface()?;
-        let (u_lobe, u) = (numbers.next(), numbers.next_2d());
-        let scene = self.world.scene;
-        let frame = surface.frame_for(scene, back, mode);
+        let frame = surface.frame_for(self.world.scene, back, mode);
+        let sample = surface.sample((back, frame.to_local(back)), u_lobe, u, mode)?;
+        let wi = (!sample.is_delta()).then_some(sample.wi)?;
+        let ray = surface.ray_onwards(self.world.scene, back, frame.to_world(wi), mode);
+        last.is_delta = false;
+        Some(ray)
+    }
+
+    /// Probability with which the subpath `path`, whose last vertex is on a surface, goes on by no delta lobe.
+    pub fn smooth_probability(&self, path: &[Vertex<'a>], mode: TransportMode) -> Option<f32> {
+        let [.., before, last] = path else { return None };
+        let back = last.direction_to(before);
+        let surface = last.surface()?;
+        let frame = surface.frame_for(self.world.scene, back, mode);
+        Some(surface.bsdf.smooth_probability(frame.to_local(back)))
+    }
+
+    /// The ray on which the subpath `path`, whose last vertex is on a surface, goes on by a delta lobe: to one side or to the other, by their shares.
+    pub fn scatter_by_delta(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
+        let [.., before, last] = path else { return None };
+        let back = last.direction_to(before);
+        let surface = last.surface()?;
+        let frame = surface.frame_for(self.world.scene, back, mode);
         let local = frame.to_local(back);
-        let is_delta = u_lobe >= surface.bsdf.smooth_probability(local);
-        let direction = match is_delta {
-            false => {
-                let sample = surface.sample((back, local), u_lobe, u, mode)?;
-                (!sample.is_delta()).then_some(sample.wi)?
-            }
-            // To one side or to the other, by their shares
-            true => {
-                let sides = [true, false].map(|is_reflected| Single::of(&surface.bsdf, local, is_reflected, mode));
-                let weights = sides.map(|side| side.map_or(0.0, |side| side.probability as f64));
-                sides[numbers.choose(weights.into_iter())?]?.direction
-            }
-        };
-        let ray = surface.ray_onwards(scene, back, frame.to_world(direction), mode);
-        last.is_delta = is_delta;
+        let sides = [true, false].map(|is_reflected| Single::of(&surface.bsdf, local, is_reflected, mode));
+        let weights = sides.map(|side| side.map_or(0.0, |side| side.probability as f64));
+        let direction = sides[numbers.choose(weights.into_iter())?]?.direction;
+        let ray = surface.ray_onwards(self.world.scene, back, frame.to_world(direction), mode);
+        last.is_delta = true;
         Some(ray)
     }
 
@@ -253,8 +267,18 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
+    /// Whether `vertex` is where it is at any time.
+    pub fn is_still(&self, vertex: &Vertex) -> bool {
+        let scene = self.world.scene;
+        match &vertex.kind {
+            VertexKind::Lens => !self.world.camera.is_moving(),
+            VertexKind::Surface(surface) => !scene.moves(&surface.hit),
+            VertexKind::Light(source) => !scene.lights()[source.id.0 as usize].is_moving(),
+        }
+    }
+
     /// Transmittance between `a` and the next vertex `b`, where no ray has gone yet.
-    fn visibility(
+    pub fn visibility(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
         b: &Vertex,

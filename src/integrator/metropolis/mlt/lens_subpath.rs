@@ -1,0 +1,81 @@
+use super::Proposal;
+use super::numbers::Numbers;
+use super::path::{CameraSample, Path};
+use super::space::{PathSpace, is_same_point};
+use crate::accel::Accel;
+use crate::bsdf::TransportMode;
+use crate::integrator::{RayKind, RaySink};
+
+/// Lens subpath mutations: the subpath from the camera to the first vertex that scatters by no delta lobe, (L|D)DS*E, is deleted, and another is made through a
+/// film point anywhere (Veach 1997, §11.4). Film points of all chains together are stratified.
+#[derive(Debug)]
+pub(super) struct LensSubpath<'s, 'w, 'a, A> {
+    pub space: &'s PathSpace<'w, 'a, A>,
+}
+
+/// The last vertex of the lens subpath of `x`, if the rest can be joined to another.
+pub(super) fn end_of(x: &Path) -> Option<usize> {
+    (1..x.len())
+        .find(|&i| !x.vertices[i].is_delta)
+        .filter(|&i| x.can_be_joined(i))
+}
+
+impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
+    /// Another lens subpath for that of `x` that ends at `end`. `chosen` is the probability with which this kind of mutation is chosen for a path.
+    pub fn mutate(
+        &self,
+        x: &Path<'a>,
+        end: usize,
+        chosen: impl Fn(&Path<'a>) -> f64,
+        numbers: &mut Numbers,
+        out: &mut impl RaySink,
+    ) -> Option<Proposal<'a>> {
+        // Through a film point and a lens point, and on by delta lobes
+        let film = self.space.film.at(numbers.spread());
+        let sample = CameraSample {
+            lens: numbers.next_2d(),
+            ..x.camera
+        };
+        let mut ray = self.space.world.camera.ray(film, sample.lens, sample.time);
+        let (mut kind, mut camera) = (RayKind::Camera, vec![self.space.lens(sample)]);
+        let rest = &x.vertices[end + 1..];
+        loop {
+            let met = self.space.meet(&ray, kind, out);
+            if is_same_point(&camera, &met) {
+                return None;
+            }
+            let vertex = met?;
+            self.space.note_through(&mut camera, &vertex, sample.time, out);
+            camera.push(vertex);
+            if numbers.next() < self.space.smooth_probability(&camera, TransportMode::Radiance)? {
+                break;
+            }
+            if camera.len() + rest.len() >= self.space.max_vertices {
+                return None;
+            }
+            (ray, kind) = (
+                self.space
+                    .scatter_by_delta(&mut camera, TransportMode::Radiance, numbers)?,
+                RayKind::Bounce,
+            );
+        }
+        let last = camera.len() - 1;
+        let y = self
+            .space
+            .join(camera, rest.iter().rev().cloned(), 0..last + 1, sample, out)?;
+        let back = chosen(&y) * self.inverse_contribution(x, end)?;
+        let forth = chosen(x) * self.inverse_contribution(&y, last)?;
+        // Each over what the path contributes that it leads to
+        Some(Proposal::of(y, back / forth))
+    }
+
+    /// Density with which the lens subpath of `path` that ends at `end` is made, over what the path contributes: Q(x → y) = T(x → y) / f(y).
+    fn inverse_contribution(&self, path: &Path<'a>, end: usize) -> Option<f64> {
+        let stops = self
+            .space
+            .smooth_probability(&path.vertices[..=end], TransportMode::Radiance)?;
+        let factors = |i: usize| &path.vertices[i].factors;
+        let goes_on: f64 = (1..end).map(|i| factors(i).camera).product();
+        Some(goes_on * f64::from(stops) / (path.target * factors(end).joint))
+    }
+}

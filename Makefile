@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -107,6 +107,27 @@ random-renders: setup ## render RANDOM_RENDERS (0..20000) random products of sce
 
 bench: setup ## measure ray rates of all backends on all scenes there are, and rewrite the tables of docs/benchmarks.md
 	scripts/bench
+
+PREFIX ?= /usr/local
+
+install: ## install the program that `make demo` built, with its libraries, manual pages and scenes, below PREFIX (/usr/local)
+	scripts/install $(TARGET)/release/embrasure $(PREFIX)
+
+uninstall: ## remove what `make install` put below PREFIX
+	scripts/install --remove $(PREFIX)
+
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+DIST    := embrasure-$(VERSION)-$(shell uname -m)-linux
+
+dist: setup ## build the fastest program, which runs from any folder, and pack it with all that it needs into out/
+	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked --features "$(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS)"
+	rm -rf out/$(DIST)
+	scripts/install $(TARGET)/dist/embrasure $(CURDIR)/out/$(DIST)
+	tar -C out -czf out/$(DIST).tar.gz $(DIST)
+	@echo "-> out/$(DIST).tar.gz"
+
+wheel: dist ## pack the same as a Python wheel, which pip installs without a compiler or root, into out/
+	scripts/wheel out/$(DIST) $(VERSION) out
 
 clean: ## remove what builds and renders made (.deps stays)
 	rm -rf $(TARGET) out

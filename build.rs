@@ -21,6 +21,12 @@ fn main() {
     println!("cargo::rustc-env=EMBRASURE_BUILD={}", build_name());
     configure_shared();
     configure_chromium();
+    // An installed program has its libraries beside it, wherever it lies (scripts/install). One that is built for other machines looks nowhere else.
+    println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
+    println!("cargo::rustc-link-arg-bins=-Wl,-rpath,$ORIGIN/../lib/embrasure/lib");
+    if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
+        return;
+    }
     // Embree, which `embree4-sys` has found. Empty where it lies in a system folder, unset where the feature is off.
     match env::var("DEP_EMBREE4_RPATH") {
         Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}"),

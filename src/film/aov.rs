@@ -71,6 +71,7 @@ impl Aov {
                 ("points.radius", |f| f.mean(8)),
                 ("points.count", |f| f.mean(9)),
                 ("points.caustics", |f| f.mean(10)),
+                ("points.gradient", |f| f.mean(11)),
             ],
             Self::Ids => &[
                 ("id.object", |f| most(&f.objects)),

@@ -34,6 +34,8 @@ pub struct Points {
     pub count: f32,
     /// Luminance of the light of the caustic photon map alone; 0 of records.
     pub caustics: f32,
+    /// Length of the gradient of the records' irradiance by a move, in luminance, W·m⁻³; 0 of photons.
+    pub gradient: f32,
 }
 
 /// Sums of the features of samples of one pixel that one task takes, of a block at most.
@@ -53,9 +55,10 @@ impl FeatureBlock {
             radius,
             count,
             caustics,
+            gradient,
         } = features.points;
         let values = [
-            p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y, dot, radius, count, caustics,
+            p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y, dot, radius, count, caustics, gradient,
         ];
         for (sum, value) in self.sums.iter_mut().zip(values) {
             *sum += value as f64;
@@ -85,7 +88,7 @@ pub struct FeatureSums {
 
 impl FeatureSums {
     /// Sums of floats.
-    pub(super) const SUMS: usize = 11;
+    pub(super) const SUMS: usize = 12;
 
     /// Adds the samples that come next.
     pub fn add(&mut self, block: &FeatureBlock) {
@@ -122,7 +125,7 @@ impl FeatureSums {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards; dots, radius, number and caustics of points. 0 where nothing was met.
+    /// Mean over these of the `i`th of: x, y, z; u, v; motion to the right and upwards; dots, radius, number, caustics and gradient of points. 0 where nothing was met.
     pub fn mean(&self, i: usize) -> f32 {
         (self.sums[i].to_f64() / self.surfaces().max(1) as f64) as f32
     }

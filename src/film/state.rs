@@ -88,6 +88,7 @@ const FEATURES: [&str; FeatureSums::SUMS] = [
     "points.radius",
     "points.count",
     "points.caustics",
+    "points.gradient",
 ];
 /// Its coverages.
 const COVERAGES: [&str; 2] = ["objects", "materials"];

@@ -14,6 +14,8 @@ use crate::accel::{Accel, Auditor, Dispatch, brute};
 use crate::io::{MemoryLimit, in_words};
 use crate::options::Backend;
 use crate::scene::Scene;
+use std::collections::BTreeSet;
+use std::fs;
 
 impl Backend {
     /// That it is not built in.
@@ -99,7 +101,7 @@ impl AnyAccel<'_> {
 /// Name of this build: a hash of its sources and of what the compiler was told (`build.rs`). Bits are only promised within one build.
 pub const BUILD: &str = env!("EMBRASURE_BUILD");
 
-/// Name, version and build of this program, and the backends built in, a line each.
+/// Name, version and build of this program, the backends built in, and where libraries were found, a line each.
 pub fn version_text() -> String {
     let mut text = format!("embrasure {} (build {BUILD})", env!("CARGO_PKG_VERSION"));
     #[cfg(feature = "embree")]
@@ -112,5 +114,22 @@ pub fn version_text() -> String {
         text += &format!("\nbackend obvhs {} (pure Rust)", bvh::VERSION);
     }
     text += "\nbackend brute (every triangle against every ray, for checks)";
+    for library in libraries() {
+        text += &format!("\nlibrary {library}");
+    }
     text
+}
+
+/// Files of Embree and Open Image Denoise that the process has loaded, as far as the system says.
+fn libraries() -> BTreeSet<String> {
+    const NAMES: [&str; 2] = ["libembree4", "libOpenImageDenoise.so"];
+    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let paths = maps
+        .lines()
+        .filter_map(|line| line.find('/').map(|start| &line[start..]));
+    let is_named = |path: &&str| {
+        let name = path.rsplit('/').next().unwrap_or_default();
+        NAMES.iter().any(|known| name.starts_with(known))
+    };
+    paths.filter(is_named).map(String::from).collect()
 }

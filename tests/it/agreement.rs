@@ -65,6 +65,10 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
             ("mis power", DirectLight::Mis, Heuristic::Power, spp),
         ] {
+            // Where lamps are small this takes most of the time, and says no more of how directions are drawn than where they are wide.
+            if l == "none" && blind == BLIND && !["uniform", "bsdf"].contains(&d) {
+                continue;
+            }
             let strategy = Strategy {
                 directions,
                 direct,
@@ -246,13 +250,13 @@ fn estimators_agree_on_our_scenes() {
 #[test]
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
-    all_agree("lobes", &lobes_room(), inside, (1024, BLIND), &[]);
+    all_agree("lobes", &lobes_room(), inside, (1024, BLIND / 2), &[]);
 }
 
 /// Panes, thin glass and a veil between lights, surfaces and the camera: shadow rays and scattered rays pass them alike.
 #[test]
 fn estimators_agree_through_glass() {
-    all_agree("glass", &glazed_room(), in_glazed_room(), (1024, BLIND), &[]);
+    all_agree("glass", &glazed_room(), in_glazed_room(), (1024, BLIND / 2), &[]);
 }
 
 /// Points uniform over the area of surfaces, where no two surfaces touch: there the geometry term is bounded, and z-tests hold. The floor lies in an
@@ -400,7 +404,7 @@ fn estimators_agree_on_mcguires_boxes() {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
         // Other directions than the BSDF's meet these small lamps so seldom, unless lights are sampled, that no sample variance tells the error:
-        // with 32,768 samples pixels are beyond the threshold for many seeds, to either side.
+        // with 16,384 samples pixels are beyond the threshold for many seeds, to either side.
         let skip = [
             "naive",
             "uniform, none",
@@ -408,6 +412,6 @@ fn estimators_agree_on_mcguires_boxes() {
             "perturbed qmc, none",
             "perturbed qmc uniform, none",
         ];
-        all_agree(name, &scene, camera, (1024, BLIND), &skip);
+        all_agree(name, &scene, camera, (512, BLIND), &skip);
     }
 }

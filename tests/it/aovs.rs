@@ -207,6 +207,20 @@ fn points_are_as_dense_as_photons() {
     assert!(caustics.iter().all(|light| *light == 0.0));
 
     let [dots, radii, counts, _] = render("--integrator irradiance-cache --spp 16");
+    // Irradiance of a room changes everywhere, and across the room by about as much as there is.
+    let gradient = read_channel(&path, "points.gradient");
+    let known: Vec<f32> = gradient
+        .into_iter()
+        .zip(&counts)
+        .filter(|(_, count)| **count > 0.9)
+        .map(|(g, _)| g)
+        .collect();
+    let mean = known.iter().sum::<f32>() / known.len() as f32;
+    let across = 555.0 * mean;
+    assert!(
+        known.iter().all(|g| *g > 0.0 && g.is_finite()) && (0.05..1.0).contains(&across),
+        "{across}"
+    );
     let most = dots.iter().filter(|share| **share > 0.0).count();
     assert!(most > 20 && most < 48 * 48 / 2, "{most}");
     assert!(

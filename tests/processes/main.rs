@@ -6,5 +6,6 @@ mod support;
 
 mod long_renders;
 mod outputs;
+mod packages;
 mod shells;
 mod tev;

@@ -80,11 +80,15 @@ impl IrradianceCache {
         (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
     }
 
-    /// Records about the point `p` with unit normal `n`, of `layer`: whether one is within `dot`, and those that have a say.
+    /// Records about the point `p` with unit normal `n`, of `layer`: whether one is within `dot`, those that have a say, and the gradient that they say.
     pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
         let mut points = Points::default();
+        let (mut gradient, mut weights) = (Vec3::ZERO, 0.0);
         self.visit(p, layer, |record| {
-            if record.error(p, n, self.error).is_some() {
+            if let Some(error) = record.error(p, n, self.error) {
+                let weight = 1.0 - error / self.error;
+                gradient += weight * record.gradients.of_luminance();
+                weights += weight;
                 points.count += 1.0;
                 points.radius += self.error * record.radius;
                 if record.p.distance_squared(p) <= dot * dot {
@@ -93,6 +97,9 @@ impl IrradianceCache {
             }
         });
         points.radius /= points.count.max(1.0);
+        if weights > 0.0 {
+            points.gradient = (gradient / weights).length();
+        }
         points
     }
 

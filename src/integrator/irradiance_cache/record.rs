@@ -93,7 +93,12 @@ impl Gradients {
 
     /// The largest change by a move of a scene unit, in the channels' luminance.
     pub fn steepness(&self) -> f32 {
-        let luminance = |along: Vec3| Spectrum::from(self.translational.map(|g| g.dot(along))).luminance();
-        Vec3::new(luminance(Vec3::X), luminance(Vec3::Y), luminance(Vec3::Z)).length()
+        self.of_luminance().length()
+    }
+
+    /// The translational gradient of the channels' luminance.
+    pub fn of_luminance(&self) -> Vec3 {
+        let along = |axis: Vec3| Spectrum::from(self.translational.map(|g| g.dot(axis))).luminance();
+        Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z))
     }
 }

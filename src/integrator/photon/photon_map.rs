@@ -320,6 +320,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             radius: nearest.squared.sqrt(),
             count: nearest.photons.len() as f32,
             caustics: caustics.luminance(),
+            gradient: 0.0,
         }
     }
 

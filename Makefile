@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -128,6 +128,11 @@ dist: setup ## build the fastest program, which runs from any folder, and pack i
 
 wheel: dist ## pack the same as a Python wheel, which pip installs without a compiler or root, into out/
 	scripts/wheel out/$(DIST) $(VERSION) out
+
+deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULLNAME and DEBEMAIL name who packs it
+	rm -rf out/deb
+	DESTDIR=$(CURDIR)/out/deb scripts/install $(TARGET)/dist/embrasure /usr
+	scripts/deb out/deb $(VERSION) out
 
 clean: ## remove what builds and renders made (.deps stays)
 	rm -rf $(TARGET) out

@@ -311,7 +311,7 @@ fn blades_shape_the_circle_of_confusion() {
         let aperture = Aperture { blades, rotation: 90.0 };
         let camera = Camera::new(parameters, resolution).and_then(|camera| camera.with_aperture(aperture));
         let film = with_camera(&scene, camera.unwrap(), |world| {
-            film_of(&path_tracer(world, Some(0)), resolution, 8192, 0)
+            film_of(&path_tracer(world, Some(0)), resolution, 4096, 0)
         });
         let center = height as f64 / 2.0;
         let (mut weight, mut second, mut third) = (0.0, 0.0, 0.0);

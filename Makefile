@@ -87,7 +87,7 @@ sanitize: setup ## look for memory errors and leaks, by sanitizers (nightly Rust
 fuzz: setup ## feed the readers of files with made-up ones, each kind for FUZZ_SECONDS (1800); needs nightly Rust
 	scripts/fuzz
 
-gallery: setup ## render the pictures of docs/gallery from ../shared/scenes, and make those of README from them
+gallery: setup ## render the pictures of docs/gallery (some need ../shared/scenes), and make those of README from them
 	scripts/gallery
 
 first-pictures: setup ## render the OBJ files of ../shared/scenes as they are, to the sheet and table of docs/guide/explanation/first-pictures.md

@@ -15,6 +15,7 @@ pub struct Phong {
 }
 
 impl Phong {
+    // ANCHOR: phong
     /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, `(n + 1) / 2π · cosⁿ α` above the horizon.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
@@ -34,4 +35,5 @@ impl Phong {
         let wi = about_mirror.to_world(cosine_power_hemisphere(u, self.exponent));
         same_hemisphere(wo, wi).then_some(wi)
     }
+    // ANCHOR_END: phong
 }

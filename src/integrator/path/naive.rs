@@ -120,6 +120,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 (true, EmissionCoin::Emitters, None) => 0.0,
                 (true, ..) => self.emission_probability,
             };
+            // ANCHOR: emit
             if decisions.x < probability {
                 if let Some(light) = emitted {
                     Strategy::default().record_emitted(world.scene, &ray, None, Some((&hit, &vertex)), out);
@@ -130,6 +131,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 return;
             }
             beta = beta / (1.0 - probability);
+            // ANCHOR_END: emit
 
             // Choose a lobe, or absorption
             let mut u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
@@ -142,6 +144,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
                 beta = beta / albedo;
             }
 
+            // ANCHOR: reflect
             // Go on in a direction of that lobe
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let sample = self.directions.sample(&vertex, u_lobe, direction);
@@ -162,6 +165,7 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             path_record::scatter(depth, &vertex, &sample, factor, out);
             beta *= factor;
             ray = vertex.ray_along(sample.wi);
+            // ANCHOR_END: reflect
         }
     }
 }

@@ -1,0 +1,17 @@
+"""Writes the OBJ files of the gallery's own scenes, and their picture of wood, to `scenes`. It needs Python alone: `python3 scripts/models`.
+Arguments name the scenes to write, such as still-life; all, if there are none. Materials (MTL) and cameras (TOML) are written by hand."""
+import importlib
+import sys
+from pathlib import Path
+
+import wood
+
+SCENES = ["still-life", "stairwell", "coats", "desk-lamp", "moka"]
+folder = Path(__file__).resolve().parent.parent.parent / "scenes"
+for name in sys.argv[1:] or SCENES:
+    model = importlib.import_module(name.replace("-", "_"))
+    path = folder / f"{name}.obj"
+    model.build().write(path, model.TITLE)
+    print(f"{path.relative_to(folder.parent)}: {path.stat().st_size // 1000} kB")
+if not sys.argv[1:]:
+    wood.write(folder / "wood.png")

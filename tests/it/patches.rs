@@ -144,7 +144,7 @@ fn wrong_patches_are_told_with_what_is_right() {
         ),
         ("Metal.roughness=rough", &["expected f32"]),
         ("Metal.diffuse=red", &["expected a number or three numbers"]),
-        ("Metal.diffuse=[1,2]", &["length 2"]),
+        ("Metal.diffuse=[1,2]", &["found 2"]),
         ("Metal.diffuse_map=true", &["false for no texture"]),
         ("Metal.patch=true", &["`patch` is a key of [material.NAME] alone"]),
         (

@@ -4,7 +4,6 @@
 use super::args::Args;
 use crate::description::SceneOptions;
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
-use clap::CommandFactory;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -103,7 +102,7 @@ fn help_of_all_commands_is_up_to_date() {
     let text = fs::read_to_string(page(name)).unwrap();
     let (by_hand, _) = text.split_once(MARK).expect("the mark is on the page");
     let mut expected = format!("{by_hand}{MARK}\n");
-    let mut command = Args::command().term_width(100);
+    let mut command = Args::program().term_width(100);
     command.build();
     for command in command.get_subcommands_mut() {
         let help = command.render_help().to_string();

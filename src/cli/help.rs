@@ -4,12 +4,11 @@ use super::args::{Args, HelpArgs};
 use super::error::CliError;
 use super::reference::{SCHEMA, TOPICS, Topic, meaning};
 use crate::description::schema_text;
-use clap::CommandFactory;
 use std::process::ExitCode;
 
 /// Prints the help that is asked for.
 pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
-    let mut program = Args::command();
+    let mut program = Args::program();
     program.build();
     let Some(topic) = args.topic.as_deref() else {
         outln!("{}", program.render_help());
@@ -22,7 +21,7 @@ pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(command) = program.find_subcommand_mut(topic) {
-        out!("{}", command.render_long_help());
+        out!("{}", command.render_help());
     } else if topic == SCHEMA {
         out!("{}", schema_text());
     } else if let Some(page) = Topic::of(topic) {
@@ -46,7 +45,7 @@ mod tests {
             assert!(!text.contains("]("), "{}", topic.names[0]);
         }
         let names: Vec<&str> = TOPICS.iter().flat_map(|topic| topic.names).copied().collect();
-        let program = Args::command();
+        let program = Args::program();
         let mut all: Vec<&str> = names.into_iter().chain(codes()).chain([SCHEMA]).collect();
         all.extend(program.get_subcommands().map(|command| command.get_name()));
         let count = all.len();

@@ -4,7 +4,7 @@ use super::args::{Args, ManArgs};
 use super::error::CliError;
 use super::words::print_bytes;
 use crate::io::Output;
-use clap::{Command, CommandFactory};
+use clap::Command;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 use std::io::{self, Write};
@@ -13,7 +13,7 @@ use std::process::ExitCode;
 /// Writes a page for the program and one for each command to a folder, or prints that of the program.
 pub(super) fn man(args: &ManArgs) -> Result<ExitCode, CliError> {
     // `build` names the commands in full, as in `embrasure-render`.
-    let mut program = Args::command();
+    let mut program = Args::program();
     program.build();
     let Some(folder) = &args.output else {
         print_bytes(&page(&program)?);

@@ -9,17 +9,55 @@ pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator
     (format!("unknown key `{key}` in [{section}]"), help(key, known))
 }
 
-/// Message and help for an error of the TOML parser: an unknown key is told as by [`unknown_key`], all else in the parser's words.
+/// Message and help for an error of the TOML parser: an unknown key is told as by [`unknown_key`], a value of the wrong type in the
+/// words of TOML, and all else as the parser says it.
 ///
 /// serde words an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and passes on no list: the names are those between backquotes.
 pub(super) fn parser_error(message: &str) -> (String, String) {
     let message = message.trim_end();
     let Some(rest) = message.strip_prefix("unknown field ") else {
-        return (message.into(), REFERENCE.into());
+        return (plain(message), REFERENCE.into());
     };
     let mut names = rest.split('`').skip(1).step_by(2);
     let key = names.next().unwrap_or_default();
     (format!("unknown key `{key}`"), help(key, names))
+}
+
+/// serde's "invalid type: FOUND, expected WANTED", "invalid length N, expected WANTED" and "missing field `KEY`" without words of Rust; others as they are.
+fn plain(message: &str) -> String {
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return format!("the key {key} is missing");
+    }
+    let Some((found, wanted)) = message.split_once(", expected ") else {
+        return message.into();
+    };
+    let wanted = match wanted.strip_prefix("an array of length ") {
+        Some(count) => format!("a list of {count} values"),
+        None => match wanted {
+            "a sequence" => "a list",
+            "a map" => "a table",
+            "path string" => "the name of a file",
+            "a boolean" => "true or false",
+            "f32" | "f64" => "a number",
+            "u32" | "u64" | "i64" | "usize" => "a whole number",
+            _ if wanted.starts_with("struct ") => "a table",
+            _ => wanted,
+        }
+        .into(),
+    };
+    if let Some(found) = found.strip_prefix("invalid length ") {
+        return format!("expected {wanted}, found {found}");
+    }
+    let Some(found) = found.strip_prefix("invalid type: ") else {
+        return message.into();
+    };
+    let kinds = ["floating point ", "integer ", "boolean ", "string "];
+    let found = match found {
+        "map" => "a table",
+        "sequence" => "a list",
+        _ => kinds.iter().find_map(|kind| found.strip_prefix(kind)).unwrap_or(found),
+    };
+    format!("expected {wanted}, found {found}")
 }
 
 /// Names that are told for one that nothing has.
@@ -56,6 +94,35 @@ mod tests {
     use super::*;
 
     #[test]
+    fn wrong_types_are_told_in_words_of_toml() {
+        for (message, expected) in [
+            (
+                "invalid type: floating point `1.0`, expected an array of length 3",
+                "expected a list of 3 values, found `1.0`",
+            ),
+            (
+                "invalid length 2, expected an array of length 3",
+                "expected a list of 3 values, found 2",
+            ),
+            (
+                "invalid type: integer `3`, expected path string",
+                "expected the name of a file, found `3`",
+            ),
+            (
+                "invalid type: map, expected a sequence",
+                "expected a list, found a table",
+            ),
+            (
+                "invalid type: string \"red\", expected a number or three numbers",
+                "expected a number or three numbers, found \"red\"",
+            ),
+            ("duplicate key", "duplicate key"),
+        ] {
+            assert_eq!(plain(message), expected);
+        }
+    }
+
+    #[test]
     fn names_have_their_nearest() {
         let known = ["Metal", "Metal.001", "Wood", "brushed metal", "Glass"];
         assert_eq!(nearest_names("Metla", known), ["Metal", "Metal.001"]);
@@ -77,6 +144,8 @@ mod tests {
         assert_eq!(message, "unknown key `lookat`");
         assert_eq!(help, format!("did you mean `look_at`? {REFERENCE}"));
         assert_eq!(words("zzz = 1").1, REFERENCE);
-        assert_eq!(words("position = true").0, "invalid type: boolean `true`, expected f32");
+        assert_eq!(words("position = true").0, "expected a number, found `true`");
+        assert_eq!(words("position = []").0, "expected a number, found a list");
+        assert_eq!(words("position = 1").0, "the key `look_at` is missing");
     }
 }

@@ -669,7 +669,7 @@ fn a_scene_file_overrides_materials() {
     assert!(words(&out).contains("no face uses the material `unused`"));
     // 0.75 + 0.5 is more than there is: both lobes are scaled.
     assert!(
-        words(&out).contains("material `floor` scatters 1.25"),
+        words(&out).contains("material `floor` reflects more light than it receives: 1.25 times"),
         "{}",
         words(&out)
     );

@@ -191,7 +191,7 @@ fn wrong_keys_and_values_are_named() {
     for (light, key, words) in [
         (sky, "sun = [0, 91]", ["sky light: sun is [0, 91]", "-90 and 90"]),
         (sky, "sun = [nan, 5]", ["sky light: sun is [NaN, 5]", "finite"]),
-        (sky, "sun = 5", ["integer `5`", "array of length 2"]),
+        (sky, "sun = 5", ["found `5`", "a list of 2 values"]),
         (sky, "turbidity = 1", ["turbidity is 1", "2 (very clear) and 10"]),
         (sky, "turbidity = 11", ["turbidity is 11", "2 (very clear) and 10"]),
         (sky, "up = [0, 0, 0]", ["sky light: up is [0, 0, 0]", "not zero"]),

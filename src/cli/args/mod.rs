@@ -11,6 +11,7 @@ mod explain;
 mod exr;
 mod flags;
 mod ground;
+mod headings;
 mod help;
 mod init;
 mod lab;
@@ -72,6 +73,11 @@ pub(super) struct Args {
 }
 
 impl Args {
+    /// The program with all its commands, whose flags are in groups.
+    pub fn program() -> clap::Command {
+        headings::grouped(Self::command())
+    }
+
     /// Parses the arguments of the process.
     pub fn of_process() -> Result<Self, clap::Error> {
         Self::of(std::env::args_os())
@@ -84,8 +90,11 @@ impl Args {
             true => arg.allow_negative_numbers(true),
             false => arg,
         };
-        let mut command = Self::command().mut_subcommands(|command| command.mut_args(negative));
+        let mut command = Self::program().mut_subcommands(|command| command.mut_args(negative));
         let words = with_values(words.into_iter().map(Into::into));
+        if words.iter().any(|word| word == "-h") {
+            command = headings::brief(command);
+        }
         let matches = command.try_get_matches_from_mut(words)?;
         // Refusals of values say what to write instead; the usage would say no more.
         Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
@@ -236,7 +245,7 @@ mod tests {
     /// Defaults in the help can be typed.
     #[test]
     fn defaults_in_the_help_are_taken() {
-        let mut command = Args::command();
+        let mut command = Args::program();
         let render = command.find_subcommand_mut("render").unwrap();
         let help = render.render_long_help().to_string();
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");

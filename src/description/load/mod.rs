@@ -390,7 +390,7 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
     for (name, largest) in &report.scaled_materials {
         let message = format!(
-            "material `{name}` scatters {largest} of the light in some channel; all its lobes are divided by that"
+            "material `{name}` reflects more light than it receives: {largest} times, in some channel; scaled to 1"
         );
         let error = match places.get(name.as_str()) {
             Some(Some((path, position))) => FileError::new(path, message).at(*position),

@@ -117,7 +117,10 @@ fn mistakes_of_textures_are_named_with_their_line() {
         ("diffuse_map = 3", "picture"),
         ("diffuse_map = { scale = [1, 1] }", "file"),
         ("diffuse_map = { file = \"a.png\", skale = [1, 1] }", "skale"),
-        ("diffuse_map = { file = \"a.png\", scale = 2 }", "array"),
+        (
+            "diffuse_map = { file = \"a.png\", scale = 2 }",
+            "expected a list of 2 values",
+        ),
         ("diffuse_map = { file = \"a.png\", scale = [1, inf] }", "inf"),
         ("diffuse_map = { file = \"a.png\", gain = nan }", "NaN"),
         (

@@ -136,7 +136,7 @@ pub(super) fn brief(program: Command) -> Command {
         let more = format!("embrasure {name} --help shows {hidden} more flags.{examples}");
         command
             .mut_args(|arg| match is_shown(&arg) {
-                true => arg.help_heading("Options"),
+                true => arg.help_heading(None),
                 false => arg.hide(true),
             })
             .after_help(more)

@@ -31,7 +31,7 @@ use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// What a mesh is, besides its triangles.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +64,8 @@ pub struct Instance {
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Those that stand in the world themselves, then those of the prototypes.
-    meshes: Vec<Mesh>,
+    /// Shared with acceleration structures that read them in place and outlive a borrow.
+    meshes: Arc<Vec<Mesh>>,
     /// The meshes of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
@@ -98,6 +99,12 @@ impl Scene {
     /// Meshes, by [`GeomId`].
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
+    }
+
+    /// The meshes, to be kept by who reads them for longer than the scene is borrowed.
+    #[cfg(feature = "embree")]
+    pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
+        Arc::clone(&self.meshes)
     }
 
     /// The mesh `geom`.

@@ -56,5 +56,7 @@ mod schema;
 mod suite;
 mod surfaces;
 mod textures;
+#[cfg(feature = "view")]
+mod view;
 mod visibility;
 mod written_scenes;

@@ -79,7 +79,7 @@ test-obvhs: setup
 	$(call with_obvhs,$(call run_set,obvhs))
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
-	$(CARGO) test --locked $(FLAGS_all) --test it -- view:: --nocapture
+	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
 
 test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
 	scripts/farm/test

@@ -101,7 +101,7 @@ impl Scene {
         &self.meshes
     }
 
-    /// The meshes, to be kept by who reads them for longer than the scene is borrowed.
+    /// The meshes, for readers that outlive a borrow of the scene.
     #[cfg(feature = "embree")]
     pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
         Arc::clone(&self.meshes)

@@ -56,7 +56,9 @@ impl Backend {
             #[cfg(feature = "embree")]
             Self::Embree => {
                 let accel = embree::EmbreeAccel::new(scene, pool.current_num_threads());
-                accel.map(|accel| AnyAccel::Embree(Arc::new(accel))).map_err(|e| Error::Failed(e.to_string()))
+                accel
+                    .map(|accel| AnyAccel::Embree(Arc::new(accel)))
+                    .map_err(|e| Error::Failed(e.to_string()))
             }
             #[cfg(feature = "obvhs")]
             Self::Obvhs => {

@@ -24,7 +24,9 @@ impl Session {
             let method = settings.method();
             (
                 method.value::<SelectionMode>("light_selection").unwrap_or_default(),
-                method.value::<TriangleSampling>("triangle_sampling").unwrap_or_default(),
+                method
+                    .value::<TriangleSampling>("triangle_sampling")
+                    .unwrap_or_default(),
                 settings.backend,
                 settings.threads,
                 settings.compact,

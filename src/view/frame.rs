@@ -59,8 +59,17 @@ fn layer_of(name: &str) -> &str {
 
 /// Three values of each pixel of a layer, a single channel three times; `None`: there is no such layer.
 pub(super) fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
-    let channels: Vec<&Channel> = image.channels.iter().filter(|c| layer_of(&c.name) == name).take(3).collect();
-    let of = |c: usize| channels.get(c).or(if channels.len() == 1 { channels.first() } else { None });
+    let channels: Vec<&Channel> = image
+        .channels
+        .iter()
+        .filter(|c| layer_of(&c.name) == name)
+        .take(3)
+        .collect();
+    let of = |c: usize| {
+        channels
+            .get(c)
+            .or(if channels.len() == 1 { channels.first() } else { None })
+    };
     channels.first()?;
     let mut values = vec![0.0; 3 * image.crop.area() as usize];
     for c in 0..3 {
@@ -85,7 +94,9 @@ pub(super) fn message(id: u64, channel: &str, size: [u32; 2], values: &[f32], fa
     let mut bytes = Vec::with_capacity(4 + header.len() + 2 * halves.len());
     bytes.extend_from_slice(&(header.len() as u32).to_le_bytes());
     bytes.extend_from_slice(header.as_bytes());
-    halves.iter().for_each(|half| bytes.extend_from_slice(&half.to_le_bytes()));
+    halves
+        .iter()
+        .for_each(|half| bytes.extend_from_slice(&half.to_le_bytes()));
     Frame {
         id,
         bytes: Bytes::from(bytes),

@@ -159,7 +159,10 @@ mod tests {
 
     #[test]
     fn requests_are_read() {
-        assert_eq!(target("GET /a/?b HTTP/1.1\r\nHost: localhost:1\r\n\r\n"), Ok("/a/?b".into()));
+        assert_eq!(
+            target("GET /a/?b HTTP/1.1\r\nHost: localhost:1\r\n\r\n"),
+            Ok("/a/?b".into())
+        );
         assert_eq!(target("POST / HTTP/1.1\r\nHost: x\r\n\r\n"), Err(405));
         assert_eq!(target("GET / HTTP/1.1\r\n\r\n"), Err(400));
         assert_eq!(target("GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n"), Err(400));
@@ -177,7 +180,14 @@ mod tests {
         for host in ["localhost", "localhost:8080", "127.0.0.1:1", "[::1]:5"] {
             assert!(is_known_host(host, loopback), "{host}");
         }
-        for host in ["", "evil.example", "localhost.evil.example", "127.0.0.1.evil.example:80", "10.0.0.1", "[::2]:5"] {
+        for host in [
+            "",
+            "evil.example",
+            "localhost.evil.example",
+            "127.0.0.1.evil.example:80",
+            "10.0.0.1",
+            "[::2]:5",
+        ] {
             assert!(!is_known_host(host, loopback), "{host}");
         }
         let all = IpAddr::V4(Ipv4Addr::UNSPECIFIED);
@@ -189,7 +199,13 @@ mod tests {
     fn origins_are_the_host() {
         assert!(is_own_origin(Some("http://localhost:5"), "localhost:5"));
         assert!(is_own_origin(None, "localhost:5"));
-        for origin in ["http://localhost:6", "https://localhost:5", "null", "http://evil.example", ""] {
+        for origin in [
+            "http://localhost:6",
+            "https://localhost:5",
+            "null",
+            "http://evil.example",
+            "",
+        ] {
             assert!(!is_own_origin(Some(origin), "localhost:5"), "{origin}");
         }
     }

@@ -206,7 +206,10 @@ impl Hub {
 
     /// Channels that pages show.
     pub fn channels(&self) -> BTreeSet<String> {
-        lock(&self.pages).values().map(|outbox| outbox.channel.clone()).collect()
+        lock(&self.pages)
+            .values()
+            .map(|outbox| outbox.channel.clone())
+            .collect()
     }
 
     /// Number of the next picture.
@@ -216,7 +219,10 @@ impl Hub {
 
     /// Shows `frame` on all pages that show `channel`.
     pub fn show(&self, channel: &str, frame: &Frame) {
-        for outbox in lock(&self.pages).values_mut().filter(|outbox| outbox.channel == channel) {
+        for outbox in lock(&self.pages)
+            .values_mut()
+            .filter(|outbox| outbox.channel == channel)
+        {
             outbox.frame = Some(frame.clone());
         }
     }

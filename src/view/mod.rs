@@ -77,7 +77,6 @@ pub(crate) trait Host: Sync {
 
     /// Says that the page is served at `link`.
     fn ready(&self, link: &str);
-
 }
 
 /// Serves the render of `session`, which `request` asks for, until the user ends it. All threads have ended, and all sockets are closed, when it returns.

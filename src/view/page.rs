@@ -38,7 +38,10 @@ mod tests {
                 assert!(file(imported).is_some(), "{name} imports {imported}");
             }
             let addresses = text.replace("http://www.w3.org/2000/svg", "");
-            assert!(!addresses.contains("http://") && !addresses.contains("https://"), "{name}");
+            assert!(
+                !addresses.contains("http://") && !addresses.contains("https://"),
+                "{name}"
+            );
         }
     }
 }

@@ -20,9 +20,9 @@ pub(super) fn tables() -> Value {
         let free = parameters.iter().filter(|p| !FIXED.contains(&p.key));
         json!({ "title": title, "parameters": free.map(entry).collect::<Vec<_>>() })
     };
-    let integrators = IntegratorKind::NAMES.iter().map(|(name, kind)| {
-        json!({ "name": name, "help": kind.help(), "reads": kind.parameters() })
-    });
+    let integrators = IntegratorKind::NAMES
+        .iter()
+        .map(|(name, kind)| json!({ "name": name, "help": kind.help(), "reads": kind.parameters() }));
     json!({
         "groups": [
             table("Samples", SamplingOptions::PARAMETERS),

@@ -86,7 +86,11 @@ mod tests {
         );
         assert!(with_camera("camera = 3", &VIEW).is_err());
         assert!(with_camera("[camera", &VIEW).is_err());
-        assert!(with_camera("camera = { view = 'iso' }", &VIEW).unwrap().starts_with("camera = {"));
+        assert!(
+            with_camera("camera = { view = 'iso' }", &VIEW)
+                .unwrap()
+                .starts_with("camera = {")
+        );
     }
 
     /// The file that is written gives the camera that was saved, to the bit.

@@ -105,7 +105,11 @@ impl Server {
                 self.serve(stream, hub);
                 open.fetch_sub(1, Ordering::SeqCst);
             };
-            if thread::Builder::new().name("page".into()).spawn_scoped(scope, serve).is_err() {
+            if thread::Builder::new()
+                .name("page".into())
+                .spawn_scoped(scope, serve)
+                .is_err()
+            {
                 open.fetch_sub(1, Ordering::SeqCst);
             }
         }
@@ -127,7 +131,13 @@ impl Server {
             }
             Ok(Route::Home) => {
                 let place = format!("Location: /{}/\r\n", self.token);
-                drop(answer(&mut stream, (308, "Permanent Redirect"), "text/plain", &place, b""));
+                drop(answer(
+                    &mut stream,
+                    (308, "Permanent Redirect"),
+                    "text/plain",
+                    &place,
+                    b"",
+                ));
             }
             Ok(Route::Picture(format)) => drop(send_picture(&mut stream, hub, format)),
             Ok(Route::Socket(key)) => {
@@ -192,7 +202,10 @@ fn tone_of(query: &str) -> Option<Tone> {
         let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
         pairs.find(|(name, _)| *name == key).map(|(_, value)| value)
     };
-    let stops = value("exposure")?.parse::<f32>().ok().filter(|stops| stops.is_finite())?;
+    let stops = value("exposure")?
+        .parse::<f32>()
+        .ok()
+        .filter(|stops| stops.is_finite())?;
     let name = value("tone")?;
     let (_, curve) = Curve::NAMES.iter().find(|(known, _)| *known == name)?;
     Some(Tone {
@@ -203,7 +216,13 @@ fn tone_of(query: &str) -> Option<Tone> {
 
 fn refuse(stream: &mut TcpStream, (status, name, words): &Refusal) -> io::Result<()> {
     let text = format!("{words}\n");
-    answer(stream, (*status, name), "text/plain; charset=utf-8", "", text.as_bytes())
+    answer(
+        stream,
+        (*status, name),
+        "text/plain; charset=utf-8",
+        "",
+        text.as_bytes(),
+    )
 }
 
 /// Has the render make a file of the picture, and sends it.

@@ -56,7 +56,5 @@ mod schema;
 mod suite;
 mod surfaces;
 mod textures;
-#[cfg(feature = "view")]
-mod view;
 mod visibility;
 mod written_scenes;

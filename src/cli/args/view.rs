@@ -16,7 +16,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The page is part of the program and loads nothing from elsewhere. Only who has the link can see it; other users of this machine cannot guess it.
+The page is part of the program and loads nothing from elsewhere. The link has a random part, which other users of this machine cannot guess.
 Over ssh: start with --port 8123 there, run `ssh -L 8123:127.0.0.1:8123 HOST` here, and open the link here.
 Examples:
   embrasure view scenes/cornell-box.toml

@@ -131,7 +131,9 @@ impl Engine<'_> {
         let is_complete = samples_of(state) >= f64::from(renderer.session().settings().samples().end);
         let mut image = renderer.develop(state);
         let mut metadata = renderer.metadata(state, is_complete);
-        renderer.denoise(&mut image, &mut metadata).map_err(|error| words(&error))?;
+        renderer
+            .denoise(&mut image, &mut metadata)
+            .map_err(|error| words(&error))?;
         let tone = renderer.session().settings().tone;
         metadata.note_exposure(tone, &image);
         let (name, format) = match format {

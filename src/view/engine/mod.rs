@@ -41,8 +41,8 @@ const LONGEST_SLICE: Duration = Duration::from_millis(320);
 const IDLE: Duration = Duration::from_millis(100);
 /// Between two messages about the state of the render.
 const STATUS: Duration = Duration::from_millis(250);
-/// Between two estimates of the noise, which look at all pixels.
-const NOISE: Duration = Duration::from_secs(1);
+/// Between two measurements of noise and exposure, which look at all pixels.
+const MEASURING: Duration = Duration::from_secs(1);
 /// Share of the time that denoising for pages may take.
 const DENOISING: f64 = 0.25;
 
@@ -118,8 +118,10 @@ struct Good {
 /// What pages were shown and told last.
 struct Shown {
     status: Instant,
+    /// Samples of the picture whose noise and exposure these are, and when they were measured.
+    measured: Option<(u64, Instant)>,
     noise: Option<f64>,
-    noise_at: Option<Instant>,
+    exposure: Option<f32>,
     denoised_at: Instant,
     denoising: Duration,
 }
@@ -188,8 +190,9 @@ impl<'a> Engine<'a> {
             has_new_channel: false,
             shown: Shown {
                 status: Instant::now(),
+                measured: None,
                 noise: None,
-                noise_at: None,
+                exposure: None,
                 denoised_at: Instant::now(),
                 denoising: Duration::ZERO,
             },
@@ -325,7 +328,10 @@ impl<'a> Engine<'a> {
         // What other methods make before their first sample takes too long.
         use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
         let kind = settings.method().kind();
-        if !matches!(kind, AmbientOcclusion | Area | Debug | Direct | Light | Naive | OneSample | Path | Whitted) {
+        if !matches!(
+            kind,
+            AmbientOcclusion | Area | Debug | Direct | Light | Naive | OneSample | Path | Whitted
+        ) {
             settings.integrator = IntegratorOptions {
                 integrator: Some(Path),
                 light_selection: settings.integrator.light_selection,
@@ -353,8 +359,7 @@ impl<'a> Engine<'a> {
         });
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
-        self.shown.noise = None;
-        self.shown.noise_at = None;
+        (self.shown.measured, self.shown.noise) = (None, None);
         self.tell_state();
         loop {
             let works = !self.is_paused && !is_complete;
@@ -403,13 +408,7 @@ impl<'a> Engine<'a> {
     }
 
     /// Adds samples for so long, and measures the rate. Mail ends it early once `is_open`, or a pass is done.
-    fn take_samples(
-        &mut self,
-        renderer: &Renderer,
-        state: &mut RenderState,
-        time: Duration,
-        is_open: bool,
-    ) -> Outcome {
+    fn take_samples(&mut self, renderer: &Renderer, state: &mut RenderState, time: Duration, is_open: bool) -> Outcome {
         let start = Instant::now();
         let watcher = Watcher {
             hub: self.hub,
@@ -422,7 +421,11 @@ impl<'a> Engine<'a> {
         let (samples, seconds) = (watcher.samples.into_inner() as f64, start.elapsed().as_secs_f64());
         if samples > 0.0 && seconds > 1e-3 {
             let rate = samples / seconds;
-            self.rate = if self.rate > 0.0 { 0.7 * self.rate + 0.3 * rate } else { rate };
+            self.rate = if self.rate > 0.0 {
+                0.7 * self.rate + 0.3 * rate
+            } else {
+                rate
+            };
         }
         outcome
     }

@@ -1,6 +1,6 @@
 //! What pages are told and shown.
 
-use super::{DENOISING, Engine, NOISE, STATUS, samples_of};
+use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
 use crate::color::{Curve, Exposure, Tone};
 use crate::description::MaterialSection;
 use crate::film::{Image, metered};
@@ -108,16 +108,17 @@ impl Engine<'_> {
             return;
         }
         self.shown.status = Instant::now();
-        if self.shown.noise_at.is_none_or(|at| at.elapsed() > NOISE) && !state.is_empty() {
-            self.shown.noise = state.film.relative_error();
-            self.shown.noise_at = Some(Instant::now());
-        }
         let settings = renderer.session().settings();
-        let exposure = match settings.tone.exposure {
-            Exposure::Stops(stops) => Some(stops),
-            Exposure::Auto if state.is_empty() => None,
-            Exposure::Auto => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
-        };
+        let samples = state.film.samples();
+        let is_known = |(of, at): (u64, Instant)| of == samples || at.elapsed() < MEASURING;
+        if samples > 0 && !self.shown.measured.is_some_and(is_known) {
+            self.shown.measured = Some((samples, Instant::now()));
+            self.shown.noise = state.film.relative_error();
+            self.shown.exposure = match settings.tone.exposure {
+                Exposure::Stops(stops) => Some(stops),
+                Exposure::Auto => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
+            };
+        }
         let phase = match (is_complete, self.is_paused) {
             (true, _) => "complete",
             (false, true) => "paused",
@@ -131,7 +132,7 @@ impl Engine<'_> {
             "rate": self.rate,
             "seconds": state.seconds,
             "noise": self.shown.noise,
-            "exposure": exposure,
+            "exposure": self.shown.exposure,
             "pages": self.hub.pages().0,
         }));
     }
@@ -158,5 +159,7 @@ fn material(material: &Material) -> Value {
 /// The name of a tone curve.
 fn tone_name(tone: Tone) -> &'static str {
     let mut names = Curve::NAMES.iter();
-    names.find(|(_, curve)| *curve == tone.curve).map_or("srgb", |(name, _)| name)
+    names
+        .find(|(_, curve)| *curve == tone.curve)
+        .map_or("srgb", |(name, _)| name)
 }

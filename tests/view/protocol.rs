@@ -81,8 +81,15 @@ fn pages_are_shown_the_light_of_the_render() {
     assert_eq!(frame.header["channel"], "picture");
     done(folder.path(), &split("render s.toml -q -o r.exr"));
     let [r, g, b] = crate::support::read_rgb(&folder.path().join("r.exr"));
-    let halves = frame.pixels.chunks_exact(2).map(|b| half::f16::from_le_bytes([b[0], b[1]]));
-    let expected = r.iter().zip(&g).zip(&b).flat_map(|((r, g), b)| [*r, *g, *b].map(half::f16::from_f32));
+    let halves = frame
+        .pixels
+        .chunks_exact(2)
+        .map(|b| half::f16::from_le_bytes([b[0], b[1]]));
+    let expected = r
+        .iter()
+        .zip(&g)
+        .zip(&b)
+        .flat_map(|((r, g), b)| [*r, *g, *b].map(half::f16::from_f32));
     assert!(halves.eq(expected));
 
     page.send(r#"{"do":"channel","name":"N"}"#);
@@ -111,13 +118,33 @@ fn strangers_are_refused() {
         ("/".into(), format!("Host: {address}\r\n"), 403),
         (format!("/{wrong}/socket"), format!("Host: {address}\r\n{upgrade}"), 403),
         (format!("/{token}/"), "Host: evil.example\r\n".into(), 403),
-        (format!("/{token}/socket"), format!("Host: {address}\r\nOrigin: http://evil.example\r\n{upgrade}"), 403),
-        (format!("/{token}/socket"), format!("Host: {address}\r\nOrigin: null\r\n{upgrade}"), 403),
-        (format!("/{token}/picture.exr"), format!("Host: {address}\r\nOrigin: http://evil.example\r\n"), 403),
-        (format!("/{token}/../../etc/passwd"), format!("Host: {address}\r\n"), 404),
+        (
+            format!("/{token}/socket"),
+            format!("Host: {address}\r\nOrigin: http://evil.example\r\n{upgrade}"),
+            403,
+        ),
+        (
+            format!("/{token}/socket"),
+            format!("Host: {address}\r\nOrigin: null\r\n{upgrade}"),
+            403,
+        ),
+        (
+            format!("/{token}/picture.exr"),
+            format!("Host: {address}\r\nOrigin: http://evil.example\r\n"),
+            403,
+        ),
+        (
+            format!("/{token}/../../etc/passwd"),
+            format!("Host: {address}\r\n"),
+            404,
+        ),
         (format!("/{token}/s.toml"), format!("Host: {address}\r\n"), 404),
         (format!("/{token}"), format!("Host: {address}\r\n"), 308),
-        (format!("/{token}/"), format!("Host: {address}\r\nX: {}\r\n", "x".repeat(40_000)), 431),
+        (
+            format!("/{token}/"),
+            format!("Host: {address}\r\nX: {}\r\n", "x".repeat(40_000)),
+            431,
+        ),
     ] {
         let (status, body) = viewer.request(&format!("GET {path} HTTP/1.1\r\n{headers}\r\n"));
         assert_eq!(status, expected, "{path} {headers}: {}", String::from_utf8_lossy(&body));
@@ -137,7 +164,9 @@ fn nonsense_is_survived() {
     while sent < 10_000 {
         let mut page = viewer.page();
         for _ in 0..250 {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let bytes: Vec<u8> = (0..(seed >> 40) % 60).map(|i| (seed >> (i % 50)) as u8).collect();
             let message = match (seed >> 33) % 4 {
                 0 => Message::text(String::from_utf8_lossy(&bytes).into_owned()),
@@ -168,12 +197,18 @@ fn pixels_are_inspected() {
     let mut page = viewer.page();
     page.send(r#"{"do":"inspect","x":20,"y":15,"sample":3}"#);
     let found = page.message("inspect");
-    let printed = json(&done(folder.path(), &split("render s.toml --pixel 20,15 --sample 3 --json -q")));
+    let printed = json(&done(
+        folder.path(),
+        &split("render s.toml --pixel 20,15 --sample 3 --json -q"),
+    ));
     assert_eq!(found["facts"], printed);
     assert_eq!(printed["samples"][0]["traces"][0]["vertices"][1]["material"], "floor");
     page.send(r#"{"do":"inspect","x":40,"y":0,"sample":0}"#);
     let refused = page.message("error");
-    assert!(refused["text"].as_str().unwrap().contains("outside the image"), "{refused}");
+    assert!(
+        refused["text"].as_str().unwrap().contains("outside the image"),
+        "{refused}"
+    );
 }
 
 /// What one page does, the other one is told; both see the same picture.
@@ -238,13 +273,29 @@ fn materials_are_changed() {
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let mut page = viewer.page();
     let hello = page.message("hello");
-    let floor = hello["materials"].as_array().unwrap().iter().find(|m| m["name"] == "floor").unwrap();
-    assert!((floor["keys"]["diffuse"][0].as_f64().unwrap() - 0.5).abs() < 1e-6, "{floor}");
+    let floor = hello["materials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|m| m["name"] == "floor")
+        .unwrap();
+    assert!(
+        (floor["keys"]["diffuse"][0].as_f64().unwrap() - 0.5).abs() < 1e-6,
+        "{floor}"
+    );
     page.send(r#"{"do":"material","name":"floor","key":"diffuse","value":"[0.1, 0.7, 0.2]"}"#);
     page.message("note");
     page.wait_for_all();
     save(&viewer, &folder.path().join("v.exr"));
-    let args = ["render", "s.toml", "-q", "-o", "r.exr", "--material", "floor.diffuse=[0.1, 0.7, 0.2]"];
+    let args = [
+        "render",
+        "s.toml",
+        "-q",
+        "-o",
+        "r.exr",
+        "--material",
+        "floor.diffuse=[0.1, 0.7, 0.2]",
+    ];
     done(folder.path(), &args);
     assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
     page.send(r#"{"do":"material","name":"floor","key":"colour","value":"1"}"#);
@@ -283,7 +334,12 @@ fn cameras_are_saved() {
     let viewer = Viewer::start(folder.path(), &["a.obj", "--size", "20x20", "--spp", "1"]);
     let mut page = viewer.page();
     page.send(r#"{"do":"save-camera"}"#);
-    assert!(page.message("error")["text"].as_str().unwrap().contains("embrasure init"));
+    assert!(
+        page.message("error")["text"]
+            .as_str()
+            .unwrap()
+            .contains("embrasure init")
+    );
 }
 
 /// An interrupt ends it at once, and the last page that closes does so where that is asked for; nothing listens then.

@@ -1,4 +1,8 @@
-//! `embrasure view`: its server as a program meets it (`protocol`), and its page in a browser (`browser`).
+//! Tests of `embrasure view`: its server as a program meets it (`protocol`), and its page in a browser (`browser`). They are a test program of their own, since they
+//! start browsers, and `make test-view` is not to wait for other tests to be compiled.
+
+#[path = "../support/mod.rs"]
+mod support;
 
 mod browser;
 mod protocol;
@@ -60,8 +64,16 @@ impl Viewer {
         let _ = stream.write_all(text.as_bytes());
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        let head = answer.windows(4).position(|end| end == b"\r\n\r\n").unwrap_or(answer.len());
-        let status = String::from_utf8_lossy(&answer[..head]).split(' ').nth(1).unwrap_or("0").parse().unwrap();
+        let head = answer
+            .windows(4)
+            .position(|end| end == b"\r\n\r\n")
+            .unwrap_or(answer.len());
+        let status = String::from_utf8_lossy(&answer[..head])
+            .split(' ')
+            .nth(1)
+            .unwrap_or("0")
+            .parse()
+            .unwrap();
         (status, answer[(head + 4).min(answer.len())..].to_vec())
     }
 

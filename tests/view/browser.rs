@@ -46,9 +46,22 @@ impl Browser {
     fn start(program: &Path) -> Self {
         let profile = tempfile::tempdir().unwrap();
         let mut child = Command::new(program)
-            .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0", "--no-first-run"])
-            .args(["--disable-background-timer-throttling", "--disable-renderer-backgrounding"])
-            .args(["--disable-backgrounding-occluded-windows", "--disable-dev-shm-usage", "--hide-scrollbars"])
+            .args([
+                "--headless=new",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--remote-debugging-port=0",
+                "--no-first-run",
+            ])
+            .args([
+                "--disable-background-timer-throttling",
+                "--disable-renderer-backgrounding",
+            ])
+            .args([
+                "--disable-backgrounding-occluded-windows",
+                "--disable-dev-shm-usage",
+                "--hide-scrollbars",
+            ])
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")
             .stdin(Stdio::null())
@@ -104,7 +117,11 @@ impl Browser {
         // Errors of scripts are told to the tests.
         let note = "window.faults = []; addEventListener('error', e => faults.push(e.message)); addEventListener('unhandledrejection', e => faults.push(String(e.reason)));";
         self.call(Some(&tab.0), "Page.enable", json!({}));
-        self.call(Some(&tab.0), "Page.addScriptToEvaluateOnNewDocument", json!({ "source": note }));
+        self.call(
+            Some(&tab.0),
+            "Page.addScriptToEvaluateOnNewDocument",
+            json!({ "source": note }),
+        );
         self.call(Some(&tab.0), "Page.navigate", json!({ "url": link }));
         tab
     }
@@ -152,7 +169,11 @@ impl Browser {
 
     fn press(&mut self, tab: &Tab, key: &str, code: &str) {
         for kind in ["keyDown", "keyUp"] {
-            self.call(Some(&tab.0), "Input.dispatchKeyEvent", json!({ "type": kind, "key": key, "code": code }));
+            self.call(
+                Some(&tab.0),
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "key": key, "code": code }),
+            );
         }
     }
 
@@ -212,24 +233,31 @@ fn the_page_shows_and_steers_a_render() {
     let mut browser = Browser::start(&program);
     let tab = browser.open(&viewer.link(), [1280, 720]);
     browser.wait(&tab, COMPLETE);
-    assert_eq!(browser.value(&tab, "document.getElementById('scene').textContent"), "cornell-box.toml");
+    assert_eq!(
+        browser.value(&tab, "document.getElementById('scene').textContent"),
+        "cornell-box.toml"
+    );
 
     // The page shows light as the program does.
     let codes = browser.value(&tab, CODES);
     let (_, png) = viewer.get("picture.png?exposure=0&tone=srgb");
     let expected = image::load_from_memory(&png).unwrap().to_rgb8();
-    let far = expected.as_raw().chunks_exact(3).enumerate().filter(|(i, rgb)| {
-        (0..3).any(|c| (codes[4 * i + c].as_i64().unwrap() - i64::from(rgb[c])).abs() > 1)
-    });
+    let far = expected
+        .as_raw()
+        .chunks_exact(3)
+        .enumerate()
+        .filter(|(i, rgb)| (0..3).any(|c| (codes[4 * i + c].as_i64().unwrap() - i64::from(rgb[c])).abs() > 1));
     assert_eq!(far.count(), 0, "pixels that the page shows otherwise");
     for tone in ["reinhard", "aces-narkowicz", "aces-hill", "agx"] {
         browser.value(&tab, &format!("document.getElementById('tone').value = '{tone}', document.getElementById('tone').dispatchEvent(new Event('change'))"));
         let codes = browser.value(&tab, CODES);
         let (_, png) = viewer.get(&format!("picture.png?exposure=0&tone={tone}"));
         let expected = image::load_from_memory(&png).unwrap().to_rgb8();
-        let far = expected.as_raw().chunks_exact(3).enumerate().filter(|(i, rgb)| {
-            (0..3).any(|c| (codes[4 * i + c].as_i64().unwrap() - i64::from(rgb[c])).abs() > 1)
-        });
+        let far = expected
+            .as_raw()
+            .chunks_exact(3)
+            .enumerate()
+            .filter(|(i, rgb)| (0..3).any(|c| (codes[4 * i + c].as_i64().unwrap() - i64::from(rgb[c])).abs() > 1));
         assert_eq!(far.count(), 0, "pixels that the page shows otherwise by {tone}");
     }
     browser.value(&tab, "document.getElementById('tone').value = 'srgb', document.getElementById('tone').dispatchEvent(new Event('change'))");
@@ -265,7 +293,10 @@ fn the_page_shows_and_steers_a_render() {
 
     // A click says what is there, and draws the paths.
     browser.click(&tab, [middle[0], middle[1] + 0.3 * size[1]]);
-    browser.wait(&tab, "document.getElementById('found').textContent.includes('Material')");
+    browser.wait(
+        &tab,
+        "document.getElementById('found').textContent.includes('Material')",
+    );
     browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
     let facts = browser.value(&tab, "embrasure.inspector.first.material");
     assert!(facts.as_str().is_some_and(|name| !name.is_empty()), "{facts}");
@@ -274,7 +305,10 @@ fn the_page_shows_and_steers_a_render() {
     let other = browser.open(&viewer.link(), [1024, 768]);
     browser.wait(&other, COMPLETE);
     browser.value(&tab, "embrasure.camera.dolly(0.5)");
-    browser.wait(&other, &format!("embrasure.camera.now && {CAMERA} !== {:?}", home.as_str().unwrap()));
+    browser.wait(
+        &other,
+        &format!("embrasure.camera.now && {CAMERA} !== {:?}", home.as_str().unwrap()),
+    );
     browser.wait(&other, COMPLETE);
 
     // The camera is saved, and comments of the file stay.
@@ -294,7 +328,10 @@ fn the_page_shows_and_steers_a_render() {
     let before = browser.value(&tab, CODES);
     let change = "(() => { const text = document.querySelector('[data-key=\"diffuse\"]').nextElementSibling; text.value = '0.1, 0.8, 0.1'; text.dispatchEvent(new Event('change')); })()";
     browser.value(&tab, change);
-    browser.wait(&tab, "document.getElementById('patch').value.includes('diffuse = [0.1, 0.8, 0.1]')");
+    browser.wait(
+        &tab,
+        "document.getElementById('patch').value.includes('diffuse = [0.1, 0.8, 0.1]')",
+    );
     browser.wait(&tab, COMPLETE);
     let wait = format!("{COMPLETE} && JSON.stringify({CODES}) !== {:?}", before.to_string());
     browser.wait(&tab, &wait);
@@ -303,9 +340,15 @@ fn the_page_shows_and_steers_a_render() {
     let mtl = folder.path().join("cornell-box.mtl");
     let text = fs::read_to_string(&mtl).unwrap();
     fs::write(&mtl, format!("{text}\nKd wrong\n")).unwrap();
-    browser.wait(&tab, "document.getElementById('message').textContent.includes('cornell-box.mtl:')");
+    browser.wait(
+        &tab,
+        "document.getElementById('message').textContent.includes('cornell-box.mtl:')",
+    );
     fs::write(&mtl, text).unwrap();
-    browser.wait(&tab, "document.getElementById('message').textContent.includes('loaded anew')");
+    browser.wait(
+        &tab,
+        "document.getElementById('message').textContent.includes('loaded anew')",
+    );
     browser.wait(&tab, COMPLETE);
 
     // The end of the render is told.
@@ -333,7 +376,10 @@ fn pages_elsewhere_are_refused() {
     assert_eq!(browser.value(&stranger, &ask(&link)), "refused");
     let wrong = viewer.link().replace(&viewer.token, &"0".repeat(32));
     let tab = browser.open(&wrong, [400, 300]);
-    browser.wait(&tab, "document.body.innerText.includes('not the one that this render has printed')");
+    browser.wait(
+        &tab,
+        "document.body.innerText.includes('not the one that this render has printed')",
+    );
 }
 
 /// All controls have names for those who do not see them.
@@ -347,12 +393,25 @@ fn controls_have_names() {
     browser.wait(&tab, COMPLETE);
     let mut count = 0;
     for name in ["camera", "render", "look", "inspect", "materials"] {
-        browser.value(&tab, &format!("document.querySelector('[data-tab=\"{name}\"]').click()"));
+        browser.value(
+            &tab,
+            &format!("document.querySelector('[data-tab=\"{name}\"]').click()"),
+        );
         browser.call(Some(&tab.0), "Accessibility.enable", json!({}));
         let tree = browser.call(Some(&tab.0), "Accessibility.getFullAXTree", json!({}));
         for node in tree["nodes"].as_array().unwrap() {
             let role = node["role"]["value"].as_str().unwrap_or_default();
-            let is_control = ["button", "link", "slider", "spinbutton", "textbox", "combobox", "checkbox", "radio", "tab"];
+            let is_control = [
+                "button",
+                "link",
+                "slider",
+                "spinbutton",
+                "textbox",
+                "combobox",
+                "checkbox",
+                "radio",
+                "tab",
+            ];
             if is_control.contains(&role) && node["ignored"] != true {
                 let name = node["name"]["value"].as_str().unwrap_or_default().trim();
                 assert!(!name.is_empty(), "a {role} without a name: {node}");
@@ -362,5 +421,40 @@ fn controls_have_names() {
     }
     assert!(count > 60, "{count} controls");
     // Nothing is wider than the window.
-    assert_eq!(browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"), true);
+    assert_eq!(
+        browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"),
+        true
+    );
+}
+
+/// The pictures of the guide, where EMBRASURE_SCREENSHOTS names their folder.
+#[test]
+fn screenshots_of_the_guide() {
+    if env::var_os("EMBRASURE_SCREENSHOTS").is_none() {
+        return;
+    }
+    let Some(program) = chromium() else { return };
+    let folder = cornell_box();
+    let viewer = Viewer::start(
+        folder.path(),
+        &split("cornell-box.toml --size 512x512 --spp 16 --denoise oidn"),
+    );
+    let mut browser = Browser::start(&program);
+    for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
+        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), [1280, 720]);
+        browser.wait(&tab, COMPLETE);
+        browser.wait(&tab, "embrasure.picture.frame.channel === 'denoised'");
+        if theme == "light" {
+            browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
+        }
+        thread::sleep(Duration::from_secs(2));
+        browser.screenshot(&tab, name);
+        if theme == "dark" {
+            let (middle, size) = browser.picture(&tab);
+            browser.click(&tab, [middle[0] + 0.12 * size[0], middle[1] + 0.32 * size[1]]);
+            browser.wait(&tab, "document.querySelectorAll('#overlay line').length > 0");
+            thread::sleep(Duration::from_secs(1));
+            browser.screenshot(&tab, "view-paths.png");
+        }
+    }
 }

@@ -5,7 +5,7 @@
 //! whose words `protocol` defines. `frame` makes pixels of films, `parameters` lists what can be set, `scene_file` writes a camera into a scene file, `watch` notices
 //! files that change, and `page` has the files of the page itself.
 //!
-//! Nobody but the user is to reach the render: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
+//! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
 //! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
 //! limited. Files other than the page's are not served, but for the picture.
 

@@ -2,8 +2,8 @@
 
 use crate::description::SceneOptions;
 use crate::options::{
-    BackgroundOptions, FilterOptions, Input, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter,
-    SamplingOptions, SizeOptions, Value as _,
+    BackgroundOptions, Denoising, FilterOptions, Input, IntegratorKind, IntegratorOptions, Named, OptionGroup,
+    Parameter, SamplingOptions, SizeOptions, Value as _,
 };
 use crate::session::Settings;
 use serde_json::{Value, json};
@@ -65,6 +65,7 @@ pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     values["integrator"] = json!(settings.method().name());
     values["sampler"] = json!(settings.sampler_name());
     values["samples"] = json!(settings.spp.to_string());
+    values["denoise"] = json!(settings.denoiser.map_or(Denoising::Off, Denoising::By).text());
     values["seed"] = json!(settings.seed.to_string());
     values["width"] = json!(settings.resolution.x.to_string());
     values["height"] = json!(settings.resolution.y.to_string());

@@ -4,7 +4,7 @@
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// What a page asks for.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -40,12 +40,31 @@ pub(super) enum Command {
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraView {
+    #[serde(serialize_with = "as_decimals")]
     pub position: [f32; 3],
+    #[serde(serialize_with = "as_decimals")]
     pub look_at: [f32; 3],
+    #[serde(serialize_with = "as_decimals")]
     pub up: [f32; 3],
+    #[serde(serialize_with = "as_decimal")]
     pub vertical_fov: f32,
+    #[serde(serialize_with = "as_decimal")]
     pub lens_radius: f32,
+    #[serde(serialize_with = "as_decimal")]
     pub focus_distance: f32,
+}
+
+/// The f64 that is written like `value`: 39.3077, not 39.307701110839844.
+fn decimal(value: f32) -> f64 {
+    value.to_string().parse().unwrap_or(f64::from(value))
+}
+
+fn as_decimal<S: Serializer>(value: &f32, serializer: S) -> Result<S::Ok, S::Error> {
+    decimal(*value).serialize(serializer)
+}
+
+fn as_decimals<S: Serializer>(values: &[f32; 3], serializer: S) -> Result<S::Ok, S::Error> {
+    values.map(decimal).serialize(serializer)
 }
 
 impl CameraView {
@@ -138,6 +157,7 @@ mod tests {
         let text = serde_json::to_string(&view).unwrap();
         // Browsers read numbers as f64.
         let number: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(number["vertical_fov"], 39.3077);
         let back: CameraView = serde_json::from_str(&number.to_string()).unwrap();
         assert_eq!(back, view);
     }

@@ -1,6 +1,6 @@
 //! The WebSocket of a page: its commands go to the render, messages and pictures to the page.
 //!
-//! A page says which pictures it has shown, and at most two are on their way, so that a slow link shows fewer pictures instead of old ones. Commands are taken at a limited rate: a
+//! A page says which pictures it has shown, and few bytes of others are on their way, so that a slow link shows fewer pictures instead of old ones. Commands are taken at a limited rate: a
 //! page that sends more waits, and one that sends nonsense for long is closed.
 
 use super::hub::{Hub, Mail, PageId};
@@ -17,8 +17,8 @@ use tungstenite::{Error, Message, WebSocket};
 const LOOK: Duration = Duration::from_millis(5);
 /// Bytes of a command at most.
 const MAX_COMMAND: usize = 64 << 10;
-/// Pictures on their way to a page.
-const MAX_ON_WAY: u64 = 2;
+/// Bytes of pictures on their way to a page, at which no other one is sent: a picture of full size, or two that are shown while the camera moves.
+const MAX_ON_WAY: usize = 192 << 10;
 /// How long a page may take to show a picture before it gets another one all the same.
 const SHOWING: Duration = Duration::from_secs(30);
 /// Commands a second, and how many may come at once.
@@ -56,8 +56,8 @@ struct Page<'a> {
     socket: WebSocket<TcpStream>,
     hub: &'a Hub,
     id: PageId,
-    /// Pictures on their way, and when they were sent.
-    sent: Vec<(u64, Instant)>,
+    /// Pictures on their way: numbers, bytes, and when they were sent.
+    sent: Vec<(u64, usize, Instant)>,
     /// Commands that may come at once.
     allowance: f64,
     since: Instant,
@@ -77,14 +77,14 @@ impl Page<'_> {
 
     /// Sends what waits.
     fn send(&mut self) -> Result<(), Error> {
-        self.sent.retain(|(_, at)| at.elapsed() < SHOWING);
-        let is_behind = self.sent.len() as u64 >= MAX_ON_WAY;
+        self.sent.retain(|(.., at)| at.elapsed() < SHOWING);
+        let is_behind = self.sent.iter().map(|(_, bytes, _)| bytes).sum::<usize>() >= MAX_ON_WAY;
         let (messages, frame) = self.hub.outgoing(self.id, is_behind);
         for message in messages {
             self.socket.send(Message::text(&*message))?;
         }
         if let Some(frame) = frame {
-            self.sent.push((frame.id, Instant::now()));
+            self.sent.push((frame.id, frame.bytes.len(), Instant::now()));
             self.socket.send(Message::Binary(frame.bytes))?;
         }
         Ok(())
@@ -107,7 +107,7 @@ impl Page<'_> {
             _ => return Ok(()),
         };
         match read {
-            Ok(Command::Shown { frame }) => self.sent.retain(|(id, _)| *id > frame),
+            Ok(Command::Shown { frame }) => self.sent.retain(|(id, ..)| *id > frame),
             Ok(Command::Channel { name }) => {
                 self.hub.set_channel(self.id, name.clone());
                 self.hub.send(Mail::Command(self.id, Command::Channel { name }));

@@ -5,6 +5,7 @@
 mod support;
 
 mod browser;
+mod figures;
 mod protocol;
 
 use crate::support::program::{PROGRAM, signal};

@@ -14,7 +14,12 @@ use std::time::{Duration, Instant};
 impl Engine<'_> {
     /// Reads all mail, which is waited for so long at most, and gives what has changed.
     pub(super) fn read_mail(&mut self, patience: Duration) -> Change {
-        let mut change = Change::Nothing;
+        let mut change = std::mem::replace(&mut self.pending, Change::Nothing);
+        let patience = if change == Change::Nothing {
+            patience
+        } else {
+            Duration::ZERO
+        };
         for mail in self.hub.take_mail(patience) {
             let next = match mail {
                 Mail::Save(format, reply) => {
@@ -41,6 +46,7 @@ impl Engine<'_> {
                     return Change::Nothing;
                 }
                 self.camera = camera;
+                self.moves += 1;
                 self.moved = Some(Instant::now());
                 self.tell(&json!({ "type": "camera", "camera": view, "from": page }));
                 return Change::Picture;

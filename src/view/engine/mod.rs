@@ -96,9 +96,13 @@ pub(super) struct Engine<'a> {
     patches: Vec<String>,
     watch: Watch,
     is_paused: bool,
+    /// Moves of the camera that pages have asked for.
+    moves: u64,
     /// When the camera moved last, while it moves.
     moved: Option<Instant>,
     jobs: Vec<Job>,
+    /// What mail has asked for and was not heeded yet.
+    pending: Change,
     /// Samples a second, of all pixels.
     rate: f64,
     /// Whether a page shows another channel than before.
@@ -184,8 +188,10 @@ impl<'a> Engine<'a> {
             patches: Vec::new(),
             watch: Watch::new([]),
             is_paused: false,
+            moves: 0,
             moved: None,
             jobs: Vec::new(),
+            pending: Change::Nothing,
             rate: 0.0,
             has_new_channel: false,
             shown: Shown {
@@ -239,7 +245,7 @@ impl<'a> Engine<'a> {
         self.moved = None;
         self.tell_state();
         // What was good before may be no longer, such as memory that others have taken.
-        self.read_mail(REST);
+        self.pending = self.read_mail(REST);
     }
 
     /// Files that are watched.

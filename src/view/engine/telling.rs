@@ -21,6 +21,7 @@ impl Engine<'_> {
         let facts = json!({
             "size": [whole.x, whole.y],
             "samples": samples_of(state),
+            "moves": self.moves,
             "preview": size != whole.to_array(),
         });
         let mut developed: Option<Image> = None;

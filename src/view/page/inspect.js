@@ -3,9 +3,9 @@
 import { $, element, number } from "./controls.js";
 import { add, cross, dot, mul, project, sub, unit } from "./camera.js";
 
-const COLOURS = ["#ffd166", "#4cc9f0", "#f277b6", "#8ce99a", "#ff9f6b", "#b197fc"];
 const BOUNCE = "#ffd166";
 const SHADOW = "#4cc9f0";
+const SHARED = "#f277b6";
 
 // The segments of all paths: from, to, and what goes along them.
 function segments(facts) {
@@ -21,6 +21,10 @@ function segments(facts) {
           const isLit = Math.max(...(light.transmittance ?? [0])) > 0;
           found.push({ from: vertex.position, to: far, colour: SHADOW, isDashed: true, isFaint: !isLit });
         }
+      }
+      // Ends of paths that pixels share
+      for (const { vertex, end } of trace.contributions) {
+        if (end && vertex !== null) found.push({ from: trace.vertices[vertex].position, to: end, colour: SHARED });
       }
     }
   }
@@ -195,7 +199,7 @@ export class Inspector {
     for (let i = 0; i < 8; i += 1) {
       for (const bit of [1, 2, 4]) if (!(i & bit)) line(corner(i), corner(i | bit), soft, 0.7);
     }
-    context.fillStyle = COLOURS[2];
+    context.fillStyle = SHARED;
     context.beginPath();
     context.arc(...at(eye), 4, 0, 2 * Math.PI);
     context.fill();

@@ -42,6 +42,8 @@ export class Link extends EventTarget {
   }
 
   send(command) {
+    // What is shown belongs to the past.
+    if (["camera", "set", "material", "reset-materials"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
     if (this.isOpen) this.#socket.send(JSON.stringify(command));
   }
 

@@ -154,7 +154,9 @@ camera.addEventListener("change", ({ detail }) => {
   $("undo").disabled = camera.past.length === 0;
   $("redo").disabled = camera.future.length === 0;
   $("copied").value = camera.toml;
-  if (!detail.isOwn || isSending) return;
+  if (!detail.isOwn) return;
+  document.documentElement.dataset.samples = "moving";
+  if (isSending) return;
   isSending = true;
   requestAnimationFrame(() => {
     isSending = false;

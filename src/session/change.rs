@@ -1,8 +1,9 @@
 //! A session that changes while its scene stays: an interactive render sees it by another camera, by another method or in another size.
 
 use super::memory::check_pixels;
-use super::{Error, Session, Settings, backdrop, check_groups, light_paths, method_warnings};
+use super::{CameraSettings, Error, Session, Settings, backdrop, check_groups, light_paths, method_warnings};
 use crate::camera::CameraDescription;
+use crate::guess::CameraGuess;
 use crate::light::{SelectionMode, TriangleSampling};
 use std::sync::OnceLock;
 
@@ -33,6 +34,21 @@ impl Session {
             )
         };
         made_for(&self.settings) == made_for(settings)
+    }
+
+    /// Cameras to choose from, whatever camera was said, each with the shortest flags that name it.
+    ///
+    /// # Errors
+    ///
+    /// Those of building an acceleration structure.
+    pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
+        let accel = self.accel()?;
+        let free = CameraSettings {
+            up: self.said_camera.up,
+            ..CameraSettings::default()
+        };
+        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        Ok(self.pool.install(|| finder().candidates()))
     }
 
     /// Makes it a session of `settings`, which it [serves](Session::serves), seen by the camera of `description`. What was learned of visible lights is

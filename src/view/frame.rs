@@ -1,6 +1,5 @@
 //! Pictures for pages: a channel of a film as 16-bit floats.
 
-use super::hub::Frame;
 use crate::film::{Channel, Film, Image};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
@@ -14,6 +13,15 @@ pub(super) const DENOISED: &str = "denoised";
 
 /// The largest number that a 16-bit float can be.
 const MAX_HALF: f32 = 65504.0;
+
+/// A picture for pages.
+#[derive(Clone)]
+pub(super) struct Frame {
+    /// Counts from 1.
+    pub id: u64,
+    /// The whole message.
+    pub bytes: Bytes,
+}
 
 /// Red, green and blue of each pixel of the crop; NaN where it has no sample.
 pub(super) fn light(film: &Film) -> Vec<f32> {

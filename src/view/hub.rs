@@ -1,5 +1,6 @@
 //! What the render and the threads of the pages share: commands on their way to the render, messages and pictures on their way to the pages.
 
+use super::frame::{Frame, PICTURE};
 use super::protocol::Command;
 use crate::color::Tone;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -7,7 +8,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use tungstenite::Bytes;
 
 /// Commands that may wait for the render; further ones are dropped.
 const MAX_MAIL: usize = 4096;
@@ -32,15 +32,6 @@ pub(super) enum SaveFormat {
     Exr,
     /// For display.
     Png(Option<Tone>),
-}
-
-/// A picture for pages.
-#[derive(Clone)]
-pub(super) struct Frame {
-    /// Counts from 1.
-    pub id: u64,
-    /// The whole message.
-    pub bytes: Bytes,
 }
 
 /// What waits for a page.
@@ -160,7 +151,7 @@ impl Hub {
         let outbox = Outbox {
             messages: greetings.values().cloned().collect(),
             frame: None,
-            channel: super::frame::PICTURE.into(),
+            channel: PICTURE.into(),
         };
         lock(&self.pages).insert(id, outbox);
         id

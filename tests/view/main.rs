@@ -5,6 +5,7 @@
 mod support;
 
 mod browser;
+mod chromium;
 mod figures;
 mod protocol;
 

@@ -107,7 +107,7 @@ impl Engine<'_> {
                     }
                     Err(words) => self.tell_error(Some(page), &words),
                 },
-                Job::Views(page) => match renderer.session().candidate_cameras() {
+                Job::Views(page) => match renderer.session().views() {
                     Ok(cameras) => {
                         let list: Vec<Value> = cameras
                             .iter()

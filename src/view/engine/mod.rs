@@ -5,6 +5,7 @@
 //! scene and its acceleration structure as they are; only a changed file or material loads the scene anew.
 
 mod commands;
+mod preview;
 mod telling;
 
 use super::hub::{Hub, PageId, SaveFormat};
@@ -15,8 +16,6 @@ use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Film;
 use crate::io::ExrFormat;
-use crate::math::UVec2;
-use crate::options::{IntegratorKind, IntegratorOptions};
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
 use serde_json::json;
@@ -28,12 +27,6 @@ use std::time::{Duration, Instant};
 
 /// How long the camera rests before the whole picture is rendered.
 const REST: Duration = Duration::from_millis(150);
-/// How long a preview's first sample of each pixel may take.
-const PREVIEW: f64 = 0.035;
-/// A slice of a preview after that.
-const PREVIEW_SLICE: Duration = Duration::from_millis(40);
-/// Samples of a preview at most.
-const PREVIEW_SAMPLES: u32 = 32;
 /// The first slice of a picture, and the longest.
 const FIRST_SLICE: Duration = Duration::from_millis(80);
 const LONGEST_SLICE: Duration = Duration::from_millis(320);
@@ -281,71 +274,6 @@ impl<'a> Engine<'a> {
         self.greet(session);
         self.tell(&json!({ "type": "note", "text": "The scene was loaded anew." }));
         Ok(())
-    }
-
-    /// Shows what the moving camera sees.
-    fn preview(&mut self, session: &mut Session) -> Result<Next, Error> {
-        let (settings, camera) = (self.preview_settings(), self.camera);
-        session.change(settings, camera, true)?;
-        let renderer = session.renderer()?;
-        let mut state = renderer.start();
-        loop {
-            let rests = self.moved.is_none_or(|moved| moved.elapsed() >= REST);
-            if rests && !state.is_empty() {
-                self.moved = None;
-                return Ok(Next::Picture);
-            }
-            let has_samples = !state.is_empty();
-            let slice = if has_samples { PREVIEW_SLICE } else { Duration::ZERO };
-            let outcome = self.take_samples(&renderer, &mut state, slice, has_samples);
-            if !state.is_empty() {
-                self.show(&renderer, &state, true);
-            }
-            let patience = match outcome {
-                Outcome::Complete => REST,
-                Outcome::Stopped => Duration::ZERO,
-            };
-            if self.is_over() {
-                return Ok(Next::End);
-            }
-            match self.read_mail(patience) {
-                Change::Scene => return Ok(Next::Scene(None)),
-                Change::Picture => return Ok(Next::Picture),
-                Change::Settings | Change::Nothing => {}
-            }
-        }
-    }
-
-    /// Settings of a picture small enough to be there in a moment.
-    fn preview_settings(&self) -> Settings {
-        let mut settings = Settings {
-            spp: PREVIEW_SAMPLES,
-            noise: None,
-            aovs: Vec::new(),
-            light_paths: Vec::new(),
-            ..self.settings.clone()
-        };
-        let pixels = f64::from(settings.resolution.x) * f64::from(settings.resolution.y);
-        let factor = match self.rate > 0.0 {
-            true => (pixels / (self.rate * PREVIEW)).sqrt().ceil().clamp(1.0, 8.0) as u32,
-            false => 4,
-        };
-        settings.resolution = UVec2::max(settings.resolution / factor, UVec2::ONE);
-        // What other methods make before their first sample takes too long.
-        use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
-        let kind = settings.method().kind();
-        if !matches!(
-            kind,
-            AmbientOcclusion | Area | Debug | Direct | Light | Naive | OneSample | Path | Whitted
-        ) {
-            settings.integrator = IntegratorOptions {
-                integrator: Some(Path),
-                light_selection: settings.integrator.light_selection,
-                triangle_sampling: settings.integrator.triangle_sampling,
-                ..IntegratorOptions::default()
-            };
-        }
-        settings
     }
 
     /// Renders the picture, or goes on with `old`.

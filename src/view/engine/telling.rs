@@ -150,8 +150,10 @@ impl Engine<'_> {
 
 /// The keys of a material that have a meaning for it, and their values.
 fn material(material: &Material) -> Value {
-    let mut keys = json!(MaterialSection::of_material(material));
-    if let Some(keys) = keys.as_object_mut() {
+    // As text first, which has numbers in as few digits as tell them.
+    let text = serde_json::to_string(&MaterialSection::of_material(material)).unwrap_or_default();
+    let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
+    if let Value::Object(keys) = &mut keys {
         keys.retain(|_, value| !value.is_null());
     }
     json!({ "name": material.name, "keys": keys })

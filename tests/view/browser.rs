@@ -249,7 +249,7 @@ fn screenshots_of_the_guide() {
     );
     let mut browser = Browser::start(&program);
     for (theme, name) in [("dark", "view-dark.png"), ("light", "view-light.png")] {
-        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), [1280, 720]);
+        let tab = browser.open(&format!("{}?theme={theme}", viewer.link()), [1000, 600]);
         browser.wait(&tab, COMPLETE);
         browser.wait(&tab, "embrasure.picture.frame.channel === 'denoised'");
         if theme == "light" {

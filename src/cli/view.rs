@@ -63,7 +63,7 @@ fn render_args(args: &ViewArgs) -> RenderArgs {
         integrator: args.integrator,
         filter: args.filter,
         background: args.background,
-        ground: args.ground.clone(),
+        ground: args.ground,
         light: args.light.clone(),
         tone: args.tone,
         exr: args.exr.clone(),

@@ -1,6 +1,6 @@
 //! Notices that files change, by their times and lengths, which every file system has.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Between two looks at the files.
@@ -17,7 +17,7 @@ pub(super) struct Watch {
     changing: Option<Vec<Stamp>>,
 }
 
-fn stamp(path: &PathBuf) -> Stamp {
+fn stamp(path: &Path) -> Stamp {
     let data = path.metadata().ok()?;
     Some((data.modified().ok()?, data.len()))
 }

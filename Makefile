@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -77,6 +77,9 @@ test-none: setup
 
 test-obvhs: setup
 	$(call with_obvhs,$(call run_set,obvhs))
+
+test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
+	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
 
 test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
 	scripts/farm/test

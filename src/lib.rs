@@ -48,6 +48,7 @@
 //! - [`description`]: scene files, and the scenes made of them
 //! - [`lint`]: checks of a scene
 //! - [`session`]: a render from scene file to picture
+//! - `view`: a render in a browser, with the feature of that name
 //! - `cli`: the command line, with the feature of that name
 
 // Parts that the commands alone use.
@@ -78,6 +79,8 @@ pub mod sampling;
 pub mod scene;
 pub mod session;
 pub mod texture;
+#[cfg(feature = "view")]
+mod view;
 
 pub use description::SceneFile;
 pub use film::{Aov, Image, PathPart, Rect};

@@ -42,6 +42,8 @@ mod stats;
 mod stop;
 mod summary;
 mod tev;
+#[cfg(feature = "view")]
+mod view;
 mod views;
 mod warnings;
 
@@ -120,6 +122,8 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Develop(args)) => develop::develop(&args),
         Some(Command::Info(args)) => info::info(&args),
         Some(Command::Views(args)) => views::views(&args),
+        #[cfg(feature = "view")]
+        Some(Command::View(args)) => view::view(&args),
         Some(Command::Init(args)) => init::init(&args),
         Some(Command::Check(args)) => check::check(&args),
         Some(Command::Compare(args)) => compare::compare(&args),

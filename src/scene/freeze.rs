@@ -12,7 +12,7 @@ use crate::light::{
 use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Name of the object that everything is part of where nothing else is said.
 const ONLY_OBJECT: &str = "scene";
@@ -58,7 +58,7 @@ impl SceneBuilder {
         let mut scene = Scene {
             bounds,
             ground: None,
-            meshes: Vec::with_capacity(count),
+            meshes: Arc::new(Vec::with_capacity(count)),
             prototypes: Vec::with_capacity(self.prototypes.len()),
             instances: Vec::with_capacity(self.instances.len()),
             facets: Vec::with_capacity(count),
@@ -270,7 +270,8 @@ impl Scene {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
             false => Vec::new(),
         });
-        self.meshes.push(mesh);
+        // Nobody else has them yet.
+        Arc::make_mut(&mut self.meshes).push(mesh);
         self.shapes.push(Shape {
             material,
             object: object.unwrap_or(0),

@@ -37,7 +37,7 @@ use crate::texture::{Texture, TextureFilter};
 use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// What a mesh is, besides its triangles.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,8 @@ pub struct Instance {
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Those that stand in the world themselves, then those of the prototypes.
-    meshes: Vec<Mesh>,
+    /// Shared with acceleration structures that read them in place and outlive a borrow.
+    meshes: Arc<Vec<Mesh>>,
     /// The meshes of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
@@ -111,6 +112,12 @@ impl Scene {
     /// Meshes, by [`GeomId`].
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
+    }
+
+    /// The meshes, for readers that outlive a borrow of the scene.
+    #[cfg_attr(not(all(feature = "embree", feature = "view")), allow(dead_code))]
+    pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
+        Arc::clone(&self.meshes)
     }
 
     /// The mesh `geom`.

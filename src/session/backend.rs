@@ -16,6 +16,8 @@ use crate::options::Backend;
 use crate::scene::Scene;
 use std::collections::BTreeSet;
 use std::fs;
+#[cfg(any(feature = "embree", feature = "obvhs"))]
+use std::sync::Arc;
 
 impl Backend {
     /// That it is not built in.
@@ -25,13 +27,40 @@ impl Backend {
         InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
     }
 
+    /// Builds the acceleration structure of `scene` as [`Backend::build`] does, to serve for as long as the scene's meshes stay: light, materials and the
+    /// camera may change meanwhile. `None` for a backend that has no structure to keep.
+    #[cfg(feature = "view")]
+    pub(super) fn build_kept(
+        self,
+        scene: &Scene,
+        pool: &rayon::ThreadPool,
+    ) -> Result<Option<AnyAccel<'static>>, Error> {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => {
+                let accel = embree::EmbreeAccel::kept(scene, pool.current_num_threads());
+                accel
+                    .map(|accel| Some(AnyAccel::Embree(Arc::new(accel))))
+                    .map_err(|e| Error::Failed(e.to_string()))
+            }
+            #[cfg(feature = "obvhs")]
+            Self::Obvhs => Ok(match self.build(scene, pool)? {
+                AnyAccel::Obvhs(accel) => Some(AnyAccel::Obvhs(accel)),
+                _ => None,
+            }),
+            _ => Ok(None),
+        }
+    }
+
     /// Builds the acceleration structure of `scene` with as many threads as `pool` has: the one place that chooses the backend.
     pub(crate) fn build<'a>(self, scene: &'a Scene, pool: &rayon::ThreadPool) -> Result<AnyAccel<'a>, Error> {
         match self {
             #[cfg(feature = "embree")]
             Self::Embree => {
                 let accel = embree::EmbreeAccel::new(scene, pool.current_num_threads());
-                accel.map(AnyAccel::Embree).map_err(|e| Error::Failed(e.to_string()))
+                accel
+                    .map(|accel| AnyAccel::Embree(Arc::new(accel)))
+                    .map_err(|e| Error::Failed(e.to_string()))
             }
             #[cfg(feature = "obvhs")]
             Self::Obvhs => {
@@ -43,7 +72,7 @@ impl Backend {
                         in_words(bytes)
                     )));
                 }
-                Ok(AnyAccel::Obvhs(pool.install(|| bvh::BvhAccel::new(scene))))
+                Ok(AnyAccel::Obvhs(Arc::new(pool.install(|| bvh::BvhAccel::new(scene)))))
             }
             Self::Brute => Ok(AnyAccel::Brute(pool.install(|| brute::BruteForce::new(scene)))),
             #[cfg(not(all(feature = "embree", feature = "obvhs")))]
@@ -56,12 +85,13 @@ impl Backend {
 #[cfg(feature = "obvhs")]
 const OBVHS_BUILDING_BYTES: u64 = 400;
 
-/// The acceleration structure of whichever backend.
+/// The acceleration structure of whichever backend; copies share it.
+#[derive(Clone)]
 pub(crate) enum AnyAccel<'a> {
     #[cfg(feature = "embree")]
-    Embree(embree::EmbreeAccel<'a>),
+    Embree(Arc<embree::EmbreeAccel<'a>>),
     #[cfg(feature = "obvhs")]
-    Obvhs(bvh::BvhAccel),
+    Obvhs(Arc<bvh::BvhAccel>),
     Brute(brute::BruteForce<'a>),
     /// That of one, for a share of the rays checked against another.
     Audited(&'a Auditor<'a>),
@@ -80,7 +110,7 @@ impl AnyAccel<'_> {
     pub fn with<T: AccelTask>(&self, task: T) -> T::Output {
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(accel) => task.run(accel),
+            Self::Embree(accel) => task.run(&**accel),
             _ => task.run(&self.as_dyn()),
         }
     }
@@ -89,9 +119,9 @@ impl AnyAccel<'_> {
     pub fn as_dyn(&self) -> &dyn Accel {
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel,
+            Self::Embree(accel) => &**accel,
             #[cfg(feature = "obvhs")]
-            Self::Obvhs(accel) => accel,
+            Self::Obvhs(accel) => &**accel,
             Self::Brute(accel) => accel,
             Self::Audited(accel) => *accel,
         }

@@ -10,6 +10,8 @@
 
 mod backend;
 mod camera;
+#[cfg(feature = "view")]
+mod change;
 mod error;
 mod guesses;
 mod hash;
@@ -48,7 +50,7 @@ use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, forecast_of, peak, within_memory};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A scene that is in memory, with all that is settled about its render.
 pub struct Session {
@@ -59,7 +61,8 @@ pub struct Session {
     description: CameraDescription,
     filter: Filter,
     backdrop: Backdrop,
-    scene_hash: String,
+    /// Made when it is first asked for.
+    scene_hash: OnceLock<String>,
     warnings: Vec<Warning>,
     /// What tells light paths apart, where they are told apart.
     paths: Option<Arc<LightPaths>>,
@@ -74,6 +77,8 @@ pub struct Session {
     /// Bytes that the render takes at most, about.
     memory: u64,
     pool: rayon::ThreadPool,
+    /// The acceleration structure, where it outlives a renderer.
+    kept: Option<AnyAccel<'static>>,
 }
 
 impl Session {
@@ -123,7 +128,7 @@ impl Session {
         warnings.extend(method_warnings(&method, &scene, &camera)?);
         Ok(Self {
             backdrop: backdrop(&settings, &description.parameters),
-            scene_hash: hash::scene_hash(&scene, &description),
+            scene_hash: OnceLock::new(),
             filter: settings.filter(),
             said_camera: settings.camera,
             paths: light_paths(&settings)?,
@@ -137,6 +142,7 @@ impl Session {
             files,
             memory,
             pool,
+            kept: None,
         })
     }
 
@@ -160,7 +166,7 @@ impl Session {
         let warnings = method_warnings(&method, &scene, &camera)?;
         Ok(Self {
             backdrop: backdrop(&settings, &description.parameters),
-            scene_hash: hash::scene_hash(&scene, &description),
+            scene_hash: OnceLock::new(),
             filter: settings.filter(),
             camera,
             description,
@@ -174,6 +180,7 @@ impl Session {
             paths: light_paths(&settings)?,
             settings,
             scene,
+            kept: None,
         })
     }
 
@@ -184,6 +191,14 @@ impl Session {
     /// The backend's own, such as memory that is not to be had.
     pub fn renderer(&self) -> Result<Renderer<'_>, Error> {
         Renderer::build(self)
+    }
+
+    /// The acceleration structure: the one that is kept, or a new one.
+    fn accel(&self) -> Result<AnyAccel<'_>, Error> {
+        match &self.kept {
+            Some(accel) => Ok(accel.clone()),
+            None => self.settings.backend.build(&self.scene, &self.pool),
+        }
     }
 
     /// What the render is to be.
@@ -203,7 +218,8 @@ impl Session {
 
     /// SHA-256 over scene and camera, in hexadecimal.
     pub fn scene_hash(&self) -> &str {
-        &self.scene_hash
+        self.scene_hash
+            .get_or_init(|| hash::scene_hash(&self.scene, &self.description))
     }
 
     /// What is odd about the scene.
@@ -232,7 +248,7 @@ impl Session {
     ///
     /// Those of building an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
-        let accel = self.settings.backend.build(&self.scene, &self.pool)?;
+        let accel = self.accel()?;
         let camera = &self.said_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
         Ok(self.pool.install(|| finder().candidates()))
@@ -247,7 +263,7 @@ impl Session {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
         self.scene.forget_visibility();
-        self.scene_hash = hash::scene_hash(&self.scene, &description);
+        self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);
         self.description = description;
         Ok(())

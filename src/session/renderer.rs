@@ -29,7 +29,7 @@ impl<'a> Renderer<'a> {
     pub(super) fn build(session: &'a Session) -> Result<Self, Error> {
         let start = Instant::now();
         session.check_memory()?;
-        let accel = session.settings().backend.build(session.scene(), session.pool())?;
+        let accel = session.accel()?;
         // Backends may take more than was forecast.
         let parts = session.settings().parts_of_light(session.scene());
         check_pixels(session.settings(), parts, None)?;

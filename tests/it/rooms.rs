@@ -20,6 +20,7 @@ const ROWS: &[&[&str]] = &[
     &["description"],
     &["lint"],
     &["session"],
+    &["view"],
     &["cli"],
 ];
 

@@ -1,13 +1,14 @@
 use super::device::{Device, EmbreeError};
 use super::handles::{SceneHandle, attach_instance, attach_mesh};
-use crate::geometry::{GeomId, Hit, InstanceId, crossing};
-use crate::math::Ray;
+use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, crossing};
+use crate::math::{Ray, Vec3};
 use crate::scene::{Instance, Scene};
 use embree4_sys::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A committed Embree scene of all meshes and instances, with robust intersections and a high-quality build. Embree reads vertices
-/// and indices where the scene has them, so the scene is borrowed.
+/// and indices where the scene has them, so the scene is borrowed, or its meshes are kept.
 ///
 /// Geometries of Embree's scene have the ids of the meshes that stand in the world, and after those come the instances. Those of
 /// a prototype's scene count from its first mesh on.
@@ -21,7 +22,42 @@ pub struct EmbreeAccel<'a> {
     /// The first mesh of each instance.
     first_meshes: Vec<u32>,
     /// What Embree reads.
-    meshes: &'a Scene,
+    meshes: Meshes<'a>,
+}
+
+/// The arrays that Embree reads.
+#[derive(Debug)]
+enum Meshes<'a> {
+    /// Those of a scene that is borrowed.
+    Of(&'a Scene),
+    /// The same, kept for longer: all meshes, and where the instances are.
+    Kept(Arc<Vec<Mesh>>, Vec<Placement>),
+}
+
+impl Meshes<'_> {
+    /// The corners of the triangle that was hit, where they are at `time`.
+    fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
+        match self {
+            Self::Of(scene) => scene.corners(hit, time),
+            Self::Kept(meshes, placements) => {
+                let corners = meshes[hit.geom.0 as usize].corners_at(hit.prim, time);
+                match placements.get(hit.inst.0 as usize).map(|placement| placement.at(time)) {
+                    Some(placement) => corners.map(|p| placement.transform_point3a(p)),
+                    None => corners,
+                }
+            }
+        }
+    }
+}
+
+impl EmbreeAccel<'static> {
+    /// Builds over the meshes of `scene`, with `threads` threads, and keeps these meshes: the scene may be changed in all else meanwhile.
+    #[cfg_attr(not(feature = "view"), allow(dead_code))]
+    pub(crate) fn kept(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
+        let placements = scene.instances().iter().map(|i| i.placement.clone()).collect();
+        let meshes = scene.shared_meshes();
+        Self::over(Device::new(threads)?, scene, Meshes::Kept(meshes, placements))
+    }
 }
 
 impl<'a> EmbreeAccel<'a> {
@@ -32,10 +68,16 @@ impl<'a> EmbreeAccel<'a> {
 
     /// Builds over the meshes of `scene`, on `device`.
     pub fn on(device: Device, scene: &'a Scene) -> Result<Self, EmbreeError> {
+        Self::over(device, scene, Meshes::Of(scene))
+    }
+
+    /// Builds over `meshes`, which are those of `scene`.
+    fn over(device: Device, scene: &Scene, meshes: Meshes<'a>) -> Result<Self, EmbreeError> {
         let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
             for (id, geom) in meshes.enumerate() {
-                // SAFETY: the meshes are borrowed for 'a, which no Embree scene made here outlives: `Self` holds the only handle
-                // to the one that refers to all others, and the meshes' borrow. A shared borrow also keeps them as they are.
+                // SAFETY: `meshes` are those of `scene`, borrowed for 'a or counted, which no Embree scene made here outlives: `Self`
+                // holds the only handle to the one that refers to all others, and `meshes`. A shared borrow keeps them as they are, and
+                // so does the count: a scene changes meshes through `Arc::make_mut` alone, which copies what is shared.
                 unsafe { attach_mesh(&device, handle, id as u32, scene.mesh(GeomId(geom)))? };
             }
             Ok(())
@@ -62,7 +104,7 @@ impl<'a> EmbreeAccel<'a> {
             device,
             standing,
             first_meshes: scene.instances().iter().map(first_mesh).collect(),
-            meshes: scene,
+            meshes,
         })
     }
 

@@ -3,7 +3,7 @@ use crate::cli::error::CliError;
 use crate::io::{Compression, ExrFormat};
 
 /// How EXR files hold pictures.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct ExrArgs {
     /// Compression of EXR files: zip, zips (by rows), piz (wavelets), rle or none [default: zip]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]

@@ -24,6 +24,8 @@ mod points;
 mod render;
 mod scene;
 mod values;
+#[cfg(feature = "view")]
+mod view;
 mod views;
 
 pub(super) use audit::AuditArgs;
@@ -43,6 +45,8 @@ pub(super) use paths::PathsArgs;
 pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
 pub(super) use scene::SceneArgs;
+#[cfg(feature = "view")]
+pub(super) use view::ViewArgs;
 pub(super) use views::ViewsArgs;
 
 use clap::error::ErrorKind;
@@ -151,6 +155,9 @@ Examples:
   embrasure info scenes/cornell-box.toml
   embrasure info room.obj --json")]
     Info(SceneArgs),
+    /// Show a render in a browser: walk through the scene, tune it, look at its paths
+    #[cfg(feature = "view")]
+    View(Box<ViewArgs>),
     /// Show cameras to choose from, each with the flags that give it
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material

@@ -17,7 +17,7 @@ use clap::Parser;
 use std::path::PathBuf;
 
 /// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
-#[derive(Debug, Default, Parser)]
+#[derive(Clone, Debug, Default, Parser)]
 #[command(after_help = "\
 Examples:
   embrasure render scenes/cornell-box.toml -o box.exr -o box.png

@@ -5,6 +5,8 @@ use super::{ColorValue, FileMaterial, Gloss, MapSection, MaterialSection};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::description::mtl::{MapRequest, MapSlot};
+#[cfg(feature = "view")]
+use crate::material::Material;
 use std::path::PathBuf;
 use toml::Spanned;
 
@@ -18,6 +20,16 @@ fn color(color: Spectrum) -> Option<Spanned<ColorValue>> {
 }
 
 impl MaterialSection {
+    /// The section of a material of a scene, without its textures.
+    #[cfg(feature = "view")]
+    pub(crate) fn of_material(material: &Material) -> Self {
+        let found = FileMaterial {
+            material: material.clone(),
+            ..FileMaterial::default_of(&material.name)
+        };
+        Self::of(&found, &|_| None)
+    }
+
     /// The section of `found`. `path` names the file of each texture; `None` leaves the texture out.
     pub(in crate::description) fn of(found: &FileMaterial, path: &dyn Fn(&MapRequest) -> Option<PathBuf>) -> Self {
         let (material, has) = (&found.material, |slot| found.has_map(slot));

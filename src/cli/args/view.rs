@@ -1,0 +1,92 @@
+//! Arguments of `embrasure view`.
+
+use super::camera::CameraArgs;
+use super::exr::ExrArgs;
+use super::flags::Flags;
+use super::ground::GroundArgs;
+use super::light::LightFlags;
+use super::load::LoadArgs;
+use super::values::{parse_level, parse_size};
+use crate::options::{
+    BackgroundOptions, FilterOptions, IntegratorOptions, QualityOptions, SamplingOptions, ToneOptions,
+};
+use clap::Parser;
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+#[derive(Debug, Parser)]
+#[command(after_help = "\
+The page is part of the program and loads nothing from elsewhere. The link has a random part, which other users of this machine cannot guess.
+Over ssh: start with --port 8123 there, run `ssh -L 8123:127.0.0.1:8123 HOST` here, and open the link here.
+Examples:
+  embrasure view scenes/cornell-box.toml
+  embrasure view room.obj --size 960x540 --port 8123 --no-open")]
+pub(in crate::cli) struct ViewArgs {
+    /// A .toml scene file or a bare .obj
+    pub scene: PathBuf,
+
+    /// Port of the page [default: a free one]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub port: Option<u16>,
+
+    /// Print the link and open no browser
+    #[arg(long)]
+    pub no_open: bool,
+
+    /// Address to listen on; other machines that reach it, and have the link, can steer the render
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
+    pub listen: IpAddr,
+
+    /// End when the last page is closed
+    #[arg(long)]
+    pub exit_when_closed: bool,
+
+    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp is then the maximum [default: off]
+    #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
+    pub noise: Option<f64>,
+
+    /// Size of the image in pixels [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Render and build threads, at most 64 for each processor [default: one for each]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+
+    /// Print the link alone; warnings and errors all the same
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
+
+    #[command(flatten)]
+    pub sampling: Flags<SamplingOptions>,
+
+    #[command(flatten)]
+    pub quality: Flags<QualityOptions>,
+
+    #[command(flatten)]
+    pub integrator: Flags<IntegratorOptions>,
+
+    #[command(flatten)]
+    pub filter: Flags<FilterOptions>,
+
+    #[command(flatten)]
+    pub background: Flags<BackgroundOptions>,
+
+    #[command(flatten)]
+    pub ground: GroundArgs,
+
+    #[command(flatten)]
+    pub light: LightFlags,
+
+    #[command(flatten)]
+    pub tone: Flags<ToneOptions>,
+
+    #[command(flatten)]
+    pub exr: ExrArgs,
+
+    #[command(flatten)]
+    pub load: LoadArgs,
+}

@@ -1,0 +1,93 @@
+//! A session that changes while its scene stays: an interactive render sees it by another camera, by another method or in another size.
+
+use super::memory::check_pixels;
+use super::{CameraSettings, Error, Session, Settings, backdrop, check_groups, light_paths, method_warnings};
+use crate::camera::CameraDescription;
+use crate::guess::CameraGuess;
+use crate::light::{SelectionMode, TriangleSampling};
+use std::sync::OnceLock;
+
+impl Session {
+    /// Builds the acceleration structure for all renderers to come, where the backend has one that can be kept.
+    ///
+    /// # Errors
+    ///
+    /// The backend's own, such as memory that is not to be had.
+    pub(crate) fn keep_accel(&mut self) -> Result<(), Error> {
+        self.check_memory()?;
+        self.kept = self.settings.backend.build_kept(&self.scene, &self.pool)?;
+        Ok(())
+    }
+
+    /// Whether the scene as it was loaded serves a render of `settings`: backend, threads, and how lights are sampled, belong to it.
+    pub(crate) fn serves(&self, settings: &Settings) -> bool {
+        let made_for = |settings: &Settings| {
+            let method = settings.method();
+            (
+                method.value::<SelectionMode>("light_selection").unwrap_or_default(),
+                method
+                    .value::<TriangleSampling>("triangle_sampling")
+                    .unwrap_or_default(),
+                settings.backend,
+                settings.threads,
+                settings.compact,
+            )
+        };
+        made_for(&self.settings) == made_for(settings)
+    }
+
+    /// Cameras to choose from, whatever camera was said, each with the shortest flags that name it.
+    ///
+    /// # Errors
+    ///
+    /// Those of building an acceleration structure.
+    pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
+        let accel = self.accel()?;
+        let free = CameraSettings {
+            up: self.said_camera.up,
+            ..CameraSettings::default()
+        };
+        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution);
+        Ok(self.pool.install(|| finder().candidates()))
+    }
+
+    /// Makes it a session of `settings`, which it [serves](Session::serves), seen by the camera of `description`. What was learned of visible lights is
+    /// forgotten unless `keeps_visibility`: then the picture is as right, but its noise is not that of a session of its own.
+    ///
+    /// # Errors
+    ///
+    /// Settings that cannot be, or a camera that sees nothing; the session is as before then.
+    pub(crate) fn change(
+        &mut self,
+        settings: Settings,
+        description: CameraDescription,
+        keeps_visibility: bool,
+    ) -> Result<(), Error> {
+        settings.check()?;
+        check_groups(&settings, &self.scene)?;
+        check_pixels(&settings, settings.parts_of_light(&self.scene), None)?;
+        let camera = description.camera(settings.resolution)?;
+        let method = settings.method();
+        if self.scene.ground().is_some() {
+            method.check_catching()?;
+        }
+        method.check_ground(&self.scene)?;
+        let paths = light_paths(&settings)?;
+        let of_method = method_warnings(&method, &self.scene, &camera)?;
+        // Warnings of the scene stay; those of the method are the new one's.
+        self.warnings
+            .retain(|warning| warning.kind != "unmet-light" && warning.kind != "motion");
+        self.warnings.extend(of_method);
+        if !keeps_visibility {
+            self.scene.forget_visibility();
+        }
+        self.backdrop = backdrop(&settings, &description.parameters);
+        self.filter = settings.filter();
+        self.scene_hash = OnceLock::new();
+        self.paths = paths;
+        self.camera = camera;
+        self.description = description;
+        self.settings = settings;
+        Ok(())
+    }
+}

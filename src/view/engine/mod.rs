@@ -1,0 +1,377 @@
+//! The loop that renders, and does what pages ask for.
+//!
+//! While the camera moves it renders a smaller picture of a few samples, as small as is needed for some 25 pictures a second (`preview`). When the camera has rested for a moment it renders
+//! the picture itself (`still`), in slices of time between which pages are shown what there is; slices change no bit. A change of the camera or of a parameter leaves the
+//! scene and its acceleration structure as they are; only a changed file or material loads the scene anew.
+
+mod commands;
+mod preview;
+mod telling;
+
+use super::hub::{Hub, PageId, SaveFormat};
+use super::protocol::CameraView;
+use super::watch::Watch;
+use super::{Host, SceneRequest, parameters};
+use crate::camera::CameraDescription;
+use crate::description::{SceneFile, SceneOptions};
+use crate::film::Film;
+use crate::io::ExrFormat;
+use crate::render::{Observer, Outcome};
+use crate::session::{Error, RenderState, Renderer, Session, Settings};
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::Sender;
+use std::time::{Duration, Instant};
+
+/// How long the camera rests before the whole picture is rendered.
+const REST: Duration = Duration::from_millis(150);
+/// The first slice of a picture, and the longest.
+const FIRST_SLICE: Duration = Duration::from_millis(80);
+const LONGEST_SLICE: Duration = Duration::from_millis(320);
+/// Between two looks for mail where there is nothing to render.
+const IDLE: Duration = Duration::from_millis(100);
+/// Between two messages about the state of the render.
+const STATUS: Duration = Duration::from_millis(250);
+/// Between two measurements of noise and exposure, which look at all pixels.
+const MEASURING: Duration = Duration::from_secs(1);
+/// Share of the time that denoising for pages may take.
+const DENOISING: f64 = 0.25;
+
+/// What comes after a picture.
+enum Next {
+    /// Another camera, or other settings.
+    Picture,
+    /// More samples of the same picture.
+    More(Box<RenderState>),
+    /// The scene, from its files. Where these are wrong, the render goes on with what there is.
+    Scene(Option<Box<RenderState>>),
+    End,
+}
+
+/// What mail asks for, the most radical last.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Change {
+    Nothing,
+    /// Settings: whether samples that were taken still count is to be seen.
+    Settings,
+    Picture,
+    Scene,
+}
+
+/// What is done with the picture when it rests.
+enum Job {
+    Inspect(PageId, [u32; 2], u32),
+    Views(PageId),
+    Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
+}
+
+/// The render and what it is to be.
+pub(super) struct Engine<'a> {
+    hub: &'a Hub,
+    host: &'a dyn Host,
+    exits_when_closed: bool,
+    file: SceneFile,
+    path: PathBuf,
+    exr: ExrFormat,
+    options: SceneOptions,
+    /// Of the picture.
+    settings: Settings,
+    camera: CameraDescription,
+    /// The camera that was there first.
+    home: CameraDescription,
+    /// What was rendered last.
+    good: Option<Good>,
+    /// Parameters that pages have set, in place of those of the scene file.
+    changes: BTreeMap<String, Option<String>>,
+    /// Changes of materials.
+    patches: Vec<String>,
+    watch: Watch,
+    is_paused: bool,
+    /// Moves of the camera that pages have asked for.
+    moves: u64,
+    /// When the camera moved last, while it moves.
+    moved: Option<Instant>,
+    jobs: Vec<Job>,
+    /// What mail has asked for and was not heeded yet.
+    pending: Change,
+    /// Samples a second, of all pixels.
+    rate: f64,
+    /// Whether a page shows another channel than before.
+    has_new_channel: bool,
+    shown: Shown,
+}
+
+/// What could be rendered, to go back to where something else cannot.
+struct Good {
+    options: SceneOptions,
+    settings: Settings,
+    camera: CameraDescription,
+    changes: BTreeMap<String, Option<String>>,
+    patches: Vec<String>,
+}
+
+/// What pages were shown and told last.
+struct Shown {
+    status: Instant,
+    /// Samples of the picture whose noise and exposure these are, and when they were measured.
+    measured: Option<(u64, Instant)>,
+    noise: Option<f64>,
+    exposure: Option<f32>,
+    denoised_at: Instant,
+    denoising: Duration,
+}
+
+/// Watches the mail while samples are taken.
+struct Watcher<'a> {
+    hub: &'a Hub,
+    end: Instant,
+    samples: AtomicU64,
+    host: &'a dyn Host,
+    /// Whether mail may end the slice: a preview is to have a sample of each pixel, however fast the camera moves.
+    is_open: AtomicBool,
+}
+
+impl Observer for Watcher<'_> {
+    fn progress(&self, samples: u64) {
+        self.samples.fetch_add(samples, Ordering::Relaxed);
+    }
+
+    fn passed(&self, _: &Film) {
+        self.is_open.store(true, Ordering::Relaxed);
+    }
+
+    fn should_stop(&self) -> bool {
+        (self.is_open.load(Ordering::Relaxed) && self.hub.is_urgent()) || self.host.is_interrupted()
+    }
+
+    fn should_pause(&self) -> bool {
+        let now = Instant::now();
+        match self.is_open.load(Ordering::Relaxed) {
+            true => now >= self.end || self.hub.has_mail(),
+            false => now >= self.end + LONGEST_SLICE,
+        }
+    }
+}
+
+impl<'a> Engine<'a> {
+    /// An engine for `session`, which `request` asked for.
+    pub fn new(
+        hub: &'a Hub,
+        host: &'a dyn Host,
+        request: SceneRequest,
+        session: &Session,
+        exits_when_closed: bool,
+    ) -> Self {
+        let (settings, camera) = (session.settings().clone(), *session.camera_description());
+        Self {
+            hub,
+            host,
+            exits_when_closed,
+            good: None,
+            file: request.file,
+            path: request.path,
+            exr: request.exr,
+            options: request.options,
+            settings,
+            camera,
+            home: camera,
+            changes: BTreeMap::new(),
+            patches: Vec::new(),
+            watch: Watch::new([]),
+            is_paused: false,
+            moves: 0,
+            moved: None,
+            jobs: Vec::new(),
+            pending: Change::Nothing,
+            rate: 0.0,
+            has_new_channel: false,
+            shown: Shown {
+                status: Instant::now(),
+                measured: None,
+                noise: None,
+                exposure: None,
+                denoised_at: Instant::now(),
+                denoising: Duration::ZERO,
+            },
+        }
+    }
+
+    /// Renders until the user ends it.
+    ///
+    /// # Errors
+    ///
+    /// Those of the first acceleration structure; later ones are told to the pages.
+    pub fn run(mut self, mut session: Session) -> Result<(), Error> {
+        session.keep_accel()?;
+        self.watch = Watch::new(self.files(&session));
+        self.greet(&session);
+        let mut state = None;
+        loop {
+            let next = match self.moved.is_some() {
+                true => self.preview(&mut session),
+                false => self.still(&mut session, state.take()),
+            };
+            match next {
+                Ok(Next::End) => return Ok(()),
+                Ok(Next::Picture) => {}
+                Ok(Next::More(old)) => state = Some(*old),
+                Ok(Next::Scene(old)) => {
+                    if let Err(words) = self.load(&mut session) {
+                        self.retreat(&words);
+                        state = old.map(|old| *old);
+                    }
+                }
+                Err(error) => self.retreat(&error.to_string()),
+            }
+        }
+    }
+
+    /// Tells the pages what is wrong, and goes back to what was rendered last.
+    fn retreat(&mut self, words: &str) {
+        self.tell_error(None, words);
+        if let Some(good) = &self.good {
+            (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
+            (self.changes, self.patches) = (good.changes.clone(), good.patches.clone());
+        }
+        self.moved = None;
+        self.tell_state();
+        // What was good before may be no longer, such as memory that others have taken.
+        self.pending = self.read_mail(REST);
+    }
+
+    /// Files that are watched.
+    fn files(&self, session: &Session) -> Vec<PathBuf> {
+        let mut files = session.files().to_vec();
+        files.push(self.path.clone());
+        files.sort();
+        files.dedup();
+        files
+    }
+
+    /// Loads the scene from its files. Where that fails, the old one stays.
+    fn load(&mut self, session: &mut Session) -> Result<(), String> {
+        self.tell(&json!({ "type": "status", "phase": "loading" }));
+        let mut request = self.host.read(&self.patches)?;
+        // What pages have set counts more than the file.
+        for (key, value) in &self.changes {
+            parameters::set((&mut request.options, &mut request.settings), key, value.as_deref())?;
+        }
+        let mut new = Session::load(&request.file, request.settings, &()).map_err(|error| error.to_string())?;
+        new.keep_accel().map_err(|error| error.to_string())?;
+        // A camera that the user has moved stays; that of the file follows the file.
+        let found = *new.camera_description();
+        let has_moved = CameraView::of(&self.camera) != CameraView::of(&self.home);
+        *session = new;
+        (self.file, self.options) = (request.file, request.options);
+        self.settings = session.settings().clone();
+        self.home = found;
+        if !has_moved {
+            self.camera = found;
+        }
+        self.watch = Watch::new(self.files(session));
+        self.greet(session);
+        self.tell(&json!({ "type": "note", "text": "The scene was loaded anew." }));
+        Ok(())
+    }
+
+    /// Renders the picture, or goes on with `old`.
+    fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<Next, Error> {
+        if !session.serves(&self.settings) {
+            return Ok(Next::Scene(old.map(Box::new)));
+        }
+        session.change(self.settings.clone(), self.camera, old.is_some())?;
+        let renderer = session.renderer()?;
+        let mut state = old.unwrap_or_else(|| renderer.start());
+        self.good = Some(Good {
+            options: self.options,
+            settings: self.settings.clone(),
+            camera: self.camera,
+            changes: self.changes.clone(),
+            patches: self.patches.clone(),
+        });
+        let mut slice = FIRST_SLICE;
+        let mut is_complete = false;
+        (self.shown.measured, self.shown.noise) = (None, None);
+        self.tell_state();
+        loop {
+            let works = !self.is_paused && !is_complete;
+            if works {
+                let before = state.film.samples();
+                is_complete = self.take_samples(&renderer, &mut state, slice, true) == Outcome::Complete;
+                slice = LONGEST_SLICE.min(slice.mul_f64(1.5));
+                if state.film.samples() > before || is_complete {
+                    self.show(&renderer, &state, is_complete);
+                }
+            }
+            let has_jobs = !self.jobs.is_empty();
+            self.do_jobs(&renderer, &state);
+            self.tell_status(&renderer, &state, is_complete, has_jobs);
+            if self.is_over() {
+                return Ok(Next::End);
+            }
+            let patience = if works && !is_complete { Duration::ZERO } else { IDLE };
+            match self.read_mail(patience) {
+                Change::Scene => return Ok(Next::Scene(Some(Box::new(state)))),
+                Change::Picture => return Ok(Next::Picture),
+                Change::Settings => return Ok(self.after_settings(session, state)),
+                Change::Nothing => {}
+            }
+            if std::mem::take(&mut self.has_new_channel) && !state.is_empty() {
+                self.show(&renderer, &state, true);
+            }
+            if self.watch.has_changed() {
+                return Ok(Next::Scene(Some(Box::new(state))));
+            }
+        }
+    }
+
+    /// Whether the samples of `state`, which `session` has taken, count for the settings that are wanted now.
+    fn after_settings(&self, session: &Session, state: RenderState) -> Next {
+        let (had, wanted) = (session.settings(), &self.settings);
+        let taken = state.film.tiles().iter().map(|tile| tile.next_sample()).max();
+        let same = had.describe() == wanted.describe()
+            && had.resolution == wanted.resolution
+            && had.seed == wanted.seed
+            && taken.unwrap_or(0) <= wanted.samples().end;
+        match same {
+            true => Next::More(Box::new(state)),
+            false => Next::Picture,
+        }
+    }
+
+    /// Adds samples for so long, and measures the rate. Mail ends it early once `is_open`, or a pass is done.
+    fn take_samples(&mut self, renderer: &Renderer, state: &mut RenderState, time: Duration, is_open: bool) -> Outcome {
+        let start = Instant::now();
+        let watcher = Watcher {
+            hub: self.hub,
+            end: start + time,
+            samples: AtomicU64::new(0),
+            host: self.host,
+            is_open: AtomicBool::new(is_open),
+        };
+        let outcome = renderer.render(state, &watcher);
+        let (samples, seconds) = (watcher.samples.into_inner() as f64, start.elapsed().as_secs_f64());
+        if samples > 0.0 && seconds > 1e-3 {
+            let rate = samples / seconds;
+            self.rate = if self.rate > 0.0 {
+                0.7 * self.rate + 0.3 * rate
+            } else {
+                rate
+            };
+        }
+        outcome
+    }
+
+    /// Whether the user has ended it, or the last page was closed and that is the end.
+    fn is_over(&self) -> bool {
+        let (open, ever) = self.hub.pages();
+        self.host.is_interrupted() || (self.exits_when_closed && ever > 0 && open == 0)
+    }
+}
+
+/// Mean number of samples of a pixel.
+fn samples_of(state: &RenderState) -> f64 {
+    state.film.samples() as f64 / state.film.crop().area() as f64
+}

@@ -1,0 +1,82 @@
+//! What the moving camera sees: a smaller picture of a few samples.
+
+use super::{Change, Engine, Next, REST};
+use crate::math::UVec2;
+use crate::options::{IntegratorKind, IntegratorOptions};
+use crate::render::Outcome;
+use crate::session::{Error, Session, Settings};
+use std::time::Duration;
+
+/// Seconds that the first sample of each pixel may take.
+const FIRST_SAMPLE: f64 = 0.035;
+/// A slice of time after that.
+const SLICE: Duration = Duration::from_millis(40);
+/// Samples at most.
+const SAMPLES: u32 = 32;
+
+impl Engine<'_> {
+    /// Shows what the moving camera sees.
+    pub(super) fn preview(&mut self, session: &mut Session) -> Result<Next, Error> {
+        let (settings, camera) = (self.preview_settings(), self.camera);
+        session.change(settings, camera, true)?;
+        let renderer = session.renderer()?;
+        let mut state = renderer.start();
+        loop {
+            let rests = self.moved.is_none_or(|moved| moved.elapsed() >= REST);
+            if rests && !state.is_empty() {
+                self.moved = None;
+                return Ok(Next::Picture);
+            }
+            let has_samples = !state.is_empty();
+            let slice = if has_samples { SLICE } else { Duration::ZERO };
+            let outcome = self.take_samples(&renderer, &mut state, slice, has_samples);
+            if !state.is_empty() {
+                self.show(&renderer, &state, true);
+            }
+            let patience = match outcome {
+                Outcome::Complete => REST,
+                Outcome::Stopped => Duration::ZERO,
+            };
+            if self.is_over() {
+                return Ok(Next::End);
+            }
+            match self.read_mail(patience) {
+                Change::Scene => return Ok(Next::Scene(None)),
+                Change::Picture => return Ok(Next::Picture),
+                Change::Settings | Change::Nothing => {}
+            }
+        }
+    }
+
+    /// Settings of a picture small enough to be there in a moment.
+    fn preview_settings(&self) -> Settings {
+        let mut settings = Settings {
+            spp: SAMPLES,
+            noise: None,
+            aovs: Vec::new(),
+            light_paths: Vec::new(),
+            ..self.settings.clone()
+        };
+        let pixels = f64::from(settings.resolution.x) * f64::from(settings.resolution.y);
+        let factor = match self.rate > 0.0 {
+            true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
+            false => 4,
+        };
+        settings.resolution = UVec2::max(settings.resolution / factor, UVec2::ONE);
+        // What other methods make before their first sample takes too long.
+        use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
+        let kind = settings.method().kind();
+        if !matches!(
+            kind,
+            AmbientOcclusion | Area | Debug | Direct | Light | Naive | OneSample | Path | Whitted
+        ) {
+            settings.integrator = IntegratorOptions {
+                integrator: Some(Path),
+                light_selection: settings.integrator.light_selection,
+                triangle_sampling: settings.integrator.triangle_sampling,
+                ..IntegratorOptions::default()
+            };
+        }
+        settings
+    }
+}

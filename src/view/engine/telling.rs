@@ -1,0 +1,168 @@
+//! What pages are told and shown.
+
+use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
+use crate::color::{Curve, Exposure, Tone};
+use crate::description::MaterialSection;
+use crate::film::{Image, metered};
+use crate::material::Material;
+use crate::session::{RenderState, Renderer, Session};
+use crate::view::hub::PageId;
+use crate::view::protocol::CameraView;
+use crate::view::{frame, parameters};
+use serde_json::{Value, json};
+use std::time::Instant;
+
+impl Engine<'_> {
+    /// Shows `state` on the pages, each its channel; without its noise where that takes little time, or `is_last`.
+    pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
+        let channels = self.hub.channels();
+        let size = state.film.crop().size().to_array();
+        let whole = self.settings.resolution;
+        let facts = json!({
+            "size": [whole.x, whole.y],
+            "samples": samples_of(state),
+            "moves": self.moves,
+            "preview": size != whole.to_array(),
+        });
+        let mut developed: Option<Image> = None;
+        for channel in &channels {
+            let values = match channel.as_str() {
+                frame::PICTURE => Some(frame::light(&state.film)),
+                frame::DENOISED => match self.denoised(renderer, state, is_last) {
+                    Some(values) => Some(values),
+                    // A preview is shown at once.
+                    None if size != whole.to_array() => Some(frame::light(&state.film)),
+                    None => None,
+                },
+                name => frame::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
+            };
+            if let Some(values) = values {
+                let id = self.hub.next_frame();
+                let frame = frame::message(id, channel, size, &values, &facts);
+                self.hub.show(channel, &frame);
+            }
+        }
+    }
+
+    /// The picture without its noise, unless that takes too long now, or nothing takes noise out.
+    fn denoised(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) -> Option<Vec<f32>> {
+        let is_whole = state.film.tiles().iter().all(|tile| tile.samples() > 0);
+        if renderer.session().settings().denoiser.is_none() || !is_whole {
+            return Some(frame::light(&state.film));
+        }
+        let share = self.shown.denoising.as_secs_f64() / self.shown.denoised_at.elapsed().as_secs_f64();
+        if share > DENOISING && !is_last {
+            return None;
+        }
+        let start = Instant::now();
+        let mut image = renderer.develop(state);
+        let mut metadata = renderer.metadata(state, false);
+        if let Err(error) = renderer.denoise(&mut image, &mut metadata) {
+            self.tell_error(None, &error.to_string());
+        }
+        self.shown.denoising = start.elapsed();
+        self.shown.denoised_at = Instant::now();
+        frame::layer(&image, frame::PICTURE)
+    }
+
+    /// What each page is told first.
+    pub(super) fn greet(&self, session: &Session) {
+        let scene = session.scene();
+        let bounds = scene.bounds();
+        let mut channels = frame::layers(Image::channel_names());
+        channels.insert(1, frame::DENOISED.into());
+        let tone = self.settings.tone;
+        let hello = json!({
+            "type": "hello",
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": self.path.display().to_string(),
+            "triangles": scene.placed_triangle_count(),
+            "lights": scene.lights().len(),
+            "bounds": [bounds.min.to_array(), bounds.max.to_array()],
+            "tables": parameters::tables(),
+            "channels": channels,
+            "materials": scene.materials().iter().map(material).collect::<Vec<_>>(),
+            "exposure": tone.exposure.stops(),
+            "tone": tone_name(tone),
+            "warnings": session.warnings().iter().map(|w| w.text.as_str()).collect::<Vec<_>>(),
+        });
+        self.hub.greet("1 hello", &hello.to_string());
+        self.tell_state();
+    }
+
+    /// Tells pages camera and settings.
+    pub(super) fn tell_state(&self) {
+        let state = json!({
+            "type": "state",
+            "camera": CameraView::of(&self.camera),
+            "home": CameraView::of(&self.home),
+            "values": parameters::values(&self.options, &self.settings),
+            "patches": self.patches,
+            "can_save": self.file.is_file(),
+        });
+        self.hub.greet("2 state", &state.to_string());
+    }
+
+    /// Tells pages how far the render is, now and then, or `at_once`.
+    pub(super) fn tell_status(&mut self, renderer: &Renderer, state: &RenderState, is_complete: bool, at_once: bool) {
+        if self.shown.status.elapsed() < STATUS && !at_once {
+            return;
+        }
+        self.shown.status = Instant::now();
+        let settings = renderer.session().settings();
+        let samples = state.film.samples();
+        let is_known = |(of, at): (u64, Instant)| of == samples || at.elapsed() < MEASURING;
+        if samples > 0 && !self.shown.measured.is_some_and(is_known) {
+            self.shown.measured = Some((samples, Instant::now()));
+            self.shown.noise = state.film.relative_error();
+            self.shown.exposure = match settings.tone.exposure {
+                Exposure::Stops(stops) => Some(stops),
+                Exposure::Auto => metered(settings.tone, &state.film.develop_picture()).exposure.stops(),
+            };
+        }
+        let phase = match (is_complete, self.is_paused) {
+            (true, _) => "complete",
+            (false, true) => "paused",
+            (false, false) => "rendering",
+        };
+        self.tell(&json!({
+            "type": "status",
+            "phase": phase,
+            "samples": samples_of(state),
+            "target": settings.samples().end,
+            "rate": self.rate,
+            "seconds": state.seconds,
+            "noise": self.shown.noise,
+            "exposure": self.shown.exposure,
+            "pages": self.hub.pages().0,
+        }));
+    }
+
+    pub(super) fn tell(&self, message: &Value) {
+        self.hub.tell(None, &message.to_string());
+    }
+
+    pub(super) fn tell_error(&self, page: Option<PageId>, words: &str) {
+        self.hub
+            .tell(page, &json!({ "type": "error", "text": words }).to_string());
+    }
+}
+
+/// The keys of a material that have a meaning for it, and their values.
+fn material(material: &Material) -> Value {
+    // As text first, which has numbers in as few digits as tell them.
+    let text = serde_json::to_string(&MaterialSection::of_material(material)).unwrap_or_default();
+    let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
+    if let Value::Object(keys) = &mut keys {
+        keys.retain(|_, value| !value.is_null());
+    }
+    json!({ "name": material.name, "keys": keys })
+}
+
+/// The name of a tone curve.
+fn tone_name(tone: Tone) -> &'static str {
+    let mut names = Curve::NAMES.iter();
+    names
+        .find(|(_, curve)| *curve == tone.curve)
+        .map_or("srgb", |(name, _)| name)
+}

@@ -1,0 +1,98 @@
+//! `embrasure view`: a render that a browser shows and steers.
+//!
+//! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
+//! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
+//! whose words `protocol` defines. `frame` makes pixels of films, `parameters` lists what can be set, `scene_file` writes a camera into a scene file, `watch` notices
+//! files that change, and `page` has the files of the page itself.
+//!
+//! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
+//! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
+//! limited. Files other than the page's are not served, but for the picture.
+
+mod engine;
+mod frame;
+mod http;
+mod hub;
+mod page;
+mod parameters;
+mod protocol;
+mod scene_file;
+mod server;
+mod socket;
+mod watch;
+
+use crate::description::{SceneFile, SceneOptions};
+use crate::io::ExrFormat;
+use crate::session::{Error, Renderer, Session, Settings};
+use engine::Engine;
+use hub::Hub;
+use serde_json::Value;
+use server::Server;
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::thread;
+
+/// How the pages are served.
+pub(crate) struct Options {
+    /// Address to listen on.
+    pub listen: IpAddr,
+    /// Port; `None` for a free one.
+    pub port: Option<u16>,
+    /// Whether to end when the last page is closed.
+    pub exit_when_closed: bool,
+}
+
+/// A scene as a command line means it.
+pub(crate) struct SceneRequest {
+    /// The scene file.
+    pub file: SceneFile,
+    /// Path of the scene, as it was typed.
+    pub path: PathBuf,
+    /// What is to be rendered.
+    pub settings: Settings,
+    /// What the scene file and flags say of parameters.
+    pub options: SceneOptions,
+    /// How EXR files are written.
+    pub exr: ExrFormat,
+}
+
+/// What the command line knows, and the viewer asks it for.
+pub(crate) trait Host: Sync {
+    /// Reads the scene file with the flags, and `patches` of materials as `GLOB.KEY=VALUE` after those of the flags.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong with the file, in words.
+    fn read(&self, patches: &[String]) -> Result<SceneRequest, String>;
+
+    /// The numbers of a sample of a pixel, as `render --pixel X,Y --sample K --json` prints them.
+    ///
+    /// # Errors
+    ///
+    /// A pixel outside of the image.
+    fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String>;
+
+    /// Whether the user wants to end.
+    fn is_interrupted(&self) -> bool;
+
+    /// Says that the page is served at `link`.
+    fn ready(&self, link: &str);
+}
+
+/// Serves the render of `session`, which `request` asks for, until the user ends it. All threads have ended, and all sockets are closed, when it returns.
+///
+/// # Errors
+///
+/// An address that cannot be listened on, and what ends the render.
+pub(crate) fn serve(options: &Options, host: &dyn Host, request: SceneRequest, session: Session) -> Result<(), Error> {
+    let server = Server::bind(options)?;
+    let hub = Hub::new();
+    let engine = Engine::new(&hub, host, request, &session, options.exit_when_closed);
+    thread::scope(|scope| {
+        scope.spawn(|| server.run(scope, &hub));
+        host.ready(&server.link());
+        // Threads end even where the render panics.
+        let _ending = hub.ending();
+        engine.run(session)
+    })
+}

@@ -1,0 +1,47 @@
+//! The files of the page. They are part of the program, written by hand, and load nothing from elsewhere.
+
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+
+/// Names, kinds and texts.
+const FILES: &[(&str, &str, &str)] = &[
+    ("", HTML, include_str!("page/index.html")),
+    ("style.css", CSS, include_str!("page/style.css")),
+    ("main.js", SCRIPT, include_str!("page/main.js")),
+    ("link.js", SCRIPT, include_str!("page/link.js")),
+    ("tone.js", SCRIPT, include_str!("page/tone.js")),
+    ("picture.js", SCRIPT, include_str!("page/picture.js")),
+    ("camera.js", SCRIPT, include_str!("page/camera.js")),
+    ("pointer.js", SCRIPT, include_str!("page/pointer.js")),
+    ("controls.js", SCRIPT, include_str!("page/controls.js")),
+    ("inspect.js", SCRIPT, include_str!("page/inspect.js")),
+    ("materials.js", SCRIPT, include_str!("page/materials.js")),
+];
+
+/// Kind and text of the file `name`.
+pub(super) fn file(name: &str) -> Option<(&'static str, &'static str)> {
+    let found = FILES.iter().find(|(known, ..)| *known == name);
+    found.map(|(_, kind, text)| (*kind, *text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scripts import files that are there, and the page names no other server.
+    #[test]
+    fn the_page_is_whole() {
+        for (name, _, text) in FILES {
+            for import in text.split("from \"./").skip(1) {
+                let imported = import.split('"').next().unwrap();
+                assert!(file(imported).is_some(), "{name} imports {imported}");
+            }
+            let addresses = text.replace("http://www.w3.org/2000/svg", "");
+            assert!(
+                !addresses.contains("http://") && !addresses.contains("https://"),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,212 @@
+// The paths of a pixel: over the picture, in space from another angle, and as numbers.
+
+import { $, element, number } from "./controls.js";
+import { add, cross, dot, mul, project, sub, unit } from "./camera.js";
+
+const BOUNCE = "#ffd166";
+const SHADOW = "#4cc9f0";
+const SHARED = "#f277b6";
+
+// The segments of all paths: from, to, and what goes along them.
+function segments(facts) {
+  const found = [];
+  for (const sample of facts.samples) {
+    for (const trace of sample.traces) {
+      for (const vertex of trace.vertices) {
+        if (vertex.parent !== null && vertex.parent !== undefined) {
+          found.push({ from: trace.vertices[vertex.parent].position, to: vertex.position, colour: BOUNCE });
+        }
+        for (const light of vertex.light_samples ?? []) {
+          const far = light.target ?? add(vertex.position, mul(light.direction, 1e3));
+          const isLit = Math.max(...(light.transmittance ?? [0])) > 0;
+          found.push({ from: vertex.position, to: far, colour: SHADOW, isDashed: true, isFaint: !isLit });
+        }
+      }
+      // Ends of paths that pixels share
+      for (const { vertex, end } of trace.contributions) {
+        if (end && vertex !== null) found.push({ from: trace.vertices[vertex].position, to: end, colour: SHARED });
+      }
+    }
+  }
+  return found;
+}
+
+export class Inspector {
+  facts = null;
+  angle = [0.6, 0.4];
+
+  constructor({ link, picture, camera }) {
+    Object.assign(this, { link, picture, camera });
+    $("inspect").addEventListener("click", () => this.ask([Number($("pixel-x").value), Number($("pixel-y").value)]));
+    $("clear-paths").addEventListener("click", () => this.clear());
+    const space = $("space");
+    let last = null;
+    space.addEventListener("pointerdown", (event) => {
+      space.setPointerCapture(event.pointerId);
+      last = [event.clientX, event.clientY];
+    });
+    space.addEventListener("pointermove", (event) => {
+      if (!last) return;
+      this.angle[0] += (event.clientX - last[0]) * 0.01;
+      this.angle[1] = Math.max(-1.5, Math.min(1.5, this.angle[1] + (event.clientY - last[1]) * 0.01));
+      last = [event.clientX, event.clientY];
+      this.drawSpace();
+    });
+    space.addEventListener("pointerup", () => (last = null));
+    window.addEventListener("resize", () => this.drawSpace());
+    camera.addEventListener("change", () => this.drawOver());
+  }
+
+  ask([x, y]) {
+    [$("pixel-x").value, $("pixel-y").value] = [Math.floor(x), Math.floor(y)];
+    this.link.send({ do: "inspect", x: Math.floor(x), y: Math.floor(y), sample: Number($("pixel-sample").value) });
+  }
+
+  show(facts, bounds) {
+    this.facts = facts;
+    this.bounds = bounds ?? this.bounds;
+    this.describe();
+    this.drawOver();
+    this.drawSpace();
+  }
+
+  clear() {
+    this.facts = null;
+    $("found").replaceChildren();
+    $("vertices").replaceChildren();
+    this.drawOver();
+    this.drawSpace();
+  }
+
+  // The first surface that the pixel's own path meets.
+  get first() {
+    return this.facts?.samples[0].traces[0]?.vertices.find((vertex) => vertex.on === "surface");
+  }
+
+  describe() {
+    const { facts, first } = this;
+    const colour = (c) => c.map((x) => number(x)).join(", ");
+    const rows = [["Pixel", `${facts.pixel.join(", ")}, sample ${facts.samples[0].sample}`]];
+    if (first) {
+      rows.push(
+        ["Object", first.object ?? "–"], ["Material", first.material],
+        ["Distance", number(first.distance, 6)], ["Position", first.position.map((x) => number(x, 5)).join(", ")],
+        ["Normal", first.normal.map((x) => number(x)).join(", ")],
+        ["Mesh, triangle", `${first.mesh}, ${first.triangle}`],
+      );
+    } else rows.push(["Surface", "none: the ray leaves the scene"]);
+    rows.push(["Light of the sample", colour(facts.samples[0].radiance)]);
+    $("found").replaceChildren(element("dl", {}, ...rows.flatMap(([a, b]) => [element("dt", {}, a), element("dd", {}, b)])));
+
+    const lines = [];
+    for (const [t, trace] of facts.samples[0].traces.entries()) {
+      for (const [i, vertex] of trace.vertices.entries()) {
+        const on = vertex.on === "surface" ? vertex.material : vertex.on;
+        const way = vertex.scattering?.[0];
+        const light = vertex.light_samples?.[0];
+        lines.push(
+          element(
+            "tr", {},
+            element("td", {}, `${t}.${i}`), element("td", {}, on),
+            element("td", {}, way ? `${way.lobe} ${way.delta ? "delta" : number(way.pdf)}` : "–"),
+            element("td", {}, light ? `${number(light.mis_weight)} of ${number(Math.max(...light.radiance))}` : "–"),
+            element("td", {}, number(Math.max(...vertex.beta))),
+          ),
+        );
+      }
+    }
+    const heads = ["Vertex", "On", "Lobe, pdf", "Light: MIS weight", "β"];
+    const table = element("table", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head))), ...lines);
+    const added = facts.samples[0].traces.flatMap((trace) => trace.contributions);
+    const list = element("table", {}, element("tr", {}, ...["Added by", "Light"].map((head) => element("th", { scope: "col" }, head))),
+      ...added.slice(0, 40).map((c) => element("tr", {}, element("td", {}, c.by), element("td", {}, colour(c.radiance)))));
+    $("vertices").replaceChildren(table, list);
+  }
+
+  drawOver() {
+    const overlay = $("overlay");
+    overlay.replaceChildren();
+    if (!this.facts || !this.camera.now) return;
+    const { size, box } = this.picture;
+    const svg = (name, attributes) => {
+      const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+      for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+      overlay.append(made);
+    };
+    const width = 1.6 / box.scale;
+    const [, , forward] = [0, 0, unit(sub(this.camera.now.look_at, this.camera.now.position))];
+    for (const { from, to, colour, isDashed, isFaint } of segments(this.facts)) {
+      // A segment is cut where it passes the camera.
+      const near = 1e-3 * this.camera.distance;
+      const depth = (p) => dot(sub(p, this.camera.now.position), forward) - near;
+      let [a, b] = [from, to];
+      if (depth(a) <= 0 && depth(b) <= 0) continue;
+      const cut = (p, q) => add(p, mul(sub(q, p), depth(p) / (depth(p) - depth(q)) + 1e-6));
+      if (depth(a) <= 0) a = cut(a, b);
+      else if (depth(b) <= 0) b = cut(b, a);
+      const [p, q] = [project(this.camera.now, size, a), project(this.camera.now, size, b)];
+      if (!p || !q) continue;
+      const dash = isDashed ? { "stroke-dasharray": `${4 * width} ${3 * width}` } : {};
+      svg("line", { x1: p[0], y1: p[1], x2: q[0], y2: q[1], stroke: colour, "stroke-width": width, opacity: isFaint ? 0.35 : 1, ...dash });
+    }
+    for (const trace of this.facts.samples[0].traces) {
+      for (const vertex of trace.vertices.filter(({ on }) => on !== "camera")) {
+        const p = project(this.camera.now, size, vertex.position);
+        if (p) svg("circle", { cx: p[0], cy: p[1], r: 3 / box.scale, fill: vertex.on === "light" ? SHADOW : BOUNCE, stroke: "#000", "stroke-width": width / 2 });
+      }
+    }
+    const [x, y] = this.facts.pixel;
+    svg("rect", { x, y, width: 1, height: 1, fill: "none", stroke: "#fff", "stroke-width": width / 2 });
+  }
+
+  // The scene's box, the camera and the paths, without perspective.
+  drawSpace() {
+    const canvas = $("space");
+    const ratio = window.devicePixelRatio || 1;
+    const [w, h] = [canvas.clientWidth, 260];
+    if (w === 0) return;
+    [canvas.width, canvas.height] = [w * ratio, h * ratio];
+    canvas.style.height = `${h}px`;
+    const context = canvas.getContext("2d");
+    context.scale(ratio, ratio);
+    if (!this.bounds || !this.camera.now) return;
+    const [low, high] = this.bounds;
+    const eye = this.camera.now.position;
+    const all = [low, high, eye];
+    const min = [0, 1, 2].map((i) => Math.min(...all.map((p) => p[i])));
+    const max = [0, 1, 2].map((i) => Math.max(...all.map((p) => p[i])));
+    const middle = mul(add(min, max), 0.5);
+    const scale = (0.45 * Math.min(w, h)) / (Math.hypot(...sub(max, min)) / 2 || 1);
+    const up = unit(this.camera.now.up);
+    const side = unit(cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 0, 1]));
+    const front = cross(side, up);
+    const [c, s] = [Math.cos(this.angle[0]), Math.sin(this.angle[0])];
+    const x = add(mul(side, c), mul(front, s));
+    const z = sub(mul(front, c), mul(side, s));
+    const y = add(mul(up, Math.cos(this.angle[1])), mul(z, -Math.sin(this.angle[1])));
+    const at = (p) => [w / 2 + dot(sub(p, middle), x) * scale, h / 2 - dot(sub(p, middle), y) * scale];
+    const line = (a, b, colour, width = 1, dash = []) => {
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.setLineDash(dash);
+      context.beginPath();
+      context.moveTo(...at(a));
+      context.lineTo(...at(b));
+      context.stroke();
+    };
+    const corner = (i) => [0, 1, 2].map((axis) => ((i >> axis) & 1 ? high : low)[axis]);
+    const soft = getComputedStyle(document.documentElement).getPropertyValue("--soft");
+    for (let i = 0; i < 8; i += 1) {
+      for (const bit of [1, 2, 4]) if (!(i & bit)) line(corner(i), corner(i | bit), soft, 0.7);
+    }
+    context.fillStyle = SHARED;
+    context.beginPath();
+    context.arc(...at(eye), 4, 0, 2 * Math.PI);
+    context.fill();
+    for (const { from, to, colour, isDashed, isFaint } of this.facts ? segments(this.facts) : []) {
+      context.globalAlpha = isFaint ? 0.35 : 1;
+      line(from, to, colour, 1.4, isDashed ? [4, 3] : []);
+    }
+    context.globalAlpha = 1;
+  }
+}

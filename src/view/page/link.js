@@ -1,0 +1,64 @@
+// The WebSocket to the render: commands out, messages and pictures in. It is made anew where it is lost.
+
+export class Link extends EventTarget {
+  #socket = null;
+  #attempts = 0;
+  #timer = 0;
+  bytes = 0;
+  frames = 0;
+
+  open() {
+    clearTimeout(this.#timer);
+    const address = new URL("socket", location.href);
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.#attempts = 0;
+      this.#tell("open");
+    };
+    socket.onmessage = ({ data }) => {
+      if (typeof data === "string") {
+        const message = JSON.parse(data);
+        this.#tell(message.type, message);
+      } else {
+        this.bytes += data.byteLength;
+        this.frames += 1;
+        this.#tell("frame", readFrame(data));
+      }
+    };
+    socket.onclose = () => {
+      if (this.#socket !== socket) return;
+      this.#tell("lost");
+      // A render that was started again on the same port has another link, so a few attempts are enough.
+      this.#attempts += 1;
+      if (this.#attempts <= 5) this.#timer = setTimeout(() => this.open(), 1000 * this.#attempts);
+    };
+    this.#socket = socket;
+  }
+
+  get isOpen() {
+    return this.#socket?.readyState === WebSocket.OPEN;
+  }
+
+  send(command) {
+    // What is shown belongs to the past.
+    if (["camera", "set", "material", "reset-materials"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
+    if (this.isOpen) this.#socket.send(JSON.stringify(command));
+  }
+
+  set(key, value) {
+    this.send({ do: "set", key, value });
+  }
+
+  #tell(type, detail) {
+    this.dispatchEvent(new CustomEvent(type, { detail }));
+  }
+}
+
+// A picture: its header, and the bits of its 16-bit floats.
+function readFrame(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  return { ...header, halves: new Uint16Array(buffer.slice(4 + length)) };
+}

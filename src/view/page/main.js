@@ -1,0 +1,287 @@
+// The page: joins the link to the render, the picture, the camera and the controls.
+
+import { Camera } from "./camera.js";
+import { $, Parameters, copy, duration, element, number, tabs } from "./controls.js";
+import { Inspector } from "./inspect.js";
+import { Link } from "./link.js";
+import { Materials } from "./materials.js";
+import { Picture } from "./picture.js";
+import { listen } from "./pointer.js";
+import { CURVES } from "./tone.js";
+
+const link = new Link();
+const camera = new Camera();
+const view = $("view");
+const picture = new Picture(view, $("picture"), $("second"), $("overlay"), $("divider"));
+const inspector = new Inspector({ link, picture, camera });
+const parameters = new Parameters($("parameters"), link);
+const materials = new Materials(link);
+const chooseTab = tabs();
+let status = { phase: "connecting" };
+let bounds = null;
+// Whether the exposure follows what the render meters.
+let isMetered = false;
+
+// The theme of the system, until another one is chosen.
+const theme = (name) => {
+  document.documentElement.dataset.theme = name;
+  inspector.drawSpace();
+};
+const asked = new URLSearchParams(location.search).get("theme");
+const dark = matchMedia("(prefers-color-scheme: dark)");
+theme(asked ?? (dark.matches ? "dark" : "light"));
+$("theme").addEventListener("click", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+
+let messageEnd = 0;
+function say(text, isError) {
+  const message = $("message");
+  message.textContent = text;
+  message.classList.toggle("error", isError);
+  message.hidden = false;
+  clearTimeout(messageEnd);
+  messageEnd = setTimeout(() => (message.hidden = true), isError ? 12000 : 4000);
+}
+
+link.addEventListener("open", () => {
+  $("lost").hidden = true;
+  link.send({ do: "channel", name: picture.look.channel });
+});
+link.addEventListener("lost", () => {
+  $("lost").hidden = false;
+  $("status").textContent = "not connected";
+});
+$("reconnect").addEventListener("click", () => link.open());
+
+link.addEventListener("hello", ({ detail }) => {
+  const name = detail.scene.split("/").pop();
+  document.title = `${name} – Embrasure`;
+  $("scene").textContent = name;
+  $("scene").title = `${detail.scene}, ${number(detail.triangles)} triangles, lights: ${number(detail.lights)}; embrasure ${detail.version}`;
+  bounds = detail.bounds;
+  camera.extent = Math.hypot(...bounds[0].map((x, i) => bounds[1][i] - x)) || 1;
+  inspector.bounds = bounds;
+  parameters.build(detail.tables);
+  materials.build(detail.materials);
+  const denoisers = detail.tables.groups.flatMap((group) => group.parameters).find(({ key }) => key === "denoise");
+  $("denoise").replaceChildren(...denoisers.names.map((value) => element("option", { value }, value)));
+  $("channel").replaceChildren(...detail.channels.map((value) => element("option", { value }, value)));
+  $("channel").value = picture.look.channel;
+  if (!$("tone").options.length) {
+    $("tone").replaceChildren(...CURVES.map((value) => element("option", { value }, value)));
+    isMetered = detail.exposure === null;
+    look({ tone: detail.tone, exposure: detail.exposure ?? 0 });
+  }
+});
+
+link.addEventListener("state", ({ detail }) => {
+  camera.home = detail.home;
+  camera.adopt(detail.camera);
+  parameters.update(detail.values);
+  materials.showPatches(detail.patches);
+  $("save-camera").disabled = !detail.can_save;
+  if (document.activeElement !== $("noise")) $("noise").value = detail.values.noise;
+  const denoise = detail.values.denoise ?? "off";
+  $("denoise").value = denoise;
+  // The channel follows the denoiser.
+  if ((denoise !== "off") !== (picture.look.channel === "denoised") && ["picture", "denoised"].includes(picture.look.channel)) {
+    setChannel(denoise === "off" ? "picture" : "denoised");
+  }
+});
+
+link.addEventListener("camera", ({ detail }) => {
+  // Its own moves are further by now.
+  if (detail.from !== link.page) camera.adopt(detail.camera);
+});
+link.addEventListener("page", ({ detail }) => (link.page = detail.page));
+
+link.addEventListener("frame", ({ detail }) => {
+  picture.show(detail);
+  link.send({ do: "shown", frame: detail.frame });
+  document.documentElement.dataset.samples = detail.preview ? "preview" : String(detail.samples);
+});
+
+link.addEventListener("status", ({ detail }) => {
+  status = { ...status, ...detail };
+  document.documentElement.dataset.phase = status.phase;
+  const { phase, samples = 0, target = 1, rate = 0, seconds = 0, noise, pages } = status;
+  const part = Number.isInteger(samples) ? samples : samples.toFixed(1);
+  $("status").textContent =
+    phase === "loading"
+      ? "loading the scene …"
+      : `${phase}: ${part} of ${target} samples, ${number(rate)} samples/s, noise ${noise ? `${(100 * noise).toPrecision(2)} %` : "–"}, ${duration(seconds)}`;
+  $("progress").value = samples / target;
+  $("pause").textContent = phase === "paused" ? "Resume" : "Pause";
+  const facts = [
+    ["Samples a pixel", `${part} of ${target}`], ["Samples/s", number(rate)],
+    ["Noise (relative error)", noise ? `${(100 * noise).toPrecision(2)} %` : "–"],
+    ["Render time", duration(seconds)], ["Pages", pages ?? 1],
+    ["Received", `${number(link.bytes / 1e6)} MB, ${link.frames} pictures`],
+  ];
+  $("facts").replaceChildren(...facts.flatMap(([a, b]) => [element("dt", {}, a), element("dd", {}, String(b))]));
+  if (isMetered && typeof detail.exposure === "number") look({ exposure: Number(detail.exposure.toFixed(2)) });
+  metered = detail.exposure ?? metered;
+});
+let metered = null;
+
+link.addEventListener("note", ({ detail }) => say(detail.text, false));
+link.addEventListener("error", ({ detail }) => say(detail.text, true));
+link.addEventListener("inspect", ({ detail }) => {
+  inspector.show(detail.facts, bounds);
+  const { first } = inspector;
+  if (first && $("focus-click").checked) camera.focusOn(first.position);
+  else chooseTab("inspect");
+  if (first) materials.choose(first.material);
+});
+link.addEventListener("views", ({ detail }) => {
+  const buttons = detail.views.map(({ flags, words, camera: found }) => {
+    const button = element("button", { title: words }, flags.replace(/^--/, "").replace("view ", ""));
+    button.addEventListener("click", () => {
+      const { lens_radius } = camera.now;
+      camera.to({ ...found, lens_radius });
+    });
+    return button;
+  });
+  $("views").replaceChildren(...buttons);
+});
+
+// The camera's controls. Moves are sent as fast as the page is drawn.
+let isSending = false;
+camera.addEventListener("change", ({ detail }) => {
+  const c = camera.now;
+  for (const [id, value] of [["fov", c.vertical_fov], ["fov-number", c.vertical_fov], ["lens", c.lens_radius], ["focus", c.focus_distance]]) {
+    if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(6));
+  }
+  $("undo").disabled = camera.past.length === 0;
+  $("redo").disabled = camera.future.length === 0;
+  $("copied").value = camera.toml;
+  if (!detail.isOwn) return;
+  document.documentElement.dataset.samples = "moving";
+  if (isSending) return;
+  isSending = true;
+  requestAnimationFrame(() => {
+    isSending = false;
+    link.send({ do: "camera", ...camera.now });
+  });
+});
+for (const [id, key] of [["fov", "vertical_fov"], ["fov-number", "vertical_fov"], ["lens", "lens_radius"], ["focus", "focus_distance"]]) {
+  $(id).addEventListener("input", () => {
+    const value = Number($(id).value);
+    if ($(id).value !== "" && Number.isFinite(value)) camera.to({ ...camera.now, [key]: value }, true);
+  });
+  $(id).addEventListener("change", () => camera.endGesture());
+}
+$("speed").addEventListener("input", () => (camera.speed = Number($("speed").value)));
+$("undo").addEventListener("click", () => camera.undo());
+$("redo").addEventListener("click", () => camera.redo());
+$("home").addEventListener("click", () => camera.to(camera.home));
+$("find-views").addEventListener("click", () => link.send({ do: "views" }));
+$("copy-flags").addEventListener("click", () => copy($("copied"), camera.flags));
+$("copy-toml").addEventListener("click", () => copy($("copied"), camera.toml));
+$("save-camera").addEventListener("click", () => link.send({ do: "save-camera" }));
+
+// The render's controls
+$("pause").addEventListener("click", () => link.send({ do: status.phase === "paused" ? "resume" : "pause" }));
+$("restart").addEventListener("click", () => link.send({ do: "restart" }));
+$("noise").addEventListener("change", () => link.set("noise", $("noise").value.trim() || null));
+
+// Looks are the page's own and cost no render.
+function look(changes) {
+  Object.assign(picture.look, changes);
+  $("exposure").value = $("exposure-number").value = picture.look.exposure;
+  $("tone").value = picture.look.tone;
+  $("save-png").href = `picture.png?exposure=${picture.look.exposure}&tone=${picture.look.tone}`;
+  picture.repaint();
+}
+function setChannel(channel) {
+  picture.look.channel = channel;
+  $("channel").value = channel;
+  link.send({ do: "channel", name: channel });
+}
+for (const id of ["exposure", "exposure-number"]) {
+  $(id).addEventListener("input", () => {
+    isMetered = false;
+    look({ exposure: Number($(id).value) || 0 });
+  });
+}
+$("meter").addEventListener("click", () => {
+  // A log-average of what is seen becomes mid grey.
+  const { frame } = picture;
+  if (!frame) return;
+  let [sum, count] = [0, 0];
+  for (let y = 0; y < frame.height; y += 4) {
+    for (let x = 0; x < frame.width; x += 4) {
+      const [r, g, b] = picture.valuesAt([((x + 0.5) * picture.size[0]) / frame.width, ((y + 0.5) * picture.size[1]) / frame.height]);
+      const light = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+      if (light > 0) [sum, count] = [sum + Math.log2(light), count + 1];
+    }
+  }
+  isMetered = false;
+  if (count) look({ exposure: Number((Math.log2(0.18) - sum / count).toFixed(1)) });
+});
+$("tone").addEventListener("change", () => look({ tone: $("tone").value }));
+$("false-colour").addEventListener("change", () => look({ falseColour: $("false-colour").value }));
+$("channel").addEventListener("change", () => setChannel($("channel").value));
+$("denoise").addEventListener("change", () => {
+  const value = $("denoise").value;
+  link.set("denoise", value === "off" ? null : value);
+  setChannel(value === "off" ? "picture" : "denoised");
+});
+$("keep").addEventListener("click", () => {
+  picture.keep();
+  $("split").value = "kept";
+  picture.isSplit = true;
+  picture.repaint();
+});
+$("split").addEventListener("change", () => {
+  picture.isSplit = $("split").value === "kept";
+  if (picture.isSplit && !picture.kept) picture.keep();
+  picture.repaint();
+});
+$("zoom").addEventListener("change", () => {
+  picture.zoom = $("zoom").value;
+  picture.place();
+  inspector.drawOver();
+});
+let isDividing = false;
+$("divider").addEventListener("pointerdown", (event) => {
+  isDividing = true;
+  $("divider").setPointerCapture(event.pointerId);
+  event.stopPropagation();
+});
+$("divider").addEventListener("pointermove", (event) => {
+  if (!isDividing) return;
+  const { left, width } = $("picture").getBoundingClientRect();
+  picture.split = Math.min(1, Math.max(0, (event.clientX - left) / width));
+  picture.place();
+});
+$("divider").addEventListener("pointerup", () => (isDividing = false));
+
+function hover(at) {
+  const values = at && picture.valuesAt(at);
+  $("pixel").textContent = values
+    ? `${Math.floor(at[0])}, ${Math.floor(at[1])}   ${picture.frame.channel}  ${values.map((v) => number(v, 4)).join("  ")}`
+    : "";
+}
+
+function key(event) {
+  const isCommand = event.ctrlKey || event.metaKey;
+  const actions = {
+    KeyZ: isCommand && (() => (event.shiftKey ? camera.redo() : camera.undo())),
+    KeyY: isCommand && (() => camera.redo()),
+    KeyP: !isCommand && (() => $("pause").click()),
+    KeyR: !isCommand && (() => $("restart").click()),
+    KeyF: !isCommand && (() => $("focus-click").click()),
+    Home: () => camera.to(camera.home),
+    BracketLeft: () => look({ exposure: picture.look.exposure - 0.5 }),
+    BracketRight: () => look({ exposure: picture.look.exposure + 0.5 }),
+  };
+  const action = actions[event.code];
+  if (action) action();
+  return Boolean(action);
+}
+
+listen({ view, picture, camera, onClick: (at) => inspector.ask(at), onHover: hover, onKey: key });
+link.open();
+
+// For tests and for curious users.
+Object.assign(window, { embrasure: { link, camera, picture, inspector } });

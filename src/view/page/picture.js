@@ -1,0 +1,104 @@
+// The picture on the page: frames are shaded onto canvases, which are scaled to the view.
+
+import { HALVES, shade } from "./tone.js";
+
+export class Picture {
+  look = { exposure: 0, tone: "srgb", falseColour: "", channel: "picture" };
+  frame = null;
+  kept = null;
+  split = 0.5;
+  isSplit = false;
+  zoom = "fit";
+  size = [1, 1];
+
+  constructor(view, canvas, second, overlay, divider) {
+    Object.assign(this, { view, canvas, second, overlay, divider });
+    new ResizeObserver(() => this.place()).observe(view);
+  }
+
+  show(frame) {
+    const isNew = frame.size.join() !== this.size.join();
+    this.size = frame.size;
+    this.frame = frame;
+    this.paint(this.canvas, frame);
+    if (isNew) this.place();
+  }
+
+  keep() {
+    this.kept = this.frame && { ...this.frame, look: { ...this.look } };
+    this.repaint();
+  }
+
+  // Shades anew: exposure, curve or channel have changed.
+  repaint() {
+    if (this.frame) this.paint(this.canvas, this.frame);
+    this.second.hidden = this.divider.hidden = !(this.isSplit && this.kept);
+    if (!this.second.hidden) {
+      this.paint(this.second, this.kept);
+      this.place();
+    }
+  }
+
+  // Pixels without samples keep what is below them, scaled to the new size.
+  paint(canvas, frame) {
+    const { width, height } = frame;
+    const channel = frame.channel;
+    const image = new ImageData(shade(frame, { ...this.look, channel }), width, height);
+    const context = canvas.getContext("2d");
+    if (frame.halves.some((bits) => (bits & 0x7fff) > 0x7c00) && canvas.width > 1) {
+      const layer = document.createElement("canvas");
+      [layer.width, layer.height] = [width, height];
+      layer.getContext("2d").putImageData(image, 0, 0);
+      const below = document.createElement("canvas");
+      [below.width, below.height] = [canvas.width, canvas.height];
+      below.getContext("2d").drawImage(canvas, 0, 0);
+      [canvas.width, canvas.height] = [width, height];
+      context.drawImage(below, 0, 0, width, height);
+      context.drawImage(layer, 0, 0);
+    } else {
+      if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+      context.putImageData(image, 0, 0);
+    }
+  }
+
+  // Where the picture is in the view, in CSS pixels.
+  get box() {
+    const [width, height] = this.size;
+    const { clientWidth, clientHeight } = this.view;
+    const scale =
+      this.zoom === "fit"
+        ? Math.min(clientWidth / width, clientHeight / height)
+        : Number(this.zoom) / (window.devicePixelRatio || 1);
+    const [w, h] = [width * scale, height * scale];
+    return { x: Math.max(0, (clientWidth - w) / 2), y: Math.max(0, (clientHeight - h) / 2), w, h, scale };
+  }
+
+  place() {
+    const { x, y, w, h, scale } = this.box;
+    this.view.classList.toggle("pixels", scale * (window.devicePixelRatio || 1) > 1.5);
+    for (const element of [this.canvas, this.second, this.overlay]) {
+      Object.assign(element.style, { left: `${x}px`, top: `${y}px`, width: `${w}px`, height: `${h}px` });
+    }
+    this.overlay.setAttribute("viewBox", `0 0 ${this.size[0]} ${this.size[1]}`);
+    this.second.style.clipPath = `inset(0 ${100 * (1 - this.split)}% 0 0)`;
+    Object.assign(this.divider.style, { left: `${x + w * this.split - 1}px`, top: `${y}px`, height: `${h}px` });
+  }
+
+  // The pixel at a place of the window; null outside of the picture.
+  pixelAt(clientX, clientY) {
+    const { left, top } = this.canvas.getBoundingClientRect();
+    const { scale } = this.box;
+    const [x, y] = [(clientX - left) / scale, (clientY - top) / scale];
+    return x >= 0 && y >= 0 && x < this.size[0] && y < this.size[1] ? [x, y] : null;
+  }
+
+  // Values of the frame at a pixel of the whole picture.
+  valuesAt([x, y]) {
+    const { frame } = this;
+    if (!frame) return null;
+    const column = Math.floor((x * frame.width) / this.size[0]);
+    const row = Math.floor((y * frame.height) / this.size[1]);
+    const at = 3 * (row * frame.width + column);
+    return [0, 1, 2].map((c) => HALVES[frame.halves[at + c]]);
+  }
+}

@@ -1,0 +1,143 @@
+// From linear light to the codes of an sRGB display: the curves of src/color/tone.rs.
+
+// Values of all 16-bit floats.
+export const HALVES = (() => {
+  const values = new Float32Array(65536);
+  for (let bits = 0; bits < 65536; bits += 1) {
+    const sign = bits & 0x8000 ? -1 : 1;
+    const exponent = (bits >> 10) & 31;
+    const mantissa = bits & 1023;
+    values[bits] =
+      sign *
+      (exponent === 0
+        ? mantissa * 2 ** -24
+        : exponent === 31
+          ? mantissa ? NaN : Infinity
+          : (1 + mantissa / 1024) * 2 ** (exponent - 15));
+  }
+  return values;
+})();
+
+const encode = (x) => (x <= 0.0031308 ? 12.92 * Math.max(x, 0) : x >= 1 ? 1 : 1.055 * x ** (1 / 2.4) - 0.055);
+const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+const narkowicz = (x) => (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
+const hillFit = (v) => (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.432951) + 0.238081);
+
+function agxCurve(linear) {
+  const pivot = 10 / 16.5;
+  const share = Math.min(1, Math.max(0, (Math.log2(linear / 0.18) + 10) / 16.5));
+  const [power, length] = share < pivot ? [3, pivot] : [3.25, 1 - pivot];
+  const distance = share - pivot;
+  const bend = (4 * length) ** power - 1;
+  return 0.5 + (2 * distance) / (1 + bend * (Math.abs(distance) / length) ** power) ** (1 / power);
+}
+
+// Curves of single channels, encoded.
+const SEPARATE = {
+  srgb: encode,
+  "aces-narkowicz": (x) => encode(narkowicz(x)),
+};
+
+// Curves that mix channels: they write three encoded values to `out`.
+const MIXING = {
+  reinhard(r, g, b, out) {
+    const scale = 1 / (1 + luminance(r, g, b));
+    out[0] = encode(r * scale);
+    out[1] = encode(g * scale);
+    out[2] = encode(b * scale);
+  },
+  "aces-hill"(r, g, b, out) {
+    const x = hillFit(0.59719 * r + 0.35458 * g + 0.04823 * b);
+    const y = hillFit(0.076 * r + 0.90834 * g + 0.01566 * b);
+    const z = hillFit(0.0284 * r + 0.13383 * g + 0.83777 * b);
+    out[0] = encode(1.60475 * x - 0.53108 * y - 0.07367 * z);
+    out[1] = encode(-0.10208 * x + 1.10813 * y - 0.00605 * z);
+    out[2] = encode(-0.00327 * x - 0.07276 * y + 1.07602 * z);
+  },
+  agx(r, g, b, out) {
+    const to = 0.21200536 * r + 0.3921825 * g + 0.39581214 * b;
+    const x = agxCurve(r + 0.2 * (to - r));
+    const y = agxCurve(g + 0.2 * (to - g));
+    const z = agxCurve(b + 0.2 * (to - b));
+    const from = 0.21200536 * x + 0.3921825 * y + 0.39581214 * z;
+    const clamp = (v) => Math.min(1, Math.max(0, v));
+    out[0] = clamp((x - 0.2 * from) / 0.8);
+    out[1] = clamp((y - 0.2 * from) / 0.8);
+    out[2] = clamp((z - 0.2 * from) / 0.8);
+  },
+};
+
+export const CURVES = ["srgb", "reinhard", "aces-narkowicz", "aces-hill", "agx"];
+
+// Blue, green, yellow, red from 0 to 1.
+function falseColour(x, out) {
+  out[0] = Math.min(1, Math.max(0, 4 * x - 2, 0));
+  out[1] = Math.min(1, Math.max(0, 2 - Math.abs(4 * x - 2)));
+  out[2] = Math.min(1, Math.max(0, 2 - 4 * x));
+}
+
+// What a page shows of channels other than light.
+const CHANNELS = {
+  N: (r, g, b, out) => {
+    out[0] = 0.5 + 0.5 * r;
+    out[1] = 0.5 + 0.5 * g;
+    out[2] = 0.5 + 0.5 * b;
+  },
+};
+
+// Pixels of `frame` as RGBA bytes. A pixel without samples is transparent.
+export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) {
+  const { halves } = frame;
+  const count = halves.length / 3;
+  const pixels = new Uint8ClampedArray(4 * count);
+  const isLight = channel === "picture" || channel === "denoised";
+  const isPlain = ["Z", "variance", "samples"].includes(channel);
+  const gain = 2 ** Math.min(64, Math.max(-64, exposure));
+  const light = (bits) => Math.max(HALVES[bits] * gain, 0);
+  if (isLight && !isFalse && SEPARATE[tone]) {
+    // One look in a table for each channel
+    const table = new Uint8ClampedArray(65536);
+    for (let bits = 0; bits < 65536; bits += 1) table[bits] = Math.round(255 * (SEPARATE[tone](light(bits)) || 0));
+    for (let i = 0, j = 0; i < halves.length; i += 3, j += 4) {
+      pixels[j] = table[halves[i]];
+      pixels[j + 1] = table[halves[i + 1]];
+      pixels[j + 2] = table[halves[i + 2]];
+      pixels[j + 3] = isNaN(HALVES[halves[i]]) ? 0 : 255;
+    }
+    return pixels;
+  }
+  const [low, high] = isPlain ? range(halves) : [0, 1];
+  const out = [0, 0, 0];
+  for (let i = 0, j = 0; i < halves.length; i += 3, j += 4) {
+    const [r, g, b] = [HALVES[halves[i]], HALVES[halves[i + 1]], HALVES[halves[i + 2]]];
+    if (isPlain) {
+      const value = channel === "variance" ? Math.sqrt(luminance(r, g, b)) : r;
+      const share = value >= 65504 ? 1 : (value - low) / (high - low || 1);
+      if (isFalse || channel !== "Z") falseColour(share, out);
+      else out.fill(1 - share);
+    } else if (CHANNELS[channel]) {
+      CHANNELS[channel](r, g, b, out);
+    } else if (isFalse) {
+      // Ten stops around mid grey
+      falseColour((Math.log2((luminance(r, g, b) * gain) / 0.18) + 5) / 10 || 0, out);
+    } else if (isLight) {
+      const curve = MIXING[tone];
+      curve(light(halves[i]) || 0, light(halves[i + 1]) || 0, light(halves[i + 2]) || 0, out);
+    } else {
+      for (let c = 0; c < 3; c += 1) out[c] = encode(light(halves[i + c]) || 0);
+    }
+    for (let c = 0; c < 3; c += 1) pixels[j + c] = Math.round(255 * out[c]);
+    pixels[j + 3] = isNaN(r) ? 0 : 255;
+  }
+  return pixels;
+}
+
+// Least and largest value of what is there.
+function range(halves) {
+  let [low, high] = [Infinity, -Infinity];
+  for (let i = 0; i < halves.length; i += 3) {
+    const value = HALVES[halves[i]];
+    if (value < 65504) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  }
+  return low < high ? [low, high] : [0, Math.max(high, 1)];
+}

@@ -1,0 +1,270 @@
+//! The server: accepts connections, checks who asks, and answers with the page, its WebSocket, or the picture as a file.
+
+use super::http::{Refusal, Request, answer, is_known_host, is_own_origin, read_request};
+use super::hub::{Hub, Mail, SaveFormat};
+use super::{Options, page, socket};
+use crate::color::{Curve, Exposure, Tone};
+use crate::session::Error;
+use std::fmt::Write as _;
+use std::io::{self, ErrorKind, Write};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::{self, Scope};
+use std::time::Duration;
+use tungstenite::handshake::derive_accept_key;
+
+/// Connections at a time; more are refused.
+const MAX_CONNECTIONS: usize = 32;
+/// Between two looks for a connection.
+const LOOK: Duration = Duration::from_millis(15);
+/// How long a page may take to read.
+const WRITE_PATIENCE: Duration = Duration::from_secs(20);
+
+/// A server that listens.
+pub(super) struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    /// Random digits that a link has, so that others of this machine cannot guess it.
+    token: String,
+    /// Connections that are open.
+    open: AtomicUsize,
+}
+
+impl Server {
+    /// Listens as `options` say.
+    ///
+    /// # Errors
+    ///
+    /// An address or a port that cannot be had.
+    pub fn bind(options: &Options) -> Result<Self, Error> {
+        let wanted = SocketAddr::new(options.listen, options.port.unwrap_or(0));
+        let failed = |error: io::Error| {
+            let help = match error.kind() {
+                ErrorKind::AddrInUse => "use another --port, or none for a free one",
+                ErrorKind::AddrNotAvailable => "--listen takes an address of this machine",
+                _ => "use another --port or --listen",
+            };
+            Error::Failed(format!("cannot listen on {wanted}: {error}\n  help: {help}"))
+        };
+        let listener = TcpListener::bind(wanted).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let mut random = [0; 16];
+        getrandom::fill(&mut random)
+            .map_err(|error| Error::Failed(format!("the system gives no random numbers: {error}")))?;
+        let mut token = String::new();
+        for byte in random {
+            // Writing to a string cannot fail.
+            let _ = write!(token, "{byte:02x}");
+        }
+        Ok(Self {
+            listener,
+            address,
+            token,
+            open: AtomicUsize::new(0),
+        })
+    }
+
+    /// Where the page is.
+    pub fn link(&self) -> String {
+        let mut address = self.address;
+        // Addresses that stand for all of the machine's are none to ask at.
+        match address.ip() {
+            IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
+            IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
+            _ => {}
+        }
+        format!("http://{address}/{}/", self.token)
+    }
+
+    /// Serves until the hub is over; each connection has a thread of `scope`.
+    pub fn run<'s>(&'s self, scope: &'s Scope<'s, '_>, hub: &'s Hub) {
+        let open = &self.open;
+        while !hub.is_over() {
+            let Ok((mut stream, _)) = self.listener.accept() else {
+                thread::sleep(LOOK);
+                continue;
+            };
+            let ready = stream
+                .set_nonblocking(false)
+                .and_then(|()| stream.set_write_timeout(Some(WRITE_PATIENCE)))
+                .and_then(|()| stream.set_nodelay(true));
+            if ready.is_err() {
+                continue;
+            }
+            if open.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS {
+                open.fetch_sub(1, Ordering::SeqCst);
+                let _ = refuse(
+                    &mut stream,
+                    &(503, "Service Unavailable", "too many connections; close a page".into()),
+                );
+                continue;
+            }
+            let serve = move || {
+                self.serve(stream, hub);
+                open.fetch_sub(1, Ordering::SeqCst);
+            };
+            if thread::Builder::new()
+                .name("page".into())
+                .spawn_scoped(scope, serve)
+                .is_err()
+            {
+                open.fetch_sub(1, Ordering::SeqCst);
+            }
+        }
+    }
+
+    /// Serves one connection.
+    fn serve(&self, mut stream: TcpStream, hub: &Hub) {
+        let request = match read_request(&mut stream) {
+            Ok(request) => request,
+            Err(refusal) => {
+                let _ = refuse(&mut stream, &refusal);
+                return;
+            }
+        };
+        match self.route(&request) {
+            Err(refusal) => drop(refuse(&mut stream, &refusal)),
+            Ok(Route::File(kind, text)) => {
+                drop(answer(&mut stream, (200, "OK"), kind, "", text.as_bytes()));
+            }
+            Ok(Route::Home) => {
+                let place = format!("Location: /{}/\r\n", self.token);
+                drop(answer(
+                    &mut stream,
+                    (308, "Permanent Redirect"),
+                    "text/plain",
+                    &place,
+                    b"",
+                ));
+            }
+            Ok(Route::Picture(format)) => drop(send_picture(&mut stream, hub, format)),
+            Ok(Route::Socket(key)) => {
+                let head = format!(
+                    "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {}\r\n\r\n",
+                    derive_accept_key(key.as_bytes())
+                );
+                if stream.write_all(head.as_bytes()).is_ok() {
+                    socket::serve(stream, hub);
+                }
+            }
+        }
+    }
+
+    /// What is asked for.
+    fn route(&self, request: &Request) -> Result<Route, Refusal> {
+        let forbidden = |words: &str| Err((403, "Forbidden", words.to_string()));
+        if !is_known_host(&request.host, self.address.ip()) {
+            return forbidden("This server answers to localhost and to addresses alone, not to other names.");
+        }
+        if !is_own_origin(request.origin.as_deref(), &request.host) {
+            return forbidden("Pages of other servers may not ask here.");
+        }
+        let (path, query) = request.target.split_once('?').unwrap_or((&request.target, ""));
+        let mut parts = path.splitn(3, '/').skip(1);
+        if !is_same(parts.next().unwrap_or_default(), &self.token) {
+            return forbidden("The link is not the one that this render has printed: open that one.");
+        }
+        let Some(name) = parts.next() else {
+            return Ok(Route::Home);
+        };
+        match (name, &request.socket_key) {
+            ("socket", Some(key)) => Ok(Route::Socket(key.clone())),
+            ("picture.exr", None) => Ok(Route::Picture(SaveFormat::Exr)),
+            ("picture.png", None) => Ok(Route::Picture(SaveFormat::Png(tone_of(query)))),
+            (name, None) => match page::file(name) {
+                Some((kind, text)) => Ok(Route::File(kind, text)),
+                None => Err((404, "Not Found", "There is nothing of that name.".into())),
+            },
+            _ => Err((404, "Not Found", "There is no socket of that name.".into())),
+        }
+    }
+}
+
+/// What a connection gets.
+enum Route {
+    File(&'static str, &'static str),
+    Home,
+    Picture(SaveFormat),
+    Socket(String),
+}
+
+/// Compares all bytes, so that the time taken says nothing of the first that differs.
+fn is_same(given: &str, token: &str) -> bool {
+    let differs = given.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
+    given.len() == token.len() && differs == 0
+}
+
+/// `exposure=STOPS&tone=NAME` of a query; `None` where it does not say both.
+fn tone_of(query: &str) -> Option<Tone> {
+    let value = |key: &str| {
+        let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
+        pairs.find(|(name, _)| *name == key).map(|(_, value)| value)
+    };
+    let stops = value("exposure")?
+        .parse::<f32>()
+        .ok()
+        .filter(|stops| stops.is_finite())?;
+    let name = value("tone")?;
+    let (_, curve) = Curve::NAMES.iter().find(|(known, _)| *known == name)?;
+    Some(Tone {
+        exposure: Exposure::Stops(stops),
+        curve: *curve,
+    })
+}
+
+fn refuse(stream: &mut TcpStream, (status, name, words): &Refusal) -> io::Result<()> {
+    let text = format!("{words}\n");
+    answer(
+        stream,
+        (*status, name),
+        "text/plain; charset=utf-8",
+        "",
+        text.as_bytes(),
+    )
+}
+
+/// Has the render make a file of the picture, and sends it.
+fn send_picture(stream: &mut TcpStream, hub: &Hub, format: SaveFormat) -> io::Result<()> {
+    let (kind, name) = match format {
+        SaveFormat::Exr => ("image/x-exr", "picture.exr"),
+        SaveFormat::Png(_) => ("image/png", "picture.png"),
+    };
+    let (reply, answered) = channel();
+    hub.send(Mail::Save(format, reply));
+    let made = loop {
+        match answered.recv_timeout(LOOK) {
+            Ok(made) => break made,
+            Err(RecvTimeoutError::Timeout) if !hub.is_over() => {}
+            Err(_) => break Err("the render has ended".into()),
+        }
+    };
+    match made {
+        Ok(bytes) => {
+            let place = format!("Content-Disposition: attachment; filename=\"{name}\"\r\n");
+            answer(stream, (200, "OK"), kind, &place, &bytes)
+        }
+        Err(words) => refuse(stream, &(409, "Conflict", words)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tokens_are_the_same_or_not() {
+        assert!(is_same("ab", "ab"));
+        assert!(!is_same("ab", "abc") && !is_same("abc", "ab") && !is_same("", "ab") && !is_same("aB", "ab"));
+    }
+
+    #[test]
+    fn tones_of_queries() {
+        let tone = tone_of("exposure=-1.5&tone=agx").unwrap();
+        assert_eq!((tone.exposure, tone.curve), (Exposure::Stops(-1.5), Curve::Agx));
+        for query in ["", "exposure=1", "exposure=nan&tone=agx", "exposure=1&tone=x"] {
+            assert!(tone_of(query).is_none(), "{query}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The WebSocket of a page: its commands go to the render, messages and pictures to the page.
+//!
+//! A page says which pictures it has shown, and few bytes of others are on their way, so that a slow link shows fewer pictures instead of old ones. Commands are taken at a limited rate: a
+//! page that sends more waits, and one that sends nonsense for long is closed.
+
+use super::hub::{Hub, Mail, PageId};
+use super::protocol::Command;
+use std::io::ErrorKind;
+use std::net::TcpStream;
+use std::thread;
+use std::time::{Duration, Instant};
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
+use tungstenite::{Error, Message, WebSocket};
+
+/// Between two looks for something to send.
+const LOOK: Duration = Duration::from_millis(5);
+/// Bytes of a command at most.
+const MAX_COMMAND: usize = 64 << 10;
+/// Bytes of pictures on their way to a page, at which no other one is sent: a picture of full size, or two that are shown while the camera moves.
+const MAX_ON_WAY: usize = 192 << 10;
+/// How long a page may take to show a picture before it gets another one all the same.
+const SHOWING: Duration = Duration::from_secs(30);
+/// Commands a second, and how many may come at once.
+const RATE: f64 = 400.0;
+const BURST: f64 = 800.0;
+/// Messages in a row that make no sense, before the page is closed.
+const MAX_NONSENSE: u32 = 200;
+
+/// Serves a page until it is closed or the hub is over.
+pub(super) fn serve(stream: TcpStream, hub: &Hub) {
+    if stream.set_read_timeout(Some(LOOK)).is_err() {
+        return;
+    }
+    let config = WebSocketConfig::default()
+        .read_buffer_size(16 << 10)
+        .max_message_size(Some(MAX_COMMAND))
+        .max_frame_size(Some(MAX_COMMAND));
+    let id = hub.join();
+    hub.tell(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
+    let mut page = Page {
+        socket: WebSocket::from_raw_socket(stream, Role::Server, Some(config)),
+        hub,
+        id,
+        sent: Vec::new(),
+        allowance: BURST,
+        since: Instant::now(),
+        nonsense: 0,
+    };
+    page.run();
+    hub.leave(id);
+}
+
+/// A page.
+struct Page<'a> {
+    socket: WebSocket<TcpStream>,
+    hub: &'a Hub,
+    id: PageId,
+    /// Pictures on their way: numbers, bytes, and when they were sent.
+    sent: Vec<(u64, usize, Instant)>,
+    /// Commands that may come at once.
+    allowance: f64,
+    since: Instant,
+    /// Messages in a row that made no sense.
+    nonsense: u32,
+}
+
+impl Page<'_> {
+    fn run(&mut self) {
+        while self.send().is_ok() && self.receive().is_ok() {
+            if self.hub.is_over() {
+                self.close(CloseCode::Away, "the render has ended");
+                return;
+            }
+        }
+    }
+
+    /// Sends what waits.
+    fn send(&mut self) -> Result<(), Error> {
+        self.sent.retain(|(.., at)| at.elapsed() < SHOWING);
+        let is_behind = self.sent.iter().map(|(_, bytes, _)| bytes).sum::<usize>() >= MAX_ON_WAY;
+        let (messages, frame) = self.hub.outgoing(self.id, is_behind);
+        for message in messages {
+            self.socket.send(Message::text(&*message))?;
+        }
+        if let Some(frame) = frame {
+            self.sent.push((frame.id, frame.bytes.len(), Instant::now()));
+            self.socket.send(Message::Binary(frame.bytes))?;
+        }
+        Ok(())
+    }
+
+    /// Takes a message, if one is there.
+    fn receive(&mut self) -> Result<(), Error> {
+        let message = match self.socket.read() {
+            Ok(message) => message,
+            Err(Error::Io(error)) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        };
+        self.wait_for_allowance();
+        let read = match &message {
+            Message::Text(text) => Command::read(text.as_str()),
+            Message::Binary(_) => Err("not understood: a binary message".into()),
+            // The library answers these.
+            _ => return Ok(()),
+        };
+        match read {
+            Ok(Command::Shown { frame }) => self.sent.retain(|(id, ..)| *id > frame),
+            Ok(Command::Channel { name }) => {
+                self.hub.set_channel(self.id, name.clone());
+                self.hub.send(Mail::Command(self.id, Command::Channel { name }));
+            }
+            Ok(command) => self.hub.send(Mail::Command(self.id, command)),
+            Err(words) => {
+                self.nonsense += 1;
+                if self.nonsense > MAX_NONSENSE {
+                    self.close(CloseCode::Policy, "too many messages that make no sense");
+                    return Err(Error::ConnectionClosed);
+                }
+                let text = serde_json::json!({ "type": "error", "text": words }).to_string();
+                self.hub.tell(Some(self.id), &text);
+                return Ok(());
+            }
+        }
+        self.nonsense = 0;
+        Ok(())
+    }
+
+    /// Has a page that sends too much wait.
+    fn wait_for_allowance(&mut self) {
+        self.allowance = (self.allowance + RATE * self.since.elapsed().as_secs_f64()).min(BURST) - 1.0;
+        self.since = Instant::now();
+        if self.allowance < 0.0 {
+            thread::sleep(Duration::from_secs_f64(-self.allowance / RATE));
+        }
+    }
+
+    fn close(&mut self, code: CloseCode, words: &'static str) {
+        let frame = CloseFrame {
+            code,
+            reason: words.into(),
+        };
+        let _ = self.socket.close(Some(frame));
+        let _ = self.socket.flush();
+    }
+}

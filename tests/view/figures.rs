@@ -1,0 +1,109 @@
+//! Figures of `embrasure view` for docs/benchmarks.md: latencies, pictures and bytes a second, memory after many restarts. They want an idle machine and a release build:
+//! `cargo test --release --test view -- figures --ignored --nocapture`. EMBRASURE_SCENES names further scenes, with blanks between.
+
+use super::{Page, Viewer};
+use std::env;
+use std::fs;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+use tungstenite::Message;
+
+/// Changes that are timed.
+const CHANGES: usize = 20;
+/// How long the camera orbits.
+const ORBIT: Duration = Duration::from_secs(5);
+/// Between two moves of an orbit.
+const MOVE: Duration = Duration::from_millis(33);
+
+/// Memory of a process that is in use, in MB.
+fn memory(process: u32) -> f64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().split(' ').next().unwrap().parse::<f64>().unwrap() / 1024.0
+}
+
+fn median(mut times: Vec<Duration>) -> f64 {
+    times.sort();
+    times[times.len() / 2].as_secs_f64() * 1e3
+}
+
+/// Sends the camera of `home` moved by `step`; it is the move number `moves`.
+fn send_move(page: &mut Page, home: &serde_json::Value, step: usize) {
+    let mut camera = home.clone();
+    let x = home["position"][0].as_f64().unwrap() + 0.01 * (1 + step % 7) as f64;
+    camera["position"][0] = x.into();
+    camera["do"] = "camera".into();
+    page.send(&camera.to_string());
+}
+
+#[test]
+#[ignore = "measures: see the head of the file"]
+fn figures() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
+    let more = env::var("EMBRASURE_SCENES").unwrap_or_default();
+    let scenes = [own.display().to_string()]
+        .into_iter()
+        .chain(more.split_whitespace().map(String::from));
+    println!(
+        "| scene | first pixels, ms | a sample of each pixel, ms | pictures/s | MB/s | MB before and after 1000 restarts |"
+    );
+    println!("|---|---|---|---|---|---|");
+    for scene in scenes {
+        let folder = tempfile::tempdir().unwrap();
+        let viewer = Viewer::start(folder.path(), &[&scene, "--size", "512x512", "--spp", "100000"]);
+        let mut page = viewer.page();
+        let home = page.message("state")["camera"].clone();
+        page.frame_where(|header| header["samples"].as_f64() >= Some(4.0));
+
+        let (mut first, mut full) = (Vec::new(), Vec::new());
+        for change in 1..=CHANGES {
+            let start = Instant::now();
+            send_move(&mut page, &home, change);
+            page.frame_where(|header| header["moves"] == change);
+            first.push(start.elapsed());
+            page.frame_where(|h| h["moves"] == change && h["preview"] == false && h["samples"].as_f64() >= Some(1.0));
+            full.push(start.elapsed());
+        }
+
+        // Orbit: moves go out while pictures come in.
+        let (start, mut moves, mut pictures, mut bytes) = (Instant::now(), 0, 0, 0);
+        page.socket
+            .get_ref()
+            .set_read_timeout(Some(Duration::from_millis(2)))
+            .unwrap();
+        while start.elapsed() < ORBIT {
+            if start.elapsed() >= MOVE * moves {
+                moves += 1;
+                send_move(&mut page, &home, moves as usize);
+            }
+            if let Ok(Message::Binary(message)) = page.socket.read() {
+                pictures += 1;
+                bytes += message.len();
+                page.shown(&super::Frame::of(&message));
+            }
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        page.socket.get_ref().set_read_timeout(Some(super::PATIENCE)).unwrap();
+        page.frame_where(|header| header["preview"] == false);
+
+        let before = memory(viewer.child.id());
+        for restart in 0..1000 {
+            page.send(r#"{"do":"restart"}"#);
+            if restart % 20 == 0 {
+                page.frame_where(|_| true);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        page.frame_where(|header| header["samples"].as_f64() >= Some(1.0));
+        let after = memory(viewer.child.id());
+        println!(
+            "| {} | {:.0} | {:.0} | {:.1} | {:.2} | {before:.0}, {after:.0} |",
+            Path::new(&scene).file_stem().unwrap().to_string_lossy(),
+            median(first),
+            median(full),
+            f64::from(pictures) / seconds,
+            bytes as f64 / 1e6 / seconds,
+        );
+    }
+}

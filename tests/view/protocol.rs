@@ -1,0 +1,393 @@
+//! The server of `embrasure view` without a browser: pictures, bits, refusals, files, ends.
+
+use super::{Page, Viewer};
+use crate::support::program::{assert_same_bits, code, done, folder, json, lit_floor, run, split, words};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::net::TcpStream;
+use std::path::Path;
+use std::time::Duration;
+use tungstenite::Message;
+
+/// The picture that a viewer saves, as a file.
+fn save(viewer: &Viewer, path: &Path) {
+    let (status, bytes) = viewer.get("picture.exr");
+    assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
+    fs::write(path, bytes).unwrap();
+}
+
+/// The picture of N samples is that of `render --spp N`, also after the camera went away and came back, and after samples were added.
+#[test]
+fn pictures_have_the_bits_of_a_render() {
+    let folder = lit_floor();
+    let folder = folder.path();
+    for method in ["path", "sppm --photons 500", "irradiance-cache --cache-rays 16"] {
+        let flags = format!("s.toml --spp 64 --integrator {method}");
+        let rendered = folder.join("r.exr");
+        done(folder, &split(&format!("render {flags} -q -o r.exr")));
+        let viewer = Viewer::start(folder, &split(&flags));
+        let mut page = viewer.page();
+        let state = page.message("state");
+        page.wait_for_all();
+        save(&viewer, &folder.join("v.exr"));
+        assert_same_bits(&rendered, &folder.join("v.exr"));
+
+        let home = &state["camera"];
+        for step in 1..=20 {
+            let mut camera = home.clone();
+            camera["position"][0] = (f64::from(step) / 10.0).into();
+            page.look(&camera);
+        }
+        page.look(home);
+        page.frame_where(|header| header["preview"] == false && header["samples"] == 64.0);
+        page.wait_for_all();
+        save(&viewer, &folder.join("v.exr"));
+        assert_same_bits(&rendered, &folder.join("v.exr"));
+    }
+
+    // Samples that were there already count
+    let viewer = Viewer::start(folder, &split("s.toml --spp 20"));
+    let mut page = viewer.page();
+    page.wait_for_all();
+    page.send(r#"{"do":"set","key":"samples","value":"64"}"#);
+    page.message_where("status", |s| s["phase"] == "complete" && s["target"] == 64);
+    save(&viewer, &folder.join("v.exr"));
+    done(folder, &split("render s.toml -q --spp 64 -o r.exr"));
+    assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
+
+    // Another method and another size
+    page.send(r#"{"do":"set","key":"integrator","value":"naive"}"#);
+    page.send(r#"{"do":"set","key":"max_depth","value":"3"}"#);
+    page.send(r#"{"do":"set","key":"width","value":"30"}"#);
+    page.frame_where(|header| header["width"] == 30 && header["samples"] == 64.0);
+    page.wait_for_all();
+    save(&viewer, &folder.join("v.exr"));
+    done(
+        folder,
+        &split("render s.toml -q --spp 64 --size 30x24 --integrator naive --max-depth 3 -o r.exr"),
+    );
+    assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
+}
+
+/// Pictures for pages have the light of the render, as 16-bit floats.
+#[test]
+fn pages_are_shown_the_light_of_the_render() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    let hello = page.message("hello");
+    assert!(hello["scene"] == "s.toml" && hello["triangles"] == 4, "{hello}");
+    let frame = page.frame_where(|header| header["samples"] == 4.0);
+    assert_eq!(frame.header["channel"], "picture");
+    done(folder.path(), &split("render s.toml -q -o r.exr"));
+    let [r, g, b] = crate::support::read_rgb(&folder.path().join("r.exr"));
+    let halves = frame
+        .pixels
+        .chunks_exact(2)
+        .map(|b| half::f16::from_le_bytes([b[0], b[1]]));
+    let expected = r
+        .iter()
+        .zip(&g)
+        .zip(&b)
+        .flat_map(|((r, g), b)| [*r, *g, *b].map(half::f16::from_f32));
+    assert!(halves.eq(expected));
+
+    page.send(r#"{"do":"channel","name":"N"}"#);
+    let normals = page.frame_where(|header| header["channel"] == "N");
+    assert_eq!(normals.pixels.len(), 40 * 24 * 6);
+    page.send(r#"{"do":"set","key":"denoise","value":"atrous"}"#);
+    page.send(r#"{"do":"channel","name":"denoised"}"#);
+    let denoised = page.frame_where(|header| header["channel"] == "denoised");
+    assert_ne!(denoised.pixels, frame.pixels);
+
+    let (status, png) = viewer.get("picture.png?exposure=1&tone=srgb");
+    assert!(status == 200 && png.starts_with(b"\x89PNG"));
+}
+
+/// Without the link, and from other pages, nothing is to be had.
+#[test]
+fn strangers_are_refused() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let Viewer { address, token, .. } = &viewer;
+    assert_eq!(viewer.get("").0, 200);
+    let wrong = "0".repeat(32);
+    let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+    for (path, headers, expected) in [
+        (format!("/{wrong}/"), format!("Host: {address}\r\n"), 403),
+        ("/".into(), format!("Host: {address}\r\n"), 403),
+        (format!("/{wrong}/socket"), format!("Host: {address}\r\n{upgrade}"), 403),
+        (format!("/{token}/"), "Host: evil.example\r\n".into(), 403),
+        (
+            format!("/{token}/socket"),
+            format!("Host: {address}\r\nOrigin: http://evil.example\r\n{upgrade}"),
+            403,
+        ),
+        (
+            format!("/{token}/socket"),
+            format!("Host: {address}\r\nOrigin: null\r\n{upgrade}"),
+            403,
+        ),
+        (
+            format!("/{token}/picture.exr"),
+            format!("Host: {address}\r\nOrigin: http://evil.example\r\n"),
+            403,
+        ),
+        (
+            format!("/{token}/../../etc/passwd"),
+            format!("Host: {address}\r\n"),
+            404,
+        ),
+        (format!("/{token}/s.toml"), format!("Host: {address}\r\n"), 404),
+        (format!("/{token}"), format!("Host: {address}\r\n"), 308),
+        (
+            format!("/{token}/"),
+            format!("Host: {address}\r\nX: {}\r\n", "x".repeat(40_000)),
+            431,
+        ),
+    ] {
+        let (status, body) = viewer.request(&format!("GET {path} HTTP/1.1\r\n{headers}\r\n"));
+        assert_eq!(status, expected, "{path} {headers}: {}", String::from_utf8_lossy(&body));
+    }
+    let post = format!("POST /{token}/ HTTP/1.1\r\nHost: {address}\r\n\r\n");
+    assert_eq!(viewer.request(&post).0, 405);
+    assert_eq!(viewer.get("main.js").0, 200);
+}
+
+/// Ten thousand messages that make no sense: each is answered or its page closed, and the render goes on.
+#[test]
+fn nonsense_is_survived() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let (mut sent, mut seed) = (0, 1_u64);
+    let (mut pages, mut closed) = (0, 0);
+    while sent < 10_000 {
+        let mut page = viewer.page();
+        for _ in 0..250 {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let bytes: Vec<u8> = (0..(seed >> 40) % 60).map(|i| (seed >> (i % 50)) as u8).collect();
+            let message = match (seed >> 33) % 4 {
+                0 => Message::text(String::from_utf8_lossy(&bytes).into_owned()),
+                1 => Message::text(format!("{{\"do\":\"camera\",\"position\":[{},0]}}", seed >> 32)),
+                2 => Message::text("[".repeat((seed >> 50) as usize)),
+                _ => Message::Binary(bytes.into()),
+            };
+            if page.socket.send(message).is_err() {
+                break;
+            }
+            sent += 1;
+        }
+        // Bytes that are no frames at all
+        let stream = page.socket.get_mut();
+        let _ = std::io::Write::write_all(stream, &seed.to_le_bytes().repeat(20));
+        pages += 1;
+        closed += usize::from((0..2000).any(|_| matches!(page.socket.read(), Err(_) | Ok(Message::Close(_)))));
+    }
+    assert_eq!(closed, pages, "a page sends nonsense on and on");
+    let mut page = viewer.page();
+    page.wait_for_all();
+}
+
+/// A page gets the numbers of a pixel that `render --pixel --json` prints.
+#[test]
+fn pixels_are_inspected() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    page.send(r#"{"do":"inspect","x":20,"y":15,"sample":3}"#);
+    let found = page.message("inspect");
+    let printed = json(&done(
+        folder.path(),
+        &split("render s.toml --pixel 20,15 --sample 3 --json -q"),
+    ));
+    assert_eq!(found["facts"], printed);
+    assert_eq!(printed["samples"][0]["traces"][0]["vertices"][1]["material"], "floor");
+    page.send(r#"{"do":"inspect","x":40,"y":0,"sample":0}"#);
+    let refused = page.message("error");
+    assert!(
+        refused["text"].as_str().unwrap().contains("outside the image"),
+        "{refused}"
+    );
+}
+
+/// What one page does, the other one is told; both see the same picture.
+#[test]
+fn two_pages_look_at_one_render() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let (mut one, mut other) = (viewer.page(), viewer.page());
+    let mut camera = one.message("state")["camera"].clone();
+    other.message("state");
+    camera["position"][1] = 2.5.into();
+    one.look(&camera);
+    assert_eq!(other.message("camera")["camera"], camera);
+    let is_whole = |header: &Value| header["preview"] == false && header["samples"] == 4.0;
+    let [a, b] = [&mut one, &mut other].map(|page: &mut Page| page.frame_where(is_whole));
+    assert_eq!(a.pixels, b.pixels);
+    // What cannot be is told to the page that asked, and nothing changes.
+    camera["vertical_fov"] = 200.0.into();
+    camera["do"] = "camera".into();
+    one.send(&camera.to_string());
+    let said = one.message("error");
+    assert!(said["text"].as_str().unwrap().contains("vertical_fov"), "{said}");
+    one.send(r#"{"do":"set","key":"samples","value":"-3"}"#);
+    one.message("error");
+    other.send(r#"{"do":"restart"}"#);
+    other.wait_for_all();
+}
+
+/// A changed file is loaded again; one that is wrong is told with its place, and the old picture stays.
+#[test]
+fn files_are_watched() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    page.wait_for_all();
+    let before = viewer.get("picture.exr").1;
+    let mtl = folder.path().join("a.mtl");
+    let text = fs::read_to_string(&mtl).unwrap();
+    fs::write(&mtl, text.replace("Kd 0.5 0.4 0.3", "Kd 0.5 x 0.3")).unwrap();
+    let said = page.message("error");
+    assert!(said["text"].as_str().unwrap().contains("a.mtl:2:"), "{said}");
+    page.message_where("status", |status| status["phase"] == "complete");
+    let rgb = |bytes: &[u8]| {
+        let path = folder.path().join("now.exr");
+        fs::write(&path, bytes).unwrap();
+        crate::support::read_rgb(&path)
+    };
+    assert_eq!(rgb(&before), rgb(&viewer.get("picture.exr").1));
+    fs::write(&mtl, text.replace("Kd 0.5 0.4 0.3", "Kd 0.05 0.4 0.3")).unwrap();
+    page.message("note");
+    page.wait_for_all();
+    save(&viewer, &folder.path().join("v.exr"));
+    done(folder.path(), &split("render s.toml -q -o r.exr"));
+    assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
+    assert_ne!(rgb(&before), crate::support::read_rgb(&folder.path().join("v.exr")));
+}
+
+/// A material is changed as `--material` changes it, and changed back.
+#[test]
+fn materials_are_changed() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    let hello = page.message("hello");
+    let floor = hello["materials"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|m| m["name"] == "floor")
+        .unwrap();
+    assert!(
+        (floor["keys"]["diffuse"][0].as_f64().unwrap() - 0.5).abs() < 1e-6,
+        "{floor}"
+    );
+    page.send(r#"{"do":"material","name":"floor","key":"diffuse","value":"[0.1, 0.7, 0.2]"}"#);
+    page.message("note");
+    page.wait_for_all();
+    save(&viewer, &folder.path().join("v.exr"));
+    let args = [
+        "render",
+        "s.toml",
+        "-q",
+        "-o",
+        "r.exr",
+        "--material",
+        "floor.diffuse=[0.1, 0.7, 0.2]",
+    ];
+    done(folder.path(), &args);
+    assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
+    page.send(r#"{"do":"material","name":"floor","key":"colour","value":"1"}"#);
+    let said = page.message("error");
+    assert!(said["text"].as_str().unwrap().contains("colour"), "{said}");
+    page.send(r#"{"do":"reset-materials"}"#);
+    page.message("note");
+    page.wait_for_all();
+    save(&viewer, &folder.path().join("v.exr"));
+    done(folder.path(), &split("render s.toml -q -o r.exr"));
+    assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
+}
+
+/// The camera is written into the scene file, which then renders what the page shows.
+#[test]
+fn cameras_are_saved() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &["s.toml"]);
+    let mut page = viewer.page();
+    let mut camera = page.message("state")["camera"].clone();
+    camera["position"][0] = 1.25.into();
+    camera["lens_radius"] = 0.05.into();
+    page.look(&camera);
+    page.frame_where(|header| header["preview"] == false && header["samples"] == 4.0);
+    page.send(r#"{"do":"save-camera"}"#);
+    page.message("note");
+    page.wait_for_all();
+    save(&viewer, &folder.path().join("v.exr"));
+    done(folder.path(), &split("render s.toml -q -o r.exr"));
+    assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
+    page.send(r#"{"do":"views"}"#);
+    let views = page.message("views")["views"].clone();
+    let cameras: BTreeSet<String> = views
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|view| view["camera"].to_string())
+        .collect();
+    assert!(cameras.len() > 3, "{views}");
+    drop(viewer);
+
+    // A bare OBJ has no place for it.
+    let viewer = Viewer::start(folder.path(), &["a.obj", "--size", "20x20", "--spp", "1"]);
+    let mut page = viewer.page();
+    page.send(r#"{"do":"save-camera"}"#);
+    assert!(
+        page.message("error")["text"]
+            .as_str()
+            .unwrap()
+            .contains("embrasure init")
+    );
+}
+
+/// An interrupt ends it at once, and the last page that closes does so where that is asked for; nothing listens then.
+#[test]
+fn it_ends_when_it_should() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &split("s.toml --spp 100000"));
+    let address = viewer.address.clone();
+    let mut page = viewer.page();
+    page.message("status");
+    let (code_of, time) = viewer.interrupt();
+    assert_eq!(code_of, Some(130));
+    assert!(time < Duration::from_secs(5), "{time:?}");
+    assert!(TcpStream::connect(&address).is_err());
+
+    let mut viewer = Viewer::start(folder.path(), &split("s.toml --exit-when-closed"));
+    let mut page = viewer.page();
+    page.message("status");
+    page.socket.close(None).unwrap();
+    drop(page);
+    assert_eq!(viewer.child.wait().unwrap().code(), Some(0));
+}
+
+/// Wrong usage is said before anything is served.
+#[test]
+fn wrong_flags_are_refused() {
+    let folder = folder(&[]);
+    let refused = |line: &str, part: &str| {
+        let out = run(folder.path(), &split(line));
+        assert_ne!(code(&out), 0, "{line}");
+        assert!(words(&out).contains(part), "{line}: {}", words(&out));
+    };
+    refused("view none.toml --no-open", "none.toml");
+    refused("view s.toml --port 0", "--port");
+    refused("view s.toml --listen nowhere", "--listen");
+    let scene = lit_floor();
+    let viewer = Viewer::start(scene.path(), &["s.toml"]);
+    let port = viewer.address.split(':').nth(1).unwrap();
+    let out = run(scene.path(), &["view", "s.toml", "--no-open", "--port", port]);
+    assert_eq!(code(&out), 1);
+    assert!(words(&out).contains("use another --port"), "{}", words(&out));
+}

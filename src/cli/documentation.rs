@@ -1,7 +1,6 @@
 //! What docs/guide/reference takes from the program: tables of parameters and methods, and the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the
 //! tests write it.
 
-use super::args::Args;
 use crate::description::SceneOptions;
 use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use std::fs;
@@ -93,18 +92,17 @@ fn tables_of_parameters_are_up_to_date() {
     }
 }
 
-/// The part of the page that is written by hand ends with this line.
-const MARK: &str = "<!-- Help of all commands; cargo test writes it. -->";
-
 // A build without `view` lacks a command.
 #[cfg(feature = "view")]
 #[test]
 fn help_of_all_commands_is_up_to_date() {
+    /// The part of the page that is written by hand ends with this line.
+    const MARK: &str = "<!-- Help of all commands; cargo test writes it. -->";
     let name = "command-line.md";
     let text = fs::read_to_string(page(name)).unwrap();
     let (by_hand, _) = text.split_once(MARK).expect("the mark is on the page");
     let mut expected = format!("{by_hand}{MARK}\n");
-    let mut command = Args::program().term_width(100);
+    let mut command = super::args::Args::program().term_width(100);
     command.build();
     for command in command.get_subcommands_mut() {
         let help = command.render_help().to_string();

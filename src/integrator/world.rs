@@ -258,8 +258,8 @@ impl<'a, A: Accel> World<'a, A> {
         let has_thin_surfaces = self.scene.has_thin_surfaces();
         let mut passing = Passing::new(u);
         let mut stops = |hit: &Hit, tint: &mut Spectrum| {
-            let stops = !is_below(hit)
-                && !self.scene.misses_lamp(hit, &ray)
+            let is_absent = is_below(hit) || self.scene.misses_lamp(hit, &ray);
+            let stops = !is_absent
                 && stops(hit, &ray, self.scene.opacity(hit))
                 && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
             *tint = passing.tint;

@@ -59,7 +59,7 @@ impl Numbers {
     pub fn spread(&mut self) -> Vec2 {
         let shift = [(); 2].map(|()| f64::from(next(&mut self.common)));
         let point = (self.place + DVec2::from(shift)).fract().as_vec2();
-        point.min(Vec2::splat(1.0f32.next_down()))
+        point.min(Vec2::splat(1.0 - 0.5 * f32::EPSILON))
     }
 
     /// Draws an index with a probability proportional to its weight; `None` where all are 0.

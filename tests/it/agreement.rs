@@ -404,7 +404,7 @@ fn estimators_agree_on_mcguires_boxes() {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
         // Other directions than the BSDF's meet these small lamps so seldom, unless lights are sampled, that no sample variance tells the error:
-        // with 16,384 samples pixels are beyond the threshold for many seeds, to either side.
+        // with 32,768 samples pixels are beyond the threshold for many seeds, to either side.
         let skip = [
             "naive",
             "uniform, none",
@@ -412,6 +412,6 @@ fn estimators_agree_on_mcguires_boxes() {
             "perturbed qmc, none",
             "perturbed qmc uniform, none",
         ];
-        all_agree(name, &scene, camera, (512, BLIND), &skip);
+        all_agree(name, &scene, camera, (1024, BLIND), &skip);
     }
 }

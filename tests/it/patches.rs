@@ -142,7 +142,7 @@ fn wrong_patches_are_told_with_what_is_right() {
             "Metal.roughnes=0.2",
             &["unknown key `roughnes`", "did you mean `roughness`?"],
         ),
-        ("Metal.roughness=rough", &["expected f32"]),
+        ("Metal.roughness=rough", &["expected a number, found"]),
         ("Metal.diffuse=red", &["expected a number or three numbers"]),
         ("Metal.diffuse=[1,2]", &["found 2"]),
         ("Metal.diffuse_map=true", &["false for no texture"]),

@@ -10,7 +10,7 @@ use super::tree::LightBounds;
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
-use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk};
+use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_disk};
 use std::f64::consts::PI;
 
 /// A disk that emits the same radiance in every direction of its front side.
@@ -98,21 +98,9 @@ impl DiskLight {
 
     /// Draws light that sets out, from a point uniform over the area and with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
-        let p = self.point(u_position);
-        let w = Frame::from_z(self.normal).to_world(cosine_hemisphere(u_direction));
-        let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
-        Emission {
-            p,
-            origin: p + self.normal * self.ray_offset(),
-            ng: self.normal,
-            w,
-            radiance: self.radiance,
-            pdf_position,
-            pdf_direction,
-            is_infinite: false,
-            is_delta_position: false,
-            is_delta_direction: false,
-        }
+        let at = (self.point(u_position), self.normal);
+        let pdf_position = (1.0 / self.area()) as f32;
+        Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
     /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.

@@ -1,7 +1,7 @@
 use super::Light;
 use crate::color::Spectrum;
-use crate::math::{Ball, Vec2, Vec3};
-use crate::sampling::warp::uniform_disk;
+use crate::math::{Ball, Frame, Vec2, Vec3};
+use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk};
 use crate::texture::Texture;
 
 /// Light that sets out from a light source (Pharr, Jakob and Humphreys 2016, §16.1.2).
@@ -30,6 +30,29 @@ pub struct Emission {
 }
 
 impl Emission {
+    /// Light that sets out from the point `p` of a surface of unit normal `ng`, in a direction that `u` draws with the cosine's density. Paths start `offset`
+    /// off the surface; `pdf_position` is the density of `p` per area.
+    pub(super) fn of_surface(
+        (p, ng): (Vec3, Vec3),
+        offset: f32,
+        (radiance, pdf_position): (Spectrum, f32),
+        u: Vec2,
+    ) -> Self {
+        let w = Frame::from_z(ng).to_world(cosine_hemisphere(u));
+        Self {
+            p,
+            origin: p + ng * offset,
+            ng,
+            w,
+            radiance,
+            pdf_position,
+            pdf_direction: cosine_hemisphere_pdf(w.dot(ng)),
+            is_infinite: false,
+            is_delta_position: false,
+            is_delta_direction: false,
+        }
+    }
+
     /// From a point of intensity `intensity`, W/sr, towards `w`.
     pub(super) fn of_point(position: Vec3, w: Vec3, intensity: Spectrum, pdf_direction: f32) -> Self {
         Self {

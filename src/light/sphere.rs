@@ -9,7 +9,7 @@ use super::tree::LightBounds;
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
-use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_disk, uniform_sphere};
+use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_disk, uniform_sphere};
 use std::f64::consts::PI;
 
 /// A sphere that emits the same radiance from all of its outside.
@@ -130,21 +130,9 @@ impl SphereLight {
     /// Draws light that sets out, from a point uniform over the sphere and with the cosine's density.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let n = uniform_sphere(u_position);
-        let p = self.center + self.radius * n;
-        let w = Frame::from_z(n).to_world(cosine_hemisphere(u_direction));
-        let [pdf_position, pdf_direction] = self.emission_pdfs(n, w);
-        Emission {
-            p,
-            origin: p + n * self.ray_offset(),
-            ng: n,
-            w,
-            radiance: self.radiance,
-            pdf_position,
-            pdf_direction,
-            is_infinite: false,
-            is_delta_position: false,
-            is_delta_direction: false,
-        }
+        let at = (self.center + self.radius * n, n);
+        let pdf_position = (1.0 / self.area()) as f32;
+        Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
     /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.

@@ -7,9 +7,9 @@ use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};
-use crate::math::{DVec3, Frame, Vec2, Vec3};
+use crate::math::{DVec3, Vec2, Vec3};
 use crate::sampling::spherical_triangle::SphericalTriangle;
-use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf, uniform_triangle};
+use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_triangle};
 use std::f64::consts::PI;
 
 /// How points on an emitting triangle are drawn.
@@ -113,20 +113,12 @@ impl TriangleLight {
     pub(super) fn emission_at(&self, (b1, b2): (f32, f32), u_direction: Vec2) -> Emission {
         let [p0, p1, p2] = self.corners;
         let p = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
-        let w = Frame::from_z(self.normal).to_world(cosine_hemisphere(u_direction));
-        let [pdf_position, pdf_direction] = self.emission_pdfs(self.normal, w);
-        Emission {
-            p,
-            origin: p + self.normal * self.ray_offset,
-            ng: self.normal,
-            w,
-            radiance: self.radiance,
-            pdf_position,
-            pdf_direction,
-            is_infinite: false,
-            is_delta_position: false,
-            is_delta_direction: false,
-        }
+        Emission::of_surface(
+            (p, self.normal),
+            self.ray_offset,
+            (self.radiance, 1.0 / self.area),
+            u_direction,
+        )
     }
 
     /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there: `1 / A` and `cos θ / π`.

@@ -92,8 +92,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         )?;
         let light = x.vertices[chain.last + 1..].iter().rev().cloned();
         let y = self.space.join(camera, light, 0..chain.last + 1, x.camera, out)?;
-        let ratio = self.contribution(&y, chain) / self.contribution(x, chain) * (chosen(&y) / chosen(x));
-        Some(Proposal::of(y, ratio))
+        Some(self.proposal((x, y), chain, chosen))
     }
 
     /// Moves `x` to another time: through the same point of film and lens, and in the same directions where they are free. What `chain` leaves must be still.
@@ -122,8 +121,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             }
         }
         let y = self.space.join(camera, light.into_iter(), 0..x.len(), sample, out)?;
-        let ratio = self.contribution(&y, chain) / self.contribution(x, chain) * (chosen(&y) / chosen(x));
-        Some(Proposal::of(y, ratio))
+        Some(self.proposal((x, y), chain, chosen))
     }
 
     /// Whether [`Perturbation::move_in_time`] can move `x`.
@@ -174,6 +172,17 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
             }
         }
         Some(camera)
+    }
+
+    /// To go from `x` to `y`, both of which are as likely to be made of the other.
+    fn proposal(
+        &self,
+        (x, y): (&Path<'a>, Path<'a>),
+        chain: CameraChain,
+        chosen: impl Fn(&Path<'a>) -> f64,
+    ) -> Proposal<'a> {
+        let ratio = self.contribution(&y, chain) / self.contribution(x, chain) * (chosen(&y) / chosen(x));
+        Proposal::of(y, ratio)
     }
 
     /// What `path` contributes per film, and per solid angle of each free direction of `chain`. A light that is met is one of several far ones by chance.

@@ -1,10 +1,11 @@
 //! A session that changes while its scene stays: an interactive render sees it by another camera, by another method or in another size.
 
 use super::memory::check_pixels;
-use super::{CameraSettings, Error, Session, Settings, backdrop, check_groups, light_paths, method_warnings};
+use super::{
+    CameraSettings, Error, METHOD_WARNINGS, Session, Settings, backdrop, check_groups, light_paths, method_warnings,
+};
 use crate::camera::CameraDescription;
 use crate::guess::CameraGuess;
-use crate::light::{SelectionMode, TriangleSampling};
 use std::sync::OnceLock;
 
 impl Session {
@@ -22,12 +23,8 @@ impl Session {
     /// Whether the scene as it was loaded serves a render of `settings`: backend, threads, and how lights are sampled, belong to it.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {
-            let method = settings.method();
             (
-                method.value::<SelectionMode>("light_selection").unwrap_or_default(),
-                method
-                    .value::<TriangleSampling>("triangle_sampling")
-                    .unwrap_or_default(),
+                settings.method().light_sampling(),
                 settings.backend,
                 settings.threads,
                 settings.compact,
@@ -75,8 +72,7 @@ impl Session {
         let paths = light_paths(&settings)?;
         let of_method = method_warnings(&method, &self.scene, &camera)?;
         // Warnings of the scene stay; those of the method are the new one's.
-        self.warnings
-            .retain(|warning| warning.kind != "unmet-light" && warning.kind != "motion");
+        self.warnings.retain(|warning| !METHOD_WARNINGS.contains(&warning.kind));
         self.warnings.extend(of_method);
         if !keeps_visibility {
             self.scene.forget_visibility();

@@ -313,15 +313,18 @@ impl Session {
     }
 }
 
+/// Kinds of the warnings of [`method_warnings`], in their order.
+const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
+
 /// What of the scene the method does not find, or takes otherwise.
 fn method_warnings(method: &Method, scene: &Scene, camera: &Camera) -> Result<Vec<Warning>, Error> {
     method.check_dispersion(scene)?;
     let lights = method.check_lights(scene)?;
     let motion = method.check_motion(scene, camera);
     let lamps = method.check_lamps(scene);
-    let warnings = [("unmet-light", lights), ("motion", motion), ("many-lamps", lamps)];
+    let warnings = METHOD_WARNINGS.into_iter().zip([lights, motion, lamps]);
     let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
-    Ok(warnings.into_iter().flatten().collect())
+    Ok(warnings.flatten().collect())
 }
 
 /// What camera rays see where they leave the scene; up is that of the camera.

@@ -68,6 +68,18 @@ fn pictures_have_the_bits_of_a_render() {
         &split("render s.toml -q --spp 64 --size 30x24 --integrator naive --max-depth 3 -o r.exr"),
     );
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
+
+    // Another way to sample lights, for which the scene is made anew
+    let flags = "s.toml --spp 16 --light-selection all";
+    let viewer = Viewer::start(folder, &split(flags));
+    let mut page = viewer.page();
+    page.wait_for_all();
+    page.send(r#"{"do":"set","key":"lamp_samples","value":"3"}"#);
+    page.message("note");
+    page.wait_for_all();
+    save(&viewer, &folder.join("v.exr"));
+    done(folder, &split(&format!("render {flags} -q --lamp-samples 3 -o r.exr")));
+    assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 }
 
 /// Pictures for pages have the light of the render, as 16-bit floats.

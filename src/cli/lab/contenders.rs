@@ -3,8 +3,7 @@
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
 use crate::integrator::{DirectLight, Directions, Heuristic};
-use crate::light::{SelectionMode, TriangleSampling};
-use crate::options::{Backend, IntegratorKind, IntegratorOptions, Method, OptionGroup, PathReuse, SamplingOptions};
+use crate::options::{IntegratorKind, IntegratorOptions, Method, OptionGroup, PathReuse, SamplingOptions};
 use crate::scene::Scene;
 use crate::session::{Session, Settings};
 
@@ -64,19 +63,9 @@ impl Contender {
 
     /// Whether the scene that was made for `other` serves it too: lights are sampled alike, and rays are answered by one backend.
     pub fn shares_scene(&self, other: &Settings) -> bool {
-        scene_key(&self.settings) == scene_key(other)
+        let made_for = |settings: &Settings| (settings.method().light_sampling(), settings.backend);
+        made_for(&self.settings) == made_for(other)
     }
-}
-
-/// What of `settings` the scene and its acceleration structure are made for.
-fn scene_key(settings: &Settings) -> (SelectionMode, u32, TriangleSampling, Backend) {
-    let method = settings.method();
-    (
-        method.value("light_selection").unwrap_or_default(),
-        method.value("lamp_samples").unwrap_or(1),
-        method.value("triangle_sampling").unwrap_or_default(),
-        settings.backend,
-    )
 }
 
 /// Whether the session's scene has learned something from a render, which the next one would not pay for.

@@ -21,6 +21,14 @@ use crate::options::{IntegratorKind, MaxDepth, Method};
 use crate::sampler::{Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::SceneBuilder;
 
+/// How lights are sampled, which is decided when a scene is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightSampling {
+    selection: SelectionMode,
+    lamp_samples: u32,
+    triangles: TriangleSampling,
+}
+
 impl Method {
     /// Maximum number of scattering events, if the method has one.
     fn max_depth(&self) -> Option<MaxDepth> {
@@ -46,12 +54,22 @@ impl Method {
         has_choice && !samples_alone && self.direct().is_none_or(|direct| direct == DirectLight::Mis)
     }
 
+    /// How the lights of a scene for the method are sampled. A scene serves another method if this is the same.
+    pub(crate) fn light_sampling(&self) -> LightSampling {
+        LightSampling {
+            selection: self.value("light_selection").unwrap_or_default(),
+            lamp_samples: self.value("lamp_samples").unwrap_or(1),
+            triangles: self.value("triangle_sampling").unwrap_or_default(),
+        }
+    }
+
     /// A builder for scenes whose lights are sampled as the method wants it.
     pub(crate) fn scene_builder(&self) -> SceneBuilder {
+        let sampling = self.light_sampling();
         let mut builder = SceneBuilder::new();
-        builder.light_selection(self.value::<SelectionMode>("light_selection").unwrap_or_default());
-        builder.lamp_samples(self.value("lamp_samples").unwrap_or(1));
-        builder.triangle_sampling(self.value::<TriangleSampling>("triangle_sampling").unwrap_or_default());
+        builder.light_selection(sampling.selection);
+        builder.lamp_samples(sampling.lamp_samples);
+        builder.triangle_sampling(sampling.triangles);
         builder
     }
 

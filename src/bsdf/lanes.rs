@@ -10,22 +10,8 @@
 use super::energy::{ConductorRows, ConductorTables, NODES};
 use super::{Bsdf, CoatedLambert, Lambert, Lobe, RoughMirror};
 use crate::color::Spectrum;
-use crate::math::{Vec2, Vec3};
+use crate::math::{LANES, Lane, Vec2, Vec3, Vec3Lanes};
 use std::f32::consts::{FRAC_1_PI, PI};
-
-/// Number of vertices that are evaluated at once.
-pub const LANES: usize = 16;
-
-/// A number for each lane.
-type Lane = [f32; LANES];
-
-/// Unit directions, one for each lane, local frames.
-#[derive(Clone, Copy, Debug)]
-pub struct DirectionLanes {
-    x: Lane,
-    y: Lane,
-    z: Lane,
-}
 
 /// Values of BSDFs, cosine excluded, and densities per solid angle, one for each lane.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +25,7 @@ pub struct ValueLanes {
 /// BSDFs as the directions `wo` see them, one for each lane: a diffuse base, rough facets, or both.
 #[derive(Clone, Debug)]
 pub struct BsdfLanes {
-    wo: DirectionLanes,
+    wo: Vec3Lanes,
     base: BaseLanes,
     facets: FacetLanes,
     /// Probability of the base, and of the facets.
@@ -123,25 +109,6 @@ impl<'a> Parts<'a> {
     }
 }
 
-impl DirectionLanes {
-    /// The same direction in all lanes.
-    pub fn splat(w: Vec3) -> Self {
-        Self {
-            x: [w.x; LANES],
-            y: [w.y; LANES],
-            z: [w.z; LANES],
-        }
-    }
-
-    /// Sets the direction of a lane below [`LANES`].
-    #[inline(always)]
-    pub fn set(&mut self, lane: usize, w: Vec3) {
-        self.x[lane] = w.x;
-        self.y[lane] = w.y;
-        self.z[lane] = w.z;
-    }
-}
-
 impl ValueLanes {
     /// Value and density in a lane below [`LANES`].
     #[inline(always)]
@@ -162,7 +129,7 @@ impl BsdfLanes {
             rows: [ConductorRows::of(ConductorTables::new(1.0)); LANES],
         };
         Self {
-            wo: DirectionLanes::splat(Vec3::Z),
+            wo: Vec3Lanes::splat(Vec3::Z),
             base: BaseLanes {
                 f: [[0.0; LANES]; 3],
                 albedo: [0.0; LANES],
@@ -179,7 +146,7 @@ impl BsdfLanes {
 
     /// Puts `bsdf` into all lanes, as the directions `wo` see it; false where lanes cannot hold it.
     #[inline(never)]
-    pub fn hold(&mut self, bsdf: &Bsdf, wo: &DirectionLanes) -> bool {
+    pub fn hold(&mut self, bsdf: &Bsdf, wo: &Vec3Lanes) -> bool {
         let Some(parts) = Parts::of(bsdf) else { return false };
         for lane in 0..LANES {
             self.set_parameters(lane, &parts);
@@ -270,7 +237,7 @@ impl BsdfLanes {
 
     /// Values and densities for light from `wi`, as [`super::BsdfView::eval_pdf`].
     #[inline(never)]
-    pub fn eval_pdf(&self, wi: &DirectionLanes) -> ValueLanes {
+    pub fn eval_pdf(&self, wi: &Vec3Lanes) -> ValueLanes {
         let energy = self.facets.energy(&wi.z);
         let passed = self.base.passed(&energy);
         let stretched = self.facets.stretched(wi);
@@ -332,7 +299,7 @@ impl BaseLanes {
 impl FacetLanes {
     /// [`super::ggx::Ggx::stretched`] of the directions.
     #[inline(always)]
-    fn stretched(&self, w: &DirectionLanes) -> Lane {
+    fn stretched(&self, w: &Vec3Lanes) -> Lane {
         let mut stretched = [0.0; LANES];
         for i in 0..LANES {
             let (x, y, z) = (self.alpha[0][i] * w.x[i], self.alpha[1][i] * w.y[i], w.z[i]);
@@ -432,7 +399,7 @@ mod tests {
         for round in 0..40 {
             let side = |i: usize| if (i + round) % 5 == 0 { -1.0 } else { 1.0 };
             let wo: Vec<Vec3> = (0..LANES).map(|i| direction(i + 16 * round)).collect();
-            let mut wi = DirectionLanes::splat(Vec3::Z);
+            let mut wi = Vec3Lanes::splat(Vec3::Z);
             let towards = |i: usize| direction(7 * i + round) * Vec3::new(1.0, 1.0, side(i));
             (0..LANES).for_each(|i| wi.set(i, towards(i)));
             // A BSDF for each lane
@@ -446,7 +413,7 @@ mod tests {
             }
             // One for all, in lanes that held others
             let one = &bsdfs[round % bsdfs.len()];
-            let mut views = DirectionLanes::splat(Vec3::Z);
+            let mut views = Vec3Lanes::splat(Vec3::Z);
             (0..LANES).for_each(|i| views.set(i, wo[i]));
             assert!(lanes.hold(one, &views));
             let values = lanes.eval_pdf(&wi);
@@ -469,7 +436,7 @@ mod tests {
             clearcoat: 1.0,
             ..materials()[0].clone()
         };
-        let wo = DirectionLanes::splat(Vec3::Z);
+        let wo = Vec3Lanes::splat(Vec3::Z);
         for material in [glass, coated] {
             let bsdf = material.bsdf();
             assert!(!BsdfLanes::empty().hold(&bsdf, &wo));

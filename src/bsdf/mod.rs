@@ -47,7 +47,7 @@ pub use event::{EventKind, ScatteringEvent};
 pub use fresnel::Fresnel;
 pub use ggx::MIN_ALPHA;
 pub use lambert::Lambert;
-pub use lanes::{BsdfLanes, DirectionLanes, LANES, ValueLanes};
+pub use lanes::{BsdfLanes, ValueLanes};
 pub use layered::Layered;
 pub use lobe::Lobe;
 pub use mirror::Mirror;

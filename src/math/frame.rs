@@ -1,4 +1,4 @@
-use super::Vec3;
+use super::{Vec3, Vec3Lanes};
 
 /// A right-handed orthonormal frame whose local +z is the given normal.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,23 @@ impl Frame {
     #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
+    }
+
+    /// World directions to local directions.
+    #[inline(always)]
+    pub fn to_local_lanes(&self, v: &Vec3Lanes) -> Vec3Lanes {
+        let along = |axis| v.dot(&Vec3Lanes::splat(axis));
+        Vec3Lanes {
+            x: along(self.x),
+            y: along(self.y),
+            z: along(self.z),
+        }
+    }
+
+    /// The normal: local +z.
+    #[inline(always)]
+    pub fn normal(&self) -> Vec3 {
+        self.z
     }
 
     /// Local direction to world direction.

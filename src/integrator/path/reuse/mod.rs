@@ -25,18 +25,19 @@
 //! its variance is right. The mean over a tile has the error that it has without reuse.
 
 mod end;
+mod firsts;
 mod share;
 mod viewers;
 
 use super::integrator::{CameraPacket, PathIntegrator, PathState, clamped};
 use crate::accel::Accel;
 use crate::bsdf::ScatteringEvent;
-use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use end::End;
+use firsts::{First, Firsts};
 use viewers::Workspace;
 
 /// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that scatter widely (Bekaert, Sbert and
@@ -94,7 +95,7 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             }
 
             // All first vertices look at all ends.
-            let mut work = Workspace::new(firsts, path.strategy.directions);
+            let mut work = Workspace::new(Firsts::new(&firsts, path.strategy.directions));
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
                     let to = (&mut *out, indirect.as_mut());
@@ -148,17 +149,6 @@ pub(crate) struct NoReuse;
 
 impl Reuse<'_> for NoReuse {
     const ENDS_PATHS: bool = false;
-}
-
-/// The vertex from which a pixel looks at the ends of all paths of its group.
-struct First<'v> {
-    vertex: Vertex<'v>,
-    /// Throughput of the mirrors and smooth glass between the camera and the vertex.
-    beta: Spectrum,
-    /// Scattering events before the vertex.
-    depth: u32,
-    /// The events of these, where paths are told apart.
-    events: Vec<ScatteringEvent>,
 }
 
 /// Records what a path shares with others.

@@ -64,7 +64,7 @@ impl<'v> End<'v> {
         &self,
         path: &PathIntegrator<A>,
         start: &PathStart<S>,
-        work: &mut Workspace<'v>,
+        work: &mut Workspace<'_, 'v>,
         owner: usize,
         (out, mut indirect): (&mut [impl Sink<Radiance = R>], Option<&mut [R; SAMPLES_AT_ONCE]>),
     ) {

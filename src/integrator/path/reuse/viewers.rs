@@ -1,32 +1,24 @@
 //! Viewers of an end: the first vertices of a group that see it, and the BSDF of the end as each of them sees it.
 
-use super::First;
 use super::end::End;
+use super::firsts::{Firsts, Look};
 use crate::accel::Accel;
-use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, DirectionLanes, LANES, ScatteringEvent};
+use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, ScatteringEvent};
 use crate::color::Spectrum;
 use crate::film::LightPaths;
-use crate::geometry::segment;
 use crate::integrator::opacity::Transmittance;
 use crate::integrator::path::strategy::Directions;
 use crate::integrator::trail::seen_after;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
-use crate::math::{Ray, Vec3};
+use crate::math::{Ray, Vec3, Vec3Lanes};
 use std::iter;
 
-// A lane for each sample
-const _: () = assert!(LANES == SAMPLES_AT_ONCE);
-
 /// The first vertices of a group, and memory for the viewers of one end after the other.
-pub(super) struct Workspace<'v> {
-    pub firsts: [Option<First<'v>>; SAMPLES_AT_ONCE],
-    directions: Directions,
-    /// BSDFs of first vertices, and which of them the lanes hold. They are large, and matte scenes have none.
-    first_bsdfs: Option<Box<BsdfLanes>>,
-    is_held: [bool; SAMPLES_AT_ONCE],
+pub(super) struct Workspace<'f, 'v> {
+    firsts: Firsts<'f, 'v>,
     candidates: [Candidate; SAMPLES_AT_ONCE],
-    /// The BSDF of the end as each of the viewers sees it, in lanes or by views, where an end has needed them.
+    /// The BSDF of the end as each of the first vertices sees it in lanes, or each of the viewers by views, where an end has needed them.
     lanes: Option<Box<BsdfLanes>>,
     views: Option<Box<[Option<BsdfView<'v>>; SAMPLES_AT_ONCE]>>,
 }
@@ -40,9 +32,7 @@ pub(super) struct Candidate {
     pub beta: Spectrum,
     /// Density per area with which it finds the end.
     pdf: f32,
-    /// Direction from the first vertex to the end, local frame of the first vertex.
-    wi: Vec3,
-    /// The same direction, world frame.
+    /// Direction from the first vertex to the end, world frame.
     w: Vec3,
 }
 
@@ -59,10 +49,11 @@ impl Candidate {
         if !R::TELLS_PATHS {
             return light;
         }
-        let Some(first) = &work.firsts[self.index] else {
+        let Some(first) = work.firsts.get(self.index) else {
             return light;
         };
-        let light = light.scattered(|| first.vertex.event(self.wi, false), paths);
+        let wi = first.vertex.frame.to_local(self.w);
+        let light = light.scattered(|| first.vertex.event(wi, false), paths);
         seen_after(light, &first.events, paths)
     }
 }
@@ -103,120 +94,51 @@ pub(super) enum ForViewers {
     Each([Spectrum; SAMPLES_AT_ONCE]),
 }
 
-impl<'v> Workspace<'v> {
-    /// For a group with these first vertices, whose paths draw directions by `directions`.
+impl<'f, 'v> Workspace<'f, 'v> {
+    /// For a group with these first vertices.
     #[inline(always)]
-    pub fn new(firsts: [Option<First<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
-        let mut work = Self {
+    pub fn new(firsts: Firsts<'f, 'v>) -> Self {
+        Self {
             firsts,
-            directions,
-            first_bsdfs: None,
-            is_held: [false; SAMPLES_AT_ONCE],
             candidates: [Candidate::default(); SAMPLES_AT_ONCE],
             lanes: None,
             views: None,
-        };
-        let vertices = work.firsts.iter().enumerate();
-        let vertices = vertices.filter_map(|(i, first)| Some((i, &first.as_ref()?.vertex)));
-        let mut of_lobes = vertices
-            .filter(|(_, vertex)| Vertex::needs_view(vertex.bsdf))
-            .peekable();
-        if directions == Directions::Bsdf && of_lobes.peek().is_some() {
-            let bsdfs = of_lobes.map(|(i, vertex)| (i, vertex.bsdf, vertex.wo));
-            work.is_held = empty_lanes(&mut work.first_bsdfs).hold_each(bsdfs);
         }
-        work
     }
 
     /// Collects the first vertices that could have found `end`, the one of `owner` first; gives their number.
     #[inline(always)]
-    fn find_candidates(&mut self, end: &End, owner: usize) -> usize {
-        // The first vertices on the right side of the end, and their geometry terms
-        let mut geometry = [0.0; SAMPLES_AT_ONCE];
+    fn find_candidates(&mut self, look: &Look, end: &End, owner: usize) -> usize {
         let mut count = 0;
         let others = (0..SAMPLES_AT_ONCE).filter(|i| *i != owner);
         for index in iter::once(owner).chain(others) {
-            let Some(first) = &self.firsts[index] else { continue };
-            let d = end.p - first.vertex.point.p;
-            let squared = d.length_squared();
-            let w = d * (1.0 / squared.sqrt());
-            let g = -end.n.dot(w) / squared;
-            // From behind, or where the two points are one
-            if g.is_nan() || g <= 0.0 || end.curved.is_some_and(|point| point.bends_for(-w)) {
+            let Some((beta, pdf)) = look.get(index) else { continue };
+            let w = look.w.get(index);
+            if end.curved.is_some_and(|point| point.bends_for(-w)) {
                 continue;
             }
-            geometry[count] = g;
-            let candidate = &mut self.candidates[count];
-            (candidate.index, candidate.w) = (index, w);
-            candidate.wi = first.vertex.frame.to_local(w);
+            self.candidates[count] = Candidate { index, beta, pdf, w };
             count += 1;
         }
-
-        // Values and densities of their BSDFs
-        let held = self.first_bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
-        let values = held.map(|held| {
-            let mut lanes = DirectionLanes::splat(Vec3::Z);
-            let candidates = &self.candidates[..count];
-            candidates
-                .iter()
-                .for_each(|candidate| lanes.set(candidate.index, candidate.wi));
-            held.eval_pdf(&lanes)
-        });
-        let mut kept = 0;
-        for (k, geometry) in geometry[..count].iter().enumerate() {
-            let candidate = &self.candidates[k];
-            let Some(first) = &self.firsts[candidate.index] else {
-                continue;
-            };
-            let (f, pdf) = match &values {
-                Some(values) if self.is_held[candidate.index] => values.get(candidate.index),
-                _ => self.directions.eval_pdf(&first.vertex, candidate.wi),
-            };
-            let pdf = pdf * geometry;
-            if pdf > 0.0 && pdf.is_finite() {
-                let beta = first.beta * f * (candidate.wi.z.abs() * geometry);
-                let candidate = move_to(&mut self.candidates, k, kept);
-                (candidate.beta, candidate.pdf) = (beta, pdf);
-                kept += 1;
-            }
-        }
-        kept
+        count
     }
 
-    /// Makes the BSDF of `end`, as each of the first `count` candidates sees it.
+    /// Makes the BSDF of `end`, as the first `count` candidates see it, which look at it by `look`.
     #[inline(never)]
-    fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
-        let (bsdf, candidates) = (end.vertex.bsdf, &self.candidates[..count]);
-        if self.directions == Directions::Bsdf {
-            let mut wo = DirectionLanes::splat(end.vertex.wo);
-            for (i, candidate) in candidates.iter().enumerate() {
-                wo.set(i, candidate.wo(end));
-            }
-            if empty_lanes(&mut self.lanes).hold(bsdf, &wo) {
+    fn view(&mut self, end: &End<'v>, look: &Look, count: usize) -> EndBsdf {
+        let bsdf = end.vertex.bsdf;
+        if self.firsts.directions == Directions::Bsdf {
+            let lanes = self.lanes.get_or_insert_with(|| Box::new(BsdfLanes::empty()));
+            if lanes.hold(bsdf, &end.vertex.frame.to_local_lanes(&look.w).reversed()) {
                 return EndBsdf::Lanes;
             }
         }
         let views = self.views.get_or_insert_with(|| Box::new([None; SAMPLES_AT_ONCE]));
-        for (view, candidate) in views.iter_mut().zip(candidates) {
+        for (view, candidate) in views.iter_mut().zip(&self.candidates[..count]) {
             *view = Vertex::needs_view(bsdf).then(|| BsdfView::new(bsdf, candidate.wo(end)));
         }
         EndBsdf::Views
     }
-}
-
-/// The candidate at `from`, moved to `to` where that is another place.
-#[inline(always)]
-fn move_to(candidates: &mut [Candidate], from: usize, to: usize) -> &mut Candidate {
-    if from != to {
-        candidates[to] = candidates[from];
-    }
-    &mut candidates[to]
-}
-
-/// The lanes, made where there are none yet.
-#[inline(always)]
-fn empty_lanes(lanes: &mut Option<Box<BsdfLanes>>) -> &mut BsdfLanes {
-    lanes.get_or_insert_with(|| Box::new(BsdfLanes::empty()))
 }
 
 impl Viewers {
@@ -226,62 +148,56 @@ impl Viewers {
         end: &End<'v>,
         owner: usize,
         world: &World<A>,
-        work: &mut Workspace<'v>,
+        work: &mut Workspace<'_, 'v>,
         out: &mut [impl Sink],
     ) -> Self {
         // Vertices that could have found it, the owner's first. That this one sees it is known.
-        let count = work.find_candidates(end, owner);
+        let look = work.firsts.look_at(end);
+        let count = work.find_candidates(&look, end, owner);
         let candidates = &mut work.candidates[..count];
-        let known = usize::from(candidates.first().is_some_and(|first| first.index == owner));
-
-        // Their visibility; where light passes surfaces, their transmittance
-        let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
-        for (ray, candidate) in rays.iter_mut().zip(&*candidates) {
-            if let Some(first) = &work.firsts[candidate.index] {
-                *ray = segment(first.vertex.origin(candidate.wi), end.p).when(end.vertex.point.time);
-                ray.body = match first.vertex.body_towards(candidate.wi) {
-                    0 => end.vertex.body_towards(end.vertex.wo),
-                    body => body,
-                };
-            }
-        }
-        let mut seen = [Transmittance::CLEAR; SAMPLES_AT_ONCE];
         let passes = world.scene.lets_light_pass();
         let absorbs = world.scene.has_absorption();
-        let traced = if passes || absorbs { 0..count } else { known..count };
-        let mut occluded = [false; SAMPLES_AT_ONCE];
-        world
-            .accel
-            .occluded_coherent(&rays[traced.clone()], &mut occluded[traced.clone()]);
-        for i in traced {
-            let out = &mut out[candidates[i].index];
-            out.ray(RayKind::Shadow);
-            seen[i] = match occluded[i] {
-                false if absorbs => Transmittance {
-                    tint: world.scene.transmittance_along(&rays[i]),
-                    ..Transmittance::CLEAR
-                },
-                false => Transmittance::CLEAR,
-                true if passes => world.transmittance(&rays[i], out),
-                true => Transmittance::BLOCKED,
-            };
-        }
+        let is_known = candidates.first().is_some_and(|first| first.index == owner) && !passes && !absorbs;
+        let traced = usize::from(is_known)..count;
 
-        // Keep those that see it
+        // Visibility of the others
+        let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
+        let mut occluded = [false; SAMPLES_AT_ONCE];
+        for i in traced.clone() {
+            rays[i] = work.firsts.ray_to(end, &look, candidates[i].index);
+            out[candidates[i].index].ray(RayKind::Shadow);
+        }
+        let accel = world.accel;
+        accel.occluded_coherent(&rays[traced.clone()], &mut occluded[traced]);
+
+        // Keep those that see it; where light passes surfaces, with their transmittance
         let mut viewers = Self {
             count: 0,
             pdf: 0.0,
             bsdf: EndBsdf::Alike,
         };
-        for (i, seen) in seen[..count].iter().enumerate().filter(|(_, seen)| !seen.is_blocked()) {
-            let candidate = move_to(candidates, i, viewers.count);
+        for i in 0..count {
+            let mut candidate = candidates[i];
+            let seen = match occluded[i] {
+                true if passes => world.transmittance(&rays[i], &mut out[candidate.index]),
+                true => Transmittance::BLOCKED,
+                false if absorbs => Transmittance {
+                    tint: world.scene.transmittance_along(&rays[i]),
+                    ..Transmittance::CLEAR
+                },
+                false => Transmittance::CLEAR,
+            };
+            if seen.is_blocked() {
+                continue;
+            }
             candidate.beta *= seen.color();
             candidate.pdf *= seen.pass;
-            viewers.count += 1;
             viewers.pdf += candidate.pdf;
+            candidates[viewers.count] = candidate;
+            viewers.count += 1;
         }
         if !end.vertex.bsdf.is_lambert() {
-            viewers.bsdf = work.view(end, viewers.count);
+            viewers.bsdf = work.view(end, &look, viewers.count);
         }
         viewers
     }
@@ -310,19 +226,20 @@ impl Viewers {
         };
         match self.bsdf {
             EndBsdf::Alike => {
-                let (f, pdf) = work.directions.eval_pdf(&end.vertex, wi);
+                let (f, pdf) = work.firsts.directions.eval_pdf(&end.vertex, wi);
                 let f = ForViewers::Alike(f * cos);
                 return Scattered { f, pdf };
             }
             EndBsdf::Lanes => {
                 if let Some(lanes) = &work.lanes {
-                    let values = lanes.eval_pdf(&DirectionLanes::splat(wi));
-                    (0..self.count).for_each(|i| add(i, values.get(i)));
+                    let values = lanes.eval_pdf(&Vec3Lanes::splat(wi));
+                    let viewers = candidates.iter().enumerate();
+                    viewers.for_each(|(i, candidate)| add(i, values.get(candidate.index)));
                 }
             }
             EndBsdf::Views => {
                 let bsdf = end.vertex.bsdf;
-                let terms = (work.directions == Directions::Bsdf && Vertex::needs_view(bsdf))
+                let terms = (work.firsts.directions == Directions::Bsdf && Vertex::needs_view(bsdf))
                     .then(|| BsdfDirection::new(bsdf, wi));
                 let views = work.views.iter().flat_map(|views| views.iter());
                 for (i, (candidate, view)) in candidates.iter().zip(views).enumerate() {
@@ -334,7 +251,7 @@ impl Viewers {
                                 view: view.as_ref(),
                                 ..end.vertex
                             };
-                            work.directions.eval_pdf(&vertex, wi)
+                            work.firsts.directions.eval_pdf(&vertex, wi)
                         }
                     };
                     add(i, value);

@@ -1,0 +1,230 @@
+//! The first vertices of a group, and how all of them look at one end.
+
+// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+#![allow(clippy::needless_range_loop)]
+
+use super::end::End;
+use crate::bsdf::{Bsdf, BsdfLanes, Lobe, ScatteringEvent};
+use crate::color::Spectrum;
+use crate::geometry::{Side, offset_to, segment};
+use crate::integrator::SAMPLES_AT_ONCE;
+use crate::integrator::path::strategy::Directions;
+use crate::integrator::vertex::Vertex;
+use crate::math::{LANES, Lane, Ray, Vec3, Vec3Lanes};
+use std::f32::consts::FRAC_1_PI;
+
+// A lane for each sample
+const _: () = assert!(LANES == SAMPLES_AT_ONCE);
+
+/// The vertex from which a pixel looks at the ends of all paths of its group.
+pub(super) struct First<'v> {
+    pub vertex: Vertex<'v>,
+    /// Throughput of the mirrors and smooth glass between the camera and the vertex.
+    pub beta: Spectrum,
+    /// Scattering events before the vertex.
+    pub depth: u32,
+    /// The events of these, where paths are told apart.
+    pub events: Vec<ScatteringEvent>,
+}
+
+/// The first vertices of a group, in lanes.
+pub(super) struct Firsts<'f, 'v> {
+    vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE],
+    pub directions: Directions,
+    p: Vec3Lanes,
+    /// Shading normals.
+    ns: Vec3Lanes,
+    /// `cos θ` of the direction to the viewer.
+    wo_z: Lane,
+    /// Where rays to the front start, and rays to the back.
+    starts: [[Vec3; LANES]; 2],
+    /// Of matte vertices: throughput × BSDF by channel, and the density of a direction over its cosine, which is 0 where there is no matte vertex.
+    beta_f: [Lane; 3],
+    pdf_over_cos: Lane,
+    /// The others, which the loop over matte vertices leaves out.
+    others: [bool; LANES],
+    /// BSDFs of others, and which of them the lanes hold. They are large, and matte scenes have none.
+    bsdfs: Option<Box<BsdfLanes>>,
+    is_held: [bool; LANES],
+}
+
+/// How first vertices look at an end, in lanes.
+pub(super) struct Look {
+    /// Unit directions to the end, world frame.
+    pub w: Vec3Lanes,
+    /// `cos θ` of these directions by the shading normals.
+    cos: Lane,
+    /// Geometry term without visibility and without the cosine at the first vertex. What is not above 0 looks from behind.
+    geometry: Lane,
+    /// Throughput × BSDF of the first vertex, by channel.
+    beta_f: [Lane; 3],
+    /// Density per area with which the first vertex finds the end; not above 0 where it does not.
+    pdf: Lane,
+}
+
+impl<'f, 'v> Firsts<'f, 'v> {
+    /// Those of a group whose paths draw directions by `directions`.
+    #[inline(always)]
+    pub fn new(vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
+        let mut firsts = Self {
+            vertices,
+            directions,
+            p: Vec3Lanes::splat(Vec3::ZERO),
+            ns: Vec3Lanes::splat(Vec3::Z),
+            wo_z: [0.0; LANES],
+            starts: [[Vec3::ZERO; LANES]; 2],
+            beta_f: [[0.0; LANES]; 3],
+            pdf_over_cos: [0.0; LANES],
+            others: [false; LANES],
+            bsdfs: None,
+            is_held: [false; LANES],
+        };
+        for (i, first) in vertices.iter().enumerate() {
+            let Some(First { vertex, beta, .. }) = first else {
+                continue;
+            };
+            firsts.p.set(i, vertex.point.p);
+            firsts.ns.set(i, vertex.frame.normal());
+            firsts.wo_z[i] = vertex.wo.z;
+            firsts.starts[0][i] = offset_to(&vertex.point, Side::Front);
+            firsts.starts[1][i] = offset_to(&vertex.point, Side::Back);
+            match vertex.bsdf {
+                Bsdf::Single(Lobe::Lambert(lobe)) if directions == Directions::Bsdf => {
+                    if !lobe.albedo.is_black() {
+                        set(&mut firsts.beta_f, i, *beta * (lobe.albedo * FRAC_1_PI));
+                        firsts.pdf_over_cos[i] = FRAC_1_PI;
+                    }
+                }
+                _ => firsts.others[i] = true,
+            }
+        }
+        if firsts.others.contains(&true) {
+            firsts.hold_bsdfs();
+        }
+        firsts
+    }
+
+    /// Puts BSDFs into lanes where these can hold them.
+    #[inline(never)]
+    fn hold_bsdfs(&mut self) {
+        let vertices = self.vertices.iter().enumerate();
+        let vertices = vertices.filter_map(|(i, first)| Some((i, &first.as_ref()?.vertex)));
+        let mut of_lobes = vertices
+            .filter(|(_, vertex)| Vertex::needs_view(vertex.bsdf))
+            .peekable();
+        if self.directions == Directions::Bsdf && of_lobes.peek().is_some() {
+            let bsdfs = of_lobes.map(|(i, vertex)| (i, vertex.bsdf, vertex.wo));
+            let lanes = self.bsdfs.insert(Box::new(BsdfLanes::empty()));
+            self.is_held = lanes.hold_each(bsdfs);
+        }
+    }
+
+    /// The first vertex of the path `i`.
+    pub fn get(&self, i: usize) -> Option<&'f First<'v>> {
+        self.vertices[i].as_ref()
+    }
+
+    /// How all of them look at `end`.
+    #[inline(always)]
+    pub fn look_at(&self, end: &End) -> Look {
+        // Directions, cosines and geometry terms
+        let mut w = self.p.to(end.p);
+        let squared = w.dot(&w);
+        let mut inverse = [0.0; LANES];
+        for i in 0..LANES {
+            inverse[i] = 1.0 / squared[i].sqrt();
+        }
+        w.scale(&inverse);
+        let cos = w.dot(&self.ns);
+        let cos_end = w.dot(&Vec3Lanes::splat(end.n));
+        let mut geometry = [0.0; LANES];
+        for i in 0..LANES {
+            geometry[i] = -cos_end[i] / squared[i];
+        }
+        // Densities of matte vertices
+        let mut pdf = [0.0; LANES];
+        for i in 0..LANES {
+            let density = cos[i].abs() * self.pdf_over_cos[i] * geometry[i];
+            pdf[i] = if self.wo_z[i] * cos[i] > 0.0 { density } else { 0.0 };
+        }
+        let mut look = Look {
+            w,
+            cos,
+            geometry,
+            beta_f: self.beta_f,
+            pdf,
+        };
+        if self.others.contains(&true) {
+            self.eval_others(&mut look);
+        }
+        look
+    }
+
+    /// Values and densities of vertices that are not matte.
+    #[inline(never)]
+    fn eval_others(&self, look: &mut Look) {
+        let held = self.bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
+        let values = held.map(|held| {
+            let mut lanes = Vec3Lanes::splat(Vec3::Z);
+            for (i, first) in self.vertices.iter().enumerate().filter(|(i, _)| self.is_held[*i]) {
+                if let Some(first) = first {
+                    lanes.set(i, first.vertex.frame.to_local(look.w.get(i)));
+                }
+            }
+            held.eval_pdf(&lanes)
+        });
+        for i in 0..LANES {
+            let first = self.vertices[i]
+                .as_ref()
+                .filter(|_| self.others[i] && look.geometry[i] > 0.0);
+            let Some(First { vertex, beta, .. }) = first else {
+                continue;
+            };
+            let (f, pdf) = match &values {
+                Some(values) if self.is_held[i] => values.get(i),
+                _ => {
+                    let wi = vertex.frame.to_local(look.w.get(i));
+                    self.directions.eval_pdf(vertex, wi)
+                }
+            };
+            set(&mut look.beta_f, i, *beta * f);
+            look.pdf[i] = pdf * look.geometry[i];
+        }
+    }
+
+    /// The ray from the first vertex `i` to `end`, at which it looks by `look`.
+    #[inline(always)]
+    pub fn ray_to(&self, end: &End, look: &Look, i: usize) -> Ray {
+        let is_front = Side::of(look.cos[i]) == Side::Front;
+        let start = self.starts[usize::from(!is_front)][i];
+        // Where light is absorbed, one of the two vertices knows in which body
+        let body = match &self.vertices[i] {
+            Some(first) if !is_front && first.vertex.body > 0 => first.vertex.body,
+            _ => end.vertex.body_towards(end.vertex.wo),
+        };
+        segment(start, end.p).when(end.vertex.point.time).within(body)
+    }
+}
+
+impl Look {
+    /// Throughput from the end to the camera through the first vertex `i`, per area at the end, and the density per area with which it finds the end;
+    /// `None` where it could not.
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> Option<(Spectrum, f32)> {
+        let pdf = self.pdf[i];
+        let finds = self.geometry[i] > 0.0 && pdf > 0.0 && pdf.is_finite();
+        finds.then(|| {
+            let [r, g, b] = &self.beta_f;
+            let beta_f = Spectrum::rgb(r[i], g[i], b[i]);
+            (beta_f * (self.cos[i].abs() * self.geometry[i]), pdf)
+        })
+    }
+}
+
+/// Sets the channels of a lane.
+#[inline(always)]
+fn set(lanes: &mut [Lane; 3], lane: usize, value: Spectrum) {
+    for (lanes, value) in lanes.iter_mut().zip(value.to_array()) {
+        lanes[lane] = value;
+    }
+}

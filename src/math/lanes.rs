@@ -1,0 +1,86 @@
+//! Sixteen numbers or vectors at once: arrays over which the compiler makes loops of vector instructions.
+
+// One index for all arrays of a loop, which is what the compiler makes vector instructions of
+#![allow(clippy::needless_range_loop)]
+
+use super::Vec3;
+
+/// Number of lanes.
+pub const LANES: usize = 16;
+
+/// A number for each lane.
+pub type Lane = [f32; LANES];
+
+/// A vector for each lane.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)] // Coordinates
+pub struct Vec3Lanes {
+    pub x: Lane,
+    pub y: Lane,
+    pub z: Lane,
+}
+
+impl Vec3Lanes {
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn splat(v: Vec3) -> Self {
+        Self {
+            x: [v.x; LANES],
+            y: [v.y; LANES],
+            z: [v.z; LANES],
+        }
+    }
+
+    /// The vector in a lane below [`LANES`].
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Vec3 {
+        Vec3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+
+    /// Sets the vector of a lane below [`LANES`].
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, v: Vec3) {
+        self.x[lane] = v.x;
+        self.y[lane] = v.y;
+        self.z[lane] = v.z;
+    }
+
+    /// Dot products, lane by lane, rounded as those of single vectors.
+    #[inline(always)]
+    pub fn dot(&self, other: &Self) -> Lane {
+        let mut dot = [0.0; LANES];
+        for i in 0..LANES {
+            dot[i] = self.x[i] * other.x[i] + self.y[i] * other.y[i] + self.z[i] * other.z[i];
+        }
+        dot
+    }
+
+    /// The vectors from `self` to the point `p`.
+    #[inline(always)]
+    pub fn to(&self, p: Vec3) -> Self {
+        let mut d = *self;
+        for i in 0..LANES {
+            d.x[i] = p.x - d.x[i];
+            d.y[i] = p.y - d.y[i];
+            d.z[i] = p.z - d.z[i];
+        }
+        d
+    }
+
+    /// The opposite vectors.
+    #[inline(always)]
+    pub fn reversed(mut self) -> Self {
+        self.scale(&[-1.0; LANES]);
+        self
+    }
+
+    /// Multiplies each vector by the number of its lane.
+    #[inline(always)]
+    pub fn scale(&mut self, factor: &Lane) {
+        for i in 0..LANES {
+            self.x[i] *= factor[i];
+            self.y[i] *= factor[i];
+            self.z[i] *= factor[i];
+        }
+    }
+}

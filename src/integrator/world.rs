@@ -13,6 +13,7 @@ use super::path_record;
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
 use crate::accel::Accel;
+use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::color::Spectrum;
 use crate::film::{Filter, LightPaths};
@@ -349,21 +350,16 @@ impl<'a, A: Accel> World<'a, A> {
         (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
     }
 
-    /// Gives `vertex`, of the surface at `hit`, the BSDF that it has for a wavelength: whether that makes a difference.
+    /// The BSDF, made in `slot`, that the surface at `hit` has for a wavelength, where that makes a difference.
     #[inline(never)]
-    pub(super) fn disperse<'v>(
+    pub(super) fn dispersed<'v>(
         &self,
-        vertex: &mut Vertex<'v>,
         hit: &Hit,
         slot: &'v BsdfSlot<'v>,
         wavelength: &Wavelength,
-    ) -> bool {
-        let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers);
-        let disperses = bsdf.is_some();
-        if let Some(bsdf) = bsdf {
-            vertex.bsdf = slot.bsdf.get_or_init(|| bsdf);
-        }
-        disperses
+    ) -> Option<&'v Bsdf> {
+        let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;
+        Some(slot.bsdf.get_or_init(|| bsdf))
     }
 
     /// [`World::vertex`] where normals or materials vary, which is kept out of line.

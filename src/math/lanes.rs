@@ -21,6 +21,13 @@ pub struct Vec3Lanes {
 }
 
 impl Vec3Lanes {
+    /// Zero in all lanes.
+    pub const ZERO: Self = Self {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        z: [0.0; LANES],
+    };
+
     /// The same vector in all lanes.
     #[inline(always)]
     pub fn splat(v: Vec3) -> Self {

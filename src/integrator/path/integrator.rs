@@ -206,8 +206,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 }
                 None => world.vertex(&hit, &path.ray, &later),
             };
-            let disperse = |wavelength| world.disperse(&mut vertex, &hit, &later, wavelength);
-            let disperses = wavelength.as_ref().is_some_and(disperse);
+            let bsdf = wavelength.as_ref().and_then(|wavelength| world.dispersed(&hit, &later, wavelength));
+            let disperses = bsdf.is_some();
+            vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
 
             path_record::vertex(depth, (&hit, &vertex), path.beta, out);
 
@@ -255,44 +256,41 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let (mut direct, shadow) = self.sample_lights(&vertex, numbers, is_missing && depth == 0, out);
 
             // Sample the BSDF, update the throughput and play Russian roulette
-            let mut event = None;
-            let next = 'scatter: {
+            let (beta, mut event) = (path.beta, None);
+            let goes_on = 'scatter: {
                 let u_lobe = u.lobe(vertex.bsdf);
                 let sample = strategy.directions.sample(&vertex, u_lobe, u.direction);
-                let Some(sample) = sample else { break 'scatter None };
-                let beta = path.beta * sample.weight;
+                let Some(sample) = sample else { break 'scatter false };
+                path.beta *= sample.weight;
                 // That radiance shrinks on its way into glass, to grow again on its way out, is no reason to end.
-                let roulette_scale = path.roulette_scale * (sample.eta * sample.eta);
+                path.roulette_scale *= sample.eta * sample.eta;
                 let factor = match reuse.allows_roulette() {
-                    true => self.roulette.play(depth, beta * roulette_scale, u.roulette),
+                    true => self.roulette.play(depth, path.beta * path.roulette_scale, u.roulette),
                     false => Some(1.0),
                 };
+                let Some(factor) = factor else { break 'scatter false };
                 if R::TELLS_PATHS {
                     event = Some(vertex.event(sample.wi, sample.is_delta()));
                 }
-                if let Some(factor) = factor {
-                    path_record::scatter(depth, &vertex, &sample, factor, out);
-                }
-                factor.map(|factor| PathState {
-                    ray: vertex.ray_along(sample.wi),
-                    beta: beta * factor,
-                    roulette_scale,
-                    is_dispersed: path.is_dispersed,
-                    prev: Some(PrevVertex::new(&vertex, &sample, light_samples)),
-                })
+                path_record::scatter(depth, &vertex, &sample, factor, out);
+                path.beta *= factor;
+                path.ray = vertex.ray_along(sample.wi);
+                path.prev = Some(PrevVertex::new(&vertex, &sample, light_samples));
+                true
             };
 
             // Add direct light. Its shadow ray is traced last, so that the next ray can follow it without delay.
             direct += shadow.arrives(world, out);
-            let direct = direct * path.beta;
+            let direct = direct * beta;
             radiance += direct;
             path_record::light(direct.sum(), out);
             trail.find(direct);
-            let Some(next) = next else { break };
+            if !goes_on {
+                break;
+            }
             if let Some(event) = event {
                 trail.go_on(event);
             }
-            path = next;
         }
         PathRadiance {
             head: trail.told_apart(head, 0..head_steps, world.paths),

@@ -56,9 +56,9 @@ pub(super) struct Look {
     cos: Lane,
     /// Geometry term without visibility and without the cosine at the first vertex. What is not above 0 looks from behind.
     geometry: Lane,
-    /// Throughput × BSDF of the first vertex, by channel.
-    beta_f: [Lane; 3],
-    /// Density per area with which the first vertex finds the end; not above 0 where it does not.
+    /// Throughput from the end to the camera, per area at the end, by channel.
+    beta: [Lane; 3],
+    /// Density per area with which the first vertex finds the end; 0 where it could not.
     pdf: Lane,
 }
 
@@ -69,7 +69,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
         let mut firsts = Self {
             vertices,
             directions,
-            p: Vec3Lanes::splat(Vec3::ZERO),
+            p: Vec3Lanes::ZERO,
             ns: Vec3Lanes::splat(Vec3::Z),
             wo_z: [0.0; LANES],
             starts: [[Vec3::ZERO; LANES]; 2],
@@ -124,9 +124,9 @@ impl<'f, 'v> Firsts<'f, 'v> {
         self.vertices[i].as_ref()
     }
 
-    /// How all of them look at `end`.
+    /// Writes into `look` how all of them look at `end`.
     #[inline(always)]
-    pub fn look_at(&self, end: &End) -> Look {
+    pub fn look_at(&self, end: &End, look: &mut Look) {
         // Directions, cosines and geometry terms
         let mut w = self.p.to(end.p);
         let squared = w.dot(&w);
@@ -147,22 +147,19 @@ impl<'f, 'v> Firsts<'f, 'v> {
             let density = cos[i].abs() * self.pdf_over_cos[i] * geometry[i];
             pdf[i] = if self.wo_z[i] * cos[i] > 0.0 { density } else { 0.0 };
         }
-        let mut look = Look {
-            w,
-            cos,
-            geometry,
-            beta_f: self.beta_f,
-            pdf,
-        };
-        if self.others.contains(&true) {
-            self.eval_others(&mut look);
+        (look.w, look.cos, look.geometry, look.pdf) = (w, cos, geometry, pdf);
+        match self.others.contains(&true) {
+            false => look.finish(&self.beta_f),
+            true => {
+                let beta_f = self.eval_others(look);
+                look.finish(&beta_f);
+            }
         }
-        look
     }
 
-    /// Values and densities of vertices that are not matte.
+    /// Densities of vertices that are not matte, and throughput × BSDF of all.
     #[inline(never)]
-    fn eval_others(&self, look: &mut Look) {
+    fn eval_others(&self, look: &mut Look) -> [Lane; 3] {
         let held = self.bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
         let values = held.map(|held| {
             let mut lanes = Vec3Lanes::splat(Vec3::Z);
@@ -173,11 +170,10 @@ impl<'f, 'v> Firsts<'f, 'v> {
             }
             held.eval_pdf(&lanes)
         });
+        let mut beta_f = self.beta_f;
         for i in 0..LANES {
-            let first = self.vertices[i]
-                .as_ref()
-                .filter(|_| self.others[i] && look.geometry[i] > 0.0);
-            let Some(First { vertex, beta, .. }) = first else {
+            let first = self.vertices[i].as_ref();
+            let Some(First { vertex, beta, .. }) = first.filter(|_| self.others[i] && look.geometry[i] > 0.0) else {
                 continue;
             };
             let (f, pdf) = match &values {
@@ -187,9 +183,10 @@ impl<'f, 'v> Firsts<'f, 'v> {
                     self.directions.eval_pdf(vertex, wi)
                 }
             };
-            set(&mut look.beta_f, i, *beta * f);
+            set(&mut beta_f, i, *beta * f);
             look.pdf[i] = pdf * look.geometry[i];
         }
+        beta_f
     }
 
     /// The ray from the first vertex `i` to `end`, at which it looks by `look`.
@@ -207,17 +204,35 @@ impl<'f, 'v> Firsts<'f, 'v> {
 }
 
 impl Look {
+    /// How no vertex looks at anything.
+    pub const NONE: Self = Self {
+        w: Vec3Lanes::ZERO,
+        cos: [0.0; LANES],
+        geometry: [0.0; LANES],
+        beta: [[0.0; LANES]; 3],
+        pdf: [0.0; LANES],
+    };
+
+    /// Multiplies the values `beta_f` by cosines and geometry terms, and leaves out what does not find the end.
+    #[inline(always)]
+    fn finish(&mut self, beta_f: &[Lane; 3]) {
+        for i in 0..LANES {
+            let (g, pdf) = (self.geometry[i], self.pdf[i]);
+            let finds = (g > 0.0) & (pdf > 0.0) & (pdf < f32::INFINITY);
+            self.pdf[i] = if finds { pdf } else { 0.0 };
+            let factor = self.cos[i].abs() * g;
+            for (beta, f) in self.beta.iter_mut().zip(beta_f) {
+                beta[i] = f[i] * factor;
+            }
+        }
+    }
+
     /// Throughput from the end to the camera through the first vertex `i`, per area at the end, and the density per area with which it finds the end;
     /// `None` where it could not.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Option<(Spectrum, f32)> {
-        let pdf = self.pdf[i];
-        let finds = self.geometry[i] > 0.0 && pdf > 0.0 && pdf.is_finite();
-        finds.then(|| {
-            let [r, g, b] = &self.beta_f;
-            let beta_f = Spectrum::rgb(r[i], g[i], b[i]);
-            (beta_f * (self.cos[i].abs() * self.geometry[i]), pdf)
-        })
+        let [r, g, b] = &self.beta;
+        (self.pdf[i] > 0.0).then(|| (Spectrum::rgb(r[i], g[i], b[i]), self.pdf[i]))
     }
 }
 

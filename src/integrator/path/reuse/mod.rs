@@ -38,6 +38,7 @@ use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use end::End;
 use firsts::{First, Firsts};
+use std::array::from_fn;
 use viewers::Workspace;
 
 /// Path tracing in which pixels of a tile share their paths: all of them look at all second vertices that scatter widely (Bekaert, Sbert and
@@ -72,8 +73,8 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
             // Follow each path to its end, or as far as it goes if it has none
             // On the heap: slots are large, and an array of them would be copied when it is made.
             let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
-            let mut firsts = [const { None }; SAMPLES_AT_ONCE];
-            let mut ends = [const { None }; SAMPLES_AT_ONCE];
+            let mut firsts = from_fn(|_| None);
+            let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
             // Light after the first bounce, where it is limited
             let limit = path.clamp_indirect;
             let mut indirect = limit.map(|_| [Default::default(); SAMPLES_AT_ONCE]);

@@ -12,11 +12,12 @@ use crate::integrator::trail::seen_after;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Gathered, RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3, Vec3Lanes};
-use std::iter;
 
 /// The first vertices of a group, and memory for the viewers of one end after the other.
 pub(super) struct Workspace<'f, 'v> {
     firsts: Firsts<'f, 'v>,
+    /// How they look at the end.
+    look: Look,
     candidates: [Candidate; SAMPLES_AT_ONCE],
     /// The BSDF of the end as each of the first vertices sees it in lanes, or each of the viewers by views, where an end has needed them.
     lanes: Option<Box<BsdfLanes>>,
@@ -100,6 +101,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
     pub fn new(firsts: Firsts<'f, 'v>) -> Self {
         Self {
             firsts,
+            look: Look::NONE,
             candidates: [Candidate::default(); SAMPLES_AT_ONCE],
             lanes: None,
             views: None,
@@ -108,12 +110,17 @@ impl<'f, 'v> Workspace<'f, 'v> {
 
     /// Collects the first vertices that could have found `end`, the one of `owner` first; gives their number.
     #[inline(always)]
-    fn find_candidates(&mut self, look: &Look, end: &End, owner: usize) -> usize {
+    fn find_candidates(&mut self, end: &End, owner: usize) -> usize {
+        self.firsts.look_at(end, &mut self.look);
         let mut count = 0;
-        let others = (0..SAMPLES_AT_ONCE).filter(|i| *i != owner);
-        for index in iter::once(owner).chain(others) {
-            let Some((beta, pdf)) = look.get(index) else { continue };
-            let w = look.w.get(index);
+        for i in 0..SAMPLES_AT_ONCE {
+            let index = match i {
+                0 => owner,
+                _ if i <= owner => i - 1,
+                _ => i,
+            };
+            let Some((beta, pdf)) = self.look.get(index) else { continue };
+            let w = self.look.w.get(index);
             if end.curved.is_some_and(|point| point.bends_for(-w)) {
                 continue;
             }
@@ -123,13 +130,13 @@ impl<'f, 'v> Workspace<'f, 'v> {
         count
     }
 
-    /// Makes the BSDF of `end`, as the first `count` candidates see it, which look at it by `look`.
+    /// Makes the BSDF of `end`, as the first `count` candidates see it.
     #[inline(never)]
-    fn view(&mut self, end: &End<'v>, look: &Look, count: usize) -> EndBsdf {
+    fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
         let bsdf = end.vertex.bsdf;
         if self.firsts.directions == Directions::Bsdf {
             let lanes = self.lanes.get_or_insert_with(|| Box::new(BsdfLanes::empty()));
-            if lanes.hold(bsdf, &end.vertex.frame.to_local_lanes(&look.w).reversed()) {
+            if lanes.hold(bsdf, &end.vertex.frame.to_local_lanes(&self.look.w).reversed()) {
                 return EndBsdf::Lanes;
             }
         }
@@ -152,8 +159,7 @@ impl Viewers {
         out: &mut [impl Sink],
     ) -> Self {
         // Vertices that could have found it, the owner's first. That this one sees it is known.
-        let look = work.firsts.look_at(end);
-        let count = work.find_candidates(&look, end, owner);
+        let count = work.find_candidates(end, owner);
         let candidates = &mut work.candidates[..count];
         let passes = world.scene.lets_light_pass();
         let absorbs = world.scene.has_absorption();
@@ -164,7 +170,7 @@ impl Viewers {
         let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
         let mut occluded = [false; SAMPLES_AT_ONCE];
         for i in traced.clone() {
-            rays[i] = work.firsts.ray_to(end, &look, candidates[i].index);
+            rays[i] = work.firsts.ray_to(end, &work.look, candidates[i].index);
             out[candidates[i].index].ray(RayKind::Shadow);
         }
         let accel = world.accel;
@@ -197,7 +203,7 @@ impl Viewers {
             viewers.count += 1;
         }
         if !end.vertex.bsdf.is_lambert() {
-            viewers.bsdf = work.view(end, &look, viewers.count);
+            viewers.bsdf = work.view(end, viewers.count);
         }
         viewers
     }

@@ -1,10 +1,9 @@
 //! Rectangles that emit on one side.
 //!
-//! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) where that is of some size. From afar a rectangle looks the same all over
+//! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) where the rectangle is near. From afar it looks nearly the same all over
 //! and is sampled by area, and so it is from next to its plane.
 
 use super::tree::{LightBounds, ReceiverRegion};
-use super::triangle::SOLID_ANGLES;
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields, float::gamma};
@@ -12,31 +11,51 @@ use crate::sampling::spherical_rectangle::SphericalRectangle;
 use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f64::consts::PI;
 
+/// Solid angles, sr, between which they are sampled. Of smaller ones, and of nearly the half sphere, few digits are right.
+const SOLID_ANGLES: std::ops::Range<f32> = 0.01..6.2;
+
 /// A rectangle that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
 pub struct RectangleLight {
     corner: Vec3,
     edges: [Vec3; 2],
+    /// Unit vectors along the edges, and their lengths.
+    axes: [Vec3; 2],
+    lengths: [f32; 2],
     /// Unit normal of its front.
     normal: Vec3,
     radiance: Spectrum,
+    /// How far off its points rays start.
+    ray_offset: f32,
 }
 
 encode_fields!(RectangleLight {
     corner,
     edges,
+    axes,
+    lengths,
     normal,
     radiance,
+    ray_offset,
 });
 
 impl RectangleLight {
     /// The rectangle with the corner `corner` and two orthogonal edges, whose front is along their cross product, emitting `radiance`, W·sr⁻¹·m⁻².
     pub fn new(corner: Vec3, edges: [Vec3; 2], radiance: Spectrum) -> Self {
+        let [a, b] = edges;
+        let corners = [corner, corner + a, corner + a + b, corner + b];
+        let largest = corners
+            .iter()
+            .fold(Vec3::ZERO, |largest, corner| largest.max(corner.abs()));
         Self {
             corner,
             edges,
+            axes: edges.map(|edge| edge.normalize_or(Vec3::X)),
+            lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
+            // The error of a corner, and that of a way to it
+            ray_offset: gamma(32) * largest.max_element(),
         }
     }
 
@@ -64,22 +83,19 @@ impl RectangleLight {
         }
     }
 
-    /// The rectangle on the sphere of directions at `p`, if that is what is sampled there.
+    /// The rectangle on the sphere of directions at `p`, if that is what is sampled there: nearer to the middle than its diagonal is long. Farther away
+    /// sampling it takes more time than it saves error (docs/benchmarks.md, "Rectangles").
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
-        SphericalRectangle::new(self.corner, self.edges, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+        let [a, b] = self.edges;
+        if p.distance_squared(self.point(Vec2::splat(0.5))) > (a + b).length_squared() {
+            return None;
+        }
+        SphericalRectangle::new(self.corner, self.axes, self.lengths, p)
+            .filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
     }
 
     fn point(&self, u: Vec2) -> Vec3 {
         self.corner + u.x * self.edges[0] + u.y * self.edges[1]
-    }
-
-    /// How far off its points rays start.
-    fn ray_offset(&self) -> f32 {
-        let largest = self
-            .corners()
-            .iter()
-            .fold(Vec3::ZERO, |largest, corner| largest.max(corner.abs()));
-        gamma(16) * largest.max_element()
     }
 
     /// Draws a point on the rectangle, seen from `p`.
@@ -91,8 +107,7 @@ impl RectangleLight {
         let (q, wi, pdf) = match self.seen(p) {
             Some(seen) => {
                 let to = seen.sample(u);
-                let q = (p.as_dvec3() + to).as_vec3a();
-                (q, to.normalize().as_vec3a(), (1.0 / seen.solid_angle()) as f32)
+                (p + to, to.normalize(), 1.0 / seen.solid_angle())
             }
             None => {
                 let q = self.point(u);
@@ -105,7 +120,7 @@ impl RectangleLight {
             radiance: self.radiance,
             pdf,
             is_delta: false,
-            target: Some(q + self.normal * self.ray_offset()),
+            target: Some(q + self.normal * self.ray_offset),
         })
     }
 
@@ -115,7 +130,7 @@ impl RectangleLight {
             return 0.0;
         }
         match self.seen(p) {
-            Some(seen) => (1.0 / seen.solid_angle()) as f32,
+            Some(seen) => 1.0 / seen.solid_angle(),
             None => self.pdf_by_area(p, q, wi),
         }
     }
@@ -131,7 +146,7 @@ impl RectangleLight {
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let at = (self.point(u_position), self.normal);
         let pdf_position = (1.0 / self.area()) as f32;
-        Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
+        Emission::of_surface(at, self.ray_offset, (self.radiance, pdf_position), u_direction)
     }
 
     /// Densities of its points and, where the normal is `ng`, of the unit direction `w` from there.

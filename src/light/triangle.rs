@@ -24,7 +24,7 @@ pub enum TriangleSampling {
 
 /// Solid angles, sr, between which sampling them pays. A smaller triangle looks the same all over, so its area does as well; one
 /// of nearly the half sphere is seen from so near its plane that the arcs of its edges lose their digits.
-pub(super) const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
+const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]

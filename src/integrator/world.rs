@@ -352,12 +352,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The BSDF, made in `slot`, that the surface at `hit` has for a wavelength, where that makes a difference.
     #[inline(never)]
-    pub(super) fn dispersed<'v>(
-        &self,
-        hit: &Hit,
-        slot: &'v BsdfSlot<'v>,
-        wavelength: &Wavelength,
-    ) -> Option<&'v Bsdf> {
+    pub(super) fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
         let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;
         Some(slot.bsdf.get_or_init(|| bsdf))
     }

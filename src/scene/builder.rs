@@ -26,6 +26,8 @@ pub struct SceneReport {
     pub default_light: bool,
     /// Panes of glass that became thin dielectrics; those of a prototype once.
     pub panes: u64,
+    /// Number of rectangles among emitting triangles that became one light each.
+    pub rectangles: u64,
 }
 
 /// Names a prototype: meshes that instances put into the world.

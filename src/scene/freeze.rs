@@ -1,13 +1,14 @@
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::ground::Ground;
 use super::panes::{FlatPanes, Panes, max_thickness};
+use super::rectangles::{self, Part};
 use super::validate::{BuildError, check_extent, check_reach};
-use super::{Instance, Scene, Shape, components};
+use super::{Instance, LightNumbering, Scene, Shape, components};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
-    ConstantLight, Lamps, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, TriangleLight,
-    TriangleSampling,
+    ConstantLight, Lamps, Light, LightGroupId, LightGroups, LightId, LightSelection, MovingTriangle, RectangleLight,
+    TriangleLight, TriangleSampling,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
@@ -88,6 +89,7 @@ impl SceneBuilder {
             },
             materials: self.materials,
             lights: Vec::new(),
+            light_numbers: Vec::new(),
             infinite_lights: Vec::new(),
             light_selection: LightSelection::new(self.selection, &[], Bounds3::EMPTY, 0.0),
             emission_selection: OnceLock::new(),
@@ -97,12 +99,22 @@ impl SceneBuilder {
         // Emitting triangles are the first lights: those of one mesh, and of one instance, have consecutive ids.
         let mut emitting = 0;
         for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
-            scene.add_shape(mesh, material, Some(object), (&self.lamps, &mut emitting));
+            scene.add_shape(
+                mesh,
+                material,
+                Some(object),
+                (&self.lamps, self.triangle_sampling, &mut emitting),
+            );
         }
         // The ground is the last mesh that stands in the world.
         let ground_geom = GeomId(scene.meshes.len() as u32);
         if let Some((plane, (material, object))) = ground {
-            scene.add_shape(plane.mesh(), material, Some(object), (&self.lamps, &mut emitting));
+            scene.add_shape(
+                plane.mesh(),
+                material,
+                Some(object),
+                (&self.lamps, self.triangle_sampling, &mut emitting),
+            );
         }
         let mut of_instances = 0;
         let mut of_prototypes = Vec::with_capacity(self.prototypes.len());
@@ -110,7 +122,12 @@ impl SceneBuilder {
             let first = scene.meshes.len() as u32;
             let mut emitting = 0;
             for (mesh, material) in meshes {
-                scene.add_shape(mesh, material, None, (&self.lamps, &mut emitting));
+                scene.add_shape(
+                    mesh,
+                    material,
+                    None,
+                    (&self.lamps, self.triangle_sampling, &mut emitting),
+                );
             }
             scene.prototypes.push(first..scene.meshes.len() as u32);
             of_prototypes.push(emitting);
@@ -161,6 +178,10 @@ impl SceneBuilder {
             )
         };
         scene.light_selection = selection.with_lamps(lamps);
+        let merged = scene.light_numbers.iter();
+        self.report.rectangles = merged
+            .map(|numbers| numbers.windows(2).filter(|n| n[0] == n[1]).count() as u64)
+            .sum();
         if let Some((plane, _)) = ground {
             scene.ground = Some(Ground::new(ground_geom, plane, &scene.lights)?);
         }
@@ -251,7 +272,7 @@ impl Scene {
         mesh: Mesh,
         material: MaterialId,
         object: Option<u32>,
-        (lamps, emitting): (&HashMap<MaterialId, Light>, &mut u64),
+        (lamps, sampling, emitting): (&HashMap<MaterialId, Light>, TriangleSampling, &mut u64),
     ) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = object.is_some() && !mesh.deforms();
@@ -261,9 +282,12 @@ impl Scene {
         // A lamp that is out has its shape all the same.
         let emits = lamp.is_some() || !surface.emission_factor().is_black();
         let first_light = emits.then_some(LightId(*emitting as u32));
-        if first_light.is_some() {
-            *emitting += if lamp.is_some() { 1 } else { mesh.triangles.len() as u64 };
-        }
+        let (light_count, numbering) = match (emits, lamp) {
+            (false, _) => (0, LightNumbering::Triangles),
+            (true, Some(_)) => (1, LightNumbering::One),
+            (true, None) => self.number_lights(&mesh, keeps_place && surface.maps.emission.is_none(), sampling),
+        };
+        *emitting += u64::from(light_count);
         // Where triangles move, what their points share does so too.
         let prims = 0..mesh.triangles.len() as u32;
         self.facets.push(match keeps_place {
@@ -278,8 +302,25 @@ impl Scene {
             // A sphere is not where its hull is.
             is_plain: keeps_place && is_uniform && !matches!(lamp, Some(Light::Sphere(_))),
             first_light,
-            is_one_light: lamp.is_some(),
+            light_count,
+            numbering,
         });
+    }
+
+    /// Number of lights of an emitting mesh, and which of them its triangles are. Rectangles are one light each where all of them shines alike and stays.
+    fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
+        let count = mesh.triangles.len() as u32;
+        if is_plain && sampling == TriangleSampling::Area {
+            let (parts, numbers) = rectangles::parts(mesh);
+            if parts.len() < numbers.len() {
+                self.light_numbers.push(numbers);
+                return (
+                    parts.len() as u32,
+                    LightNumbering::Listed(self.light_numbers.len() as u32 - 1),
+                );
+            }
+        }
+        (count, LightNumbering::Triangles)
     }
 
     /// Makes a light of each emitting triangle, or of a mesh that is a lamp, in the order of their ids.
@@ -307,17 +348,22 @@ impl Scene {
             let Some(first) = self.shape(GeomId(geom)).first_light else {
                 continue;
             };
-            let mesh = &self.meshes[geom as usize];
-            if self.shape(GeomId(geom)).is_one_light {
-                lamps.push(vec![LightId(before + first.0)]);
-                end = end.max(before + first.0 + 1);
-                continue;
+            let (mesh, shape) = (&self.meshes[geom as usize], self.shape(GeomId(geom)));
+            let components = match shape.numbering {
+                LightNumbering::One => vec![vec![0]],
+                _ => components::components(mesh, components::welded(mesh)),
+            };
+            for triangles in components {
+                let number = |prim| self.number_of_light(shape, PrimId(prim));
+                let mut ids: Vec<_> = (triangles.into_iter())
+                    .map(|prim| LightId(before + first.0 + number(prim)))
+                    .collect();
+                // Both triangles of a rectangle are one light.
+                ids.sort_unstable();
+                ids.dedup();
+                lamps.push(ids);
             }
-            for triangles in components::components(mesh, components::welded(mesh)) {
-                let ids = triangles.into_iter().map(|prim| LightId(before + first.0 + prim));
-                lamps.push(ids.collect());
-            }
-            end = end.max(before + first.0 + mesh.triangles.len() as u32);
+            end = end.max(before + first.0 + shape.light_count);
         }
         lamps.extend((end..self.lights.len() as u32).map(|id| vec![LightId(id)]));
         lamps
@@ -364,7 +410,17 @@ impl Scene {
             }
             None => light(prim),
         };
-        let lights: Vec<Light> = (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect();
+        let lights: Vec<Light> = match shape.numbering {
+            LightNumbering::Listed(_) => rectangles::parts(mesh)
+                .0
+                .into_iter()
+                .map(|part| match part {
+                    Part::Triangle(prim) => varied(prim),
+                    Part::Rectangle(corner, edges) => Light::Rectangle(RectangleLight::new(corner, edges, radiance)),
+                })
+                .collect(),
+            _ => (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect(),
+        };
         self.light_groups.push(group, lights.len());
         self.lights.extend(lights);
     }

@@ -3,7 +3,7 @@
 //! Backends know triangles alone, so a sphere is in the world as a polyhedron around it and a disk as a square. A ray that meets such a hull and not the
 //! lamp goes on, as at a surface of opacity 0 (`integrator/opacity.rs`): the lamp is round to the last bit for all backends.
 
-use super::Scene;
+use super::{LightNumbering, Scene};
 use crate::geometry::{Hit, Mesh, SurfacePoint};
 use crate::light::{Light, LightId};
 use crate::math::{DVec3, Frame, Ray, Vec3};
@@ -31,7 +31,7 @@ impl Scene {
     /// The light that the whole mesh is which was hit, if it is one.
     fn lamp_of(&self, hit: &Hit) -> Option<&Light> {
         let shape = self.shape(hit.geom);
-        let LightId(id) = shape.first_light.filter(|_| shape.is_one_light)?;
+        let LightId(id) = shape.first_light.filter(|_| shape.numbering == LightNumbering::One)?;
         self.lights.get(id as usize)
     }
 

@@ -14,6 +14,7 @@ mod light_checks;
 mod made_lights;
 mod panes;
 mod passing;
+mod rectangles;
 mod validate;
 
 pub use builder::{PrototypeId, SceneBuilder, SceneReport};
@@ -27,7 +28,7 @@ pub use validate::BuildError;
 
 use crate::bsdf::Bsdf;
 use crate::color::Spectrum;
-use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, SurfacePoint};
+use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, PrimId, SurfacePoint};
 use crate::light::{
     EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle, TriangleLight,
 };
@@ -48,11 +49,23 @@ pub struct Shape {
     pub is_plain: bool,
     /// Which object it is part of, in the order of [`Scene::objects`], if it stands in the world itself.
     pub object: u32,
-    /// Light of its first triangle, if they emit; the other triangles follow in order. Where it is part of a prototype this counts from
-    /// [`Instance::first_light`].
+    /// Its first light, if it emits; the others follow in order. Where it is part of a prototype this counts from [`Instance::first_light`].
     pub first_light: Option<LightId>,
-    /// Whether all its triangles are that one light.
-    pub is_one_light: bool,
+    /// Number of its lights.
+    pub light_count: u32,
+    /// Which of its lights a triangle is.
+    pub numbering: LightNumbering,
+}
+
+/// Which of the lights of a shape its triangles are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightNumbering {
+    /// Each triangle is one.
+    Triangles,
+    /// All of them are the only one.
+    One,
+    /// Some triangles are one together: a list of [`Scene`] has the number of each.
+    Listed(u32),
 }
 
 /// A prototype that has been put into the world.
@@ -99,6 +112,8 @@ pub struct Scene {
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
     lights: Vec<Light>,
+    /// For shapes of [`LightNumbering::Listed`], the number of each triangle's light among those of the shape.
+    light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
     /// Made when it is first asked for.
@@ -427,6 +442,16 @@ impl Scene {
         }
     }
 
+    /// Which of the lights of `shape`, which emits, its triangle `prim` is.
+    #[inline(always)]
+    fn number_of_light(&self, shape: &Shape, prim: PrimId) -> u32 {
+        match shape.numbering {
+            LightNumbering::Triangles => prim.0,
+            LightNumbering::One => 0,
+            LightNumbering::Listed(list) => self.light_numbers[list as usize][prim.0 as usize],
+        }
+    }
+
     /// What the surface at `hit`, whose point is `q`, sends to `context` against the unit direction `wi` from there, all at `time`.
     ///
     /// The density is that of sampling this direction by its light, choice of the light included.
@@ -434,7 +459,7 @@ impl Scene {
         let shape = self.shape(hit.geom);
         let first = shape.first_light?;
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
-        let of_shape = if shape.is_one_light { 0 } else { hit.prim.0 };
+        let of_shape = self.number_of_light(shape, hit.prim);
         let id = LightId(before + first.0 + of_shape);
         let Light::Triangle(light) = &self.lights[id.0 as usize] else {
             return self.emitted_otherwise(id, hit, context, q, wi, time);

@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "eadf67e6e0c590bd2bbeef939e0fd048935799c22edd8e9ec6e089a537ad4246"
+            "22bc92c0f98ddb77f003de490644e4e251d530e2f2ed3abd221648b8861e50f1"
         );
     }
 

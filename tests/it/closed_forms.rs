@@ -4,7 +4,7 @@ use crate::support::*;
 use embrasure::camera::{Aperture, Camera};
 use embrasure::color::Spectrum;
 use embrasure::film::{Filter, FilterKind};
-use embrasure::integrator::{DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
+use embrasure::integrator::{AmbientOcclusion, DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::sampler::Independent;
@@ -420,4 +420,42 @@ fn filters_blur_an_edge_by_their_integral() {
         }
         assert!(grey >= 8, "{kind:?}: {grey} pixels see the edge");
     }
+}
+
+/// Between two plates at a distance h no direction is open for longer than h / cos θ, and cos² θ of a cosine-weighted direction is uniform: the open share
+/// within a distance d is (h / d)², and half of all directions are open for less than √2 h.
+#[test]
+fn ambient_occlusion_between_plates() {
+    const H: f32 = 1.5;
+    let mut b = SceneBuilder::new();
+    for y in [0.0, H] {
+        let corners =
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, z]| Vec3::new(300.0 * x, y, 300.0 * z));
+        add(&mut b, polygon(&corners), material(0.5, 0.0));
+    }
+    let (scene, _) = b.build().unwrap();
+    let camera = pinhole(Vec3::new(0.0, 0.5 * H, 0.0), Vec3::new(0.0, 0.0, 1.0), 60.0);
+    let resolution = UVec2::splat(32);
+    with_world(&scene, camera, resolution, |world| {
+        for distance in [0.5 * H, 1.4 * H, 2.0 * H] {
+            let film = film_of(&AmbientOcclusion { world, distance }, resolution, 256, 0);
+            assert_unbiased(
+                &format!("within {distance}"),
+                &film,
+                f64::from(H / distance).powi(2).min(1.0),
+            );
+        }
+        // Half of that median, found by 1024 directions to some percent
+        let usual = AmbientOcclusion::usual_distance(&world);
+        let expected = H * std::f32::consts::FRAC_1_SQRT_2;
+        assert!((usual / expected - 1.0).abs() < 0.08, "{usual}, expected {expected}");
+    });
+    // Where most directions are open, all that is there counts.
+    let mut b = SceneBuilder::new();
+    add(&mut b, panel(0.0, 1.0), material(0.5, 0.0));
+    let (scene, _) = b.build().unwrap();
+    with_world(&scene, from_front(), resolution, |world| {
+        let diameter = 2.0 * scene.bounds().radius();
+        assert_eq!(AmbientOcclusion::usual_distance(&world), diameter);
+    });
 }

@@ -1120,8 +1120,8 @@ fn info_counts_what_is_there() {
     let out = run(folder.path(), &["info", "s.toml", "--json"]);
     let info = json(&out);
     assert_eq!(
-        (&info["triangles"], &info["lights"]["triangle"]),
-        (&4.into(), &2.into())
+        (&info["triangles"], &info["lights"]["rectangle"]),
+        (&4.into(), &1.into())
     );
     assert_eq!(info["bounds"][1], serde_json::json!([1.0, 1.0, 1.0]));
     done(folder.path(), &["info", "s.toml"]);

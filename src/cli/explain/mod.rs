@@ -251,7 +251,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         for base in bases {
             let lights = scene.lights().iter().skip((base + first) as usize);
             power += lights
-                .take(mesh.triangles.len())
+                .take(scene.shape(geom).light_count as usize)
                 .map(|light| light.power(1.0))
                 .sum::<f64>();
         }

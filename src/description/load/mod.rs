@@ -406,6 +406,21 @@ fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[Material
             .help("`panes = \"refract\"` in [render] keeps them as bodies");
         findings.add(Severity::Note, "glass-panes", error);
     }
+    if report.rectangles > 0 {
+        let noun = if report.rectangles == 1 {
+            "rectangle"
+        } else {
+            "rectangles"
+        };
+        let message = format!(
+            "Lights: {} {noun} of two triangles, each sampled as one light",
+            report.rectangles
+        );
+        let error = file
+            .whole(message)
+            .help("`triangle_sampling = \"solid-angle\"` in [render] samples their triangles");
+        findings.add(Severity::Note, "rectangle-lights", error);
+    }
     if report.default_light {
         let message = "nothing in the scene emits light; it is lit by a constant white environment of radiance 1";
         findings.add(Severity::Note, DEFAULT_LIGHT, file.whole(message));

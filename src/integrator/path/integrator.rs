@@ -206,7 +206,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 }
                 None => world.vertex(&hit, &path.ray, &later),
             };
-            let bsdf = wavelength.as_ref().and_then(|wavelength| world.dispersed(&hit, &later, wavelength));
+            let bsdf = wavelength
+                .as_ref()
+                .and_then(|wavelength| world.dispersed(&hit, &later, wavelength));
             let disperses = bsdf.is_some();
             vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
 

@@ -97,7 +97,9 @@ impl<A: Accel> NaiveIntegrator<'_, A> {
             };
             let slot = BsdfSlot::new();
             let mut vertex = world.vertex(&hit, &ray, &slot);
-            let bsdf = wavelength.as_ref().and_then(|wavelength| world.dispersed(&hit, &slot, wavelength));
+            let bsdf = wavelength
+                .as_ref()
+                .and_then(|wavelength| world.dispersed(&hit, &slot, wavelength));
             let disperses = bsdf.is_some();
             vertex.bsdf = bsdf.unwrap_or(vertex.bsdf);
             if depth == 0 {

@@ -119,7 +119,9 @@ impl<'f, 'v> Workspace<'f, 'v> {
                 _ if i <= owner => i - 1,
                 _ => i,
             };
-            let Some((beta, pdf)) = self.look.get(index) else { continue };
+            let Some((beta, pdf)) = self.look.get(index) else {
+                continue;
+            };
             let w = self.look.w.get(index);
             if end.curved.is_some_and(|point| point.bends_for(-w)) {
                 continue;

@@ -1,0 +1,146 @@
+//! Rectangles among emitting triangles: a light of its own each, in place of two triangles.
+//!
+//! One light has points that are stratified over the whole rectangle, directions by solid angle near by, and half the entries in the tables by which lights
+//! are chosen (docs/benchmarks.md, "Rectangles"). A quad of an OBJ file becomes two triangles in a row, and only such are looked at.
+
+use crate::geometry::{Mesh, PrimId};
+use crate::math::{Vec3, float::gamma};
+
+/// Cosine of the angle between edges up to which it counts as a right one: what six digits of an OBJ file make of one.
+const RIGHT: f32 = 1e-5;
+
+/// A light of an emitting mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Part {
+    Triangle(PrimId),
+    /// Two triangles: a corner of the rectangle, and the edges from there, whose cross product is along the normal.
+    Rectangle(Vec3, [Vec3; 2]),
+}
+
+/// The rectangles and the other triangles of `mesh`, in order, and for each triangle the number of its part.
+pub(super) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
+    let count = mesh.triangles.len() as u32;
+    let (mut parts, mut numbers) = (Vec::new(), Vec::new());
+    let mut prim = 0;
+    while prim < count {
+        let number = parts.len() as u32;
+        let corners = mesh.corners(PrimId(prim));
+        let next = (prim + 1 < count).then(|| mesh.corners(PrimId(prim + 1)));
+        match next.and_then(|next| rectangle(corners, next)) {
+            Some((corner, edges)) => {
+                parts.push(Part::Rectangle(corner, edges));
+                numbers.extend([number; 2]);
+                prim += 2;
+            }
+            None => {
+                parts.push(Part::Triangle(PrimId(prim)));
+                numbers.push(number);
+                prim += 1;
+            }
+        }
+    }
+    (parts, numbers)
+}
+
+/// The rectangle that two triangles are, if they are one: a corner and the edges from there.
+fn rectangle(one: [Vec3; 3], other: [Vec3; 3]) -> Option<(Vec3, [Vec3; 2])> {
+    let corner = |of: &[Vec3; 3], i: usize| of[i % 3];
+    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+        // The diagonal runs one way in one triangle and the other way in the other.
+        let [p, a, b] = [0, 1, 2].map(|k| corner(&one, i + k));
+        let [q, c, d] = [0, 1, 2].map(|k| corner(&other, j + k));
+        if (a, b) != (d, c) {
+            continue;
+        }
+        let edges = [a - p, b - p];
+        // Sampled points start off the surface by more than the corner may be off.
+        let largest = one
+            .iter()
+            .chain(&other)
+            .fold(Vec3::ZERO, |largest, p| largest.max(p.abs()));
+        let is_closed = (p + edges[0] + edges[1] - q).abs().max_element() <= gamma(8) * largest.max_element();
+        let lengths = edges[0].length() * edges[1].length();
+        let is_right = edges[0].dot(edges[1]).abs() <= RIGHT * lengths;
+        return (is_closed && is_right && lengths > 0.0 && lengths.is_finite()).then_some((p, edges));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Mesh {
+        Mesh {
+            positions: positions.iter().map(|p| Vec3::from_array(*p)).collect(),
+            triangles: triangles.to_vec(),
+            ..Mesh::default()
+        }
+    }
+
+    const SQUARE: [[f32; 3]; 4] = [[1.0, 1.0, 0.0], [4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [1.0, 3.0, 0.0]];
+
+    /// However the two triangles begin, the rectangle has their corners and their normal.
+    #[test]
+    fn two_triangles_are_a_rectangle() {
+        for (first, second) in (0..9).map(|k| (k / 3, k % 3)) {
+            let turned = |t: [u32; 3], by: usize| [t[by % 3], t[(by + 1) % 3], t[(by + 2) % 3]];
+            for diagonal in [[[0, 1, 2], [0, 2, 3]], [[1, 2, 3], [1, 3, 0]], [[2, 1, 0], [3, 2, 0]]] {
+                let mesh = mesh(&SQUARE, &[turned(diagonal[0], first), turned(diagonal[1], second)]);
+                let (parts, numbers) = parts(&mesh);
+                assert_eq!(numbers, [0, 0]);
+                let [Part::Rectangle(corner, [a, b])] = parts[..] else {
+                    panic!("no rectangle")
+                };
+                let normal = mesh.surface_point(PrimId(0), 0.3, 0.3).ng;
+                assert_eq!(a.cross(b), 6.0 * normal);
+                assert!(mesh.positions.contains(&corner) && mesh.positions.contains(&(corner + a + b)));
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_rectangle_stays_triangles() {
+        let quads: [(&str, [[f32; 3]; 4]); 4] = [
+            (
+                "slanted",
+                [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.5, 1.0, 0.0], [0.5, 1.0, 0.0]],
+            ),
+            (
+                "bent",
+                [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.01], [0.0, 1.0, 0.0]],
+            ),
+            (
+                "uneven",
+                [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 1.1, 0.0], [0.0, 1.0, 0.0]],
+            ),
+            ("empty", [[0.0; 3]; 4]),
+        ];
+        for (name, corners) in quads {
+            let (parts, numbers) = parts(&mesh(&corners, &[[0, 1, 2], [0, 2, 3]]));
+            assert_eq!(parts, [Part::Triangle(PrimId(0)), Part::Triangle(PrimId(1))], "{name}");
+            assert_eq!(numbers, [0, 1], "{name}");
+        }
+        // Windings against each other have the diagonal the same way.
+        let (parts, _) = parts(&mesh(&SQUARE, &[[0, 1, 2], [0, 3, 2]]));
+        assert_eq!(parts.len(), 2);
+    }
+
+    /// Rectangles between triangles: each triangle knows its part.
+    #[test]
+    fn numbers_count_parts() {
+        let triangles = [
+            [0, 1, 3],
+            [0, 1, 2],
+            [0, 2, 3],
+            [1, 2, 0],
+            [1, 2, 3],
+            [1, 3, 0],
+            [0, 1, 3],
+        ];
+        let (parts, numbers) = parts(&mesh(&SQUARE, &triangles));
+        assert_eq!(numbers, [0, 1, 1, 2, 3, 3, 4]);
+        assert!(matches!(parts[1], Part::Rectangle(..)) && matches!(parts[3], Part::Rectangle(..)));
+        assert_eq!(parts[2], Part::Triangle(PrimId(3)));
+    }
+}

@@ -7,7 +7,7 @@ use super::outputs::Outputs;
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::description::inspect_scene;
-use crate::io::FileError;
+use crate::io::{DEFAULT_LIGHT, FileError};
 use crate::scene::SceneBuilder;
 use crate::session::Session;
 use std::io::Write;
@@ -40,7 +40,10 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }
-    ShownWarnings::Summary.show(&inspection.findings.warnings(), &args.scene);
+    // The scene file has the lights that the OBJ lacks.
+    let mut warnings = inspection.findings.warnings();
+    warnings.retain(|warning| warning.kind != DEFAULT_LIGHT);
+    ShownWarnings::Summary.show(&warnings, &args.scene);
     let render = RenderArgs {
         scene: args.scene.clone(),
         ..RenderArgs::default()

@@ -9,7 +9,7 @@ use crate::math::{Quat, Vec3, rotation_from_degrees};
 use crate::scene::{
     BuildError, DiskParameters, RectangleParameters, SceneBuilder, SkyParameters, SphereParameters, StudioParameters,
 };
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -26,6 +26,7 @@ pub struct LightSection {
     /// Of a point or spot light; the middle of a sphere, a disk or a rectangle.
     pub position: Option<Spanned<[f32; 3]>>,
     /// Of a point or spot light, W/sr.
+    #[serde(default, deserialize_with = "color")]
     pub intensity: Option<Spanned<[f32; 3]>>,
     /// In which a directional or spot light travels; normal of the side of a disk or a rectangle that emits.
     pub direction: Option<Spanned<[f32; 3]>>,
@@ -36,8 +37,10 @@ pub struct LightSection {
     /// Half-angle at which a spot light begins to fall off, degrees.
     pub falloff: Option<Spanned<f32>>,
     /// Of a directional light, W·m⁻² on a surface that faces it.
+    #[serde(default, deserialize_with = "color")]
     pub irradiance: Option<Spanned<[f32; 3]>>,
     /// Of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻².
+    #[serde(default, deserialize_with = "color")]
     pub radiance: Option<Spanned<[f32; 3]>>,
     /// Picture of an environment, latitude and longitude.
     pub image: Option<Spanned<PathBuf>>,
@@ -67,6 +70,28 @@ pub enum Rotation {
     Up(f32),
     /// About x, y and z.
     Axes([f32; 3]),
+}
+
+/// Channels of a colour.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a colour is one number or three")]
+enum Channels {
+    /// The same in all of them.
+    All(f32),
+    /// Linear red, green and blue.
+    Each([f32; 3]),
+}
+
+/// Reads a colour as three channels.
+fn color<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<[f32; 3]>>, D::Error> {
+    let read = Option::<Spanned<Channels>>::deserialize(deserializer)?;
+    Ok(read.map(|read| {
+        let span = read.span();
+        match read.into_inner() {
+            Channels::All(value) => Spanned::new(span, [value; 3]),
+            Channels::Each(values) => Spanned::new(span, values),
+        }
+    }))
 }
 
 /// Where a spot light falls off, as a share of its angle, if it does not say.

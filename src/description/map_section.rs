@@ -180,7 +180,7 @@ fn named<T: Copy>(
             let all: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
             Err(file
                 .error(word.span(), message)
-                .help(format!("there is {}", all.join(", "))))
+                .help(format!("choose among {}", all.join(", "))))
         }
     }
 }

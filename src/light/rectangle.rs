@@ -19,8 +19,7 @@ const SOLID_ANGLES: std::ops::Range<f32> = 0.01..6.2;
 pub struct RectangleLight {
     corner: Vec3,
     edges: [Vec3; 2],
-    /// Unit vectors along the edges, and their lengths.
-    axes: [Vec3; 2],
+    /// Lengths of the edges.
     lengths: [f32; 2],
     /// Unit normal of its front.
     normal: Vec3,
@@ -32,7 +31,6 @@ pub struct RectangleLight {
 encode_fields!(RectangleLight {
     corner,
     edges,
-    axes,
     lengths,
     normal,
     radiance,
@@ -50,7 +48,6 @@ impl RectangleLight {
         Self {
             corner,
             edges,
-            axes: edges.map(|edge| edge.normalize_or(Vec3::X)),
             lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
@@ -90,7 +87,8 @@ impl RectangleLight {
         if p.distance_squared(self.point(Vec2::splat(0.5))) > (a + b).length_squared() {
             return None;
         }
-        SphericalRectangle::new(self.corner, self.axes, self.lengths, p)
+        let lengths = self.lengths;
+        SphericalRectangle::new(self.corner, [a / lengths[0], b / lengths[1]], lengths, p)
             .filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
     }
 

@@ -60,9 +60,9 @@ fn what_is_wrong_is_told_with_what_would_be_right() {
             "debug_view",
             Input::String("normal"),
             "\"normal\"",
-            "did you mean normals? there is normals, uv, barycentrics, ids, material, albedo, depth, wireframe, facing, light-count, ray-cost",
+            "did you mean normals? choose among normals, uv, barycentrics, ids, material, albedo, depth, wireframe, facing, light-count, ray-cost",
         ),
-        ("reuse", Input::Flag("x"), "x", "there is pixels, none"),
+        ("reuse", Input::Flag("x"), "x", "choose among pixels, none"),
     ] {
         let mut options = IntegratorOptions::default();
         let invalid = options.set(key, input).unwrap().unwrap_err();

@@ -96,7 +96,7 @@ pub(super) fn expected<T: Value>(range: &str) -> String {
         [] => format!("use {} {range}", T::KIND),
         names => {
             let known: Vec<(&str, ())> = names.iter().map(|name| (*name, ())).collect();
-            format!("there is {}", join_names(&known))
+            format!("choose among {}", join_names(&known))
         }
     }
 }

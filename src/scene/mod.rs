@@ -268,8 +268,9 @@ impl Scene {
         let textures: usize = self.textures.iter().map(Texture::bytes).sum();
         let instances = size_of_val(self.instances.as_slice());
         let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
-        let lights =
-            size_of_val(self.lights.as_slice()) + self.light_groups.bytes() + selection + self.light_selection.bytes();
+        let numbers: usize = self.light_numbers.iter().map(|n| size_of_val(n.as_slice())).sum();
+        let lights = size_of_val(self.lights.as_slice()) + numbers + self.light_groups.bytes();
+        let lights = lights + selection + self.light_selection.bytes();
         (meshes + facets + instances + maps + textures + lights) as u64
     }
 

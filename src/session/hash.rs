@@ -65,7 +65,7 @@ mod tests {
         let camera = settings.camera_of(&file, &scene, &pool).unwrap().description;
         assert_eq!(
             scene_hash(&scene, &camera),
-            "22bc92c0f98ddb77f003de490644e4e251d530e2f2ed3abd221648b8861e50f1"
+            "081ee90270178439e15941d1bbdc354d1c441446e8a87deebbad12a04512dab6"
         );
     }
 

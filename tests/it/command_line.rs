@@ -626,7 +626,7 @@ fn textures_are_part_of_the_scene() {
     for (args, word) in [
         (
             ["--mtl-dialect", "zbrush"],
-            "--mtl-dialect zbrush\n  help: there is auto, spec, blender, max, maya, sketchup, cinema4d, meshlab",
+            "--mtl-dialect zbrush\n  help: choose among auto, spec, blender, max, maya, sketchup, cinema4d, meshlab",
         ),
         (
             ["--texture-dir", "gone"],
@@ -1047,7 +1047,7 @@ fn audits_report_and_replay() {
         ),
         (
             &["audit", "s.toml", "--against", "nothing"],
-            "there is embree, obvhs, brute",
+            "choose among embree, obvhs, brute",
         ),
         (&["audit", "s.toml", "--rays", "0"], "--rays"),
         (

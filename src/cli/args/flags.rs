@@ -112,7 +112,7 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
             let known = T::names();
             let suggestion = crate::options::nearest(&name, known.iter().copied());
             let suggestion = suggestion.map_or(String::new(), |known| format!("did you mean {known}? "));
-            let help = format!("{suggestion}there is {}", known.join(", "));
+            let help = format!("{suggestion}choose among {}", known.join(", "));
             Error::raw(
                 ErrorKind::ValueValidation,
                 format!("{flag}{name}: no such name\n  help: {help}\n"),

@@ -132,7 +132,7 @@ fn parse_method(text: &str) -> Result<MethodFlag, String> {
         let near = nearest(kind, known.iter().copied());
         let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
         format!(
-            "no integrator is called `{kind}`\n  help: {near}there is {}",
+            "no integrator is called `{kind}`\n  help: {near}choose among {}",
             known.join(", ")
         )
     })?;
@@ -182,7 +182,7 @@ impl MethodFlag {
                 let near = nearest(key, known.iter().copied());
                 let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
                 Err(format!(
-                    "no parameter is called `{key}`\n  help: {near}there is {}",
+                    "no parameter is called `{key}`\n  help: {near}choose among {}",
                     known.join(", ")
                 ))
             }
@@ -214,7 +214,7 @@ mod tests {
             ("path:integrator=bdpt", "use --methods"),
             ("path:sobol", "path:KEY=VALUE"),
             ("path:", "no key with a value"),
-            ("", "there is path"),
+            ("", "choose among path"),
         ] {
             let error = parse_method(text).unwrap_err();
             assert!(error.contains(expected), "{text}: {error}");

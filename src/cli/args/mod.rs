@@ -23,6 +23,7 @@ mod paths;
 mod points;
 mod render;
 mod scene;
+mod unknown;
 mod values;
 #[cfg(feature = "view")]
 mod view;
@@ -99,7 +100,12 @@ impl Args {
         if words.iter().any(|word| word == "-h") {
             command = headings::brief(command);
         }
-        let matches = command.try_get_matches_from_mut(words)?;
+        let text = words
+            .iter()
+            .map(|word| word.to_string_lossy().into_owned())
+            .collect::<Vec<_>>();
+        let matches = command.try_get_matches_from_mut(words);
+        let matches = matches.map_err(|error| unknown::explained(error, &command, &text))?;
         // Refusals of values say what to write instead; the usage would say no more.
         Self::from_arg_matches(&matches).map_err(|e| match e.kind() {
             ErrorKind::ValueValidation => e,

@@ -215,7 +215,7 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     let Some(name) = name else {
         let picture = all.iter().find(|layer| layer.is_picture).cloned();
         let message = "has no layer of colours".to_string();
-        return picture.ok_or_else(|| (message, format!("name a layer by --channel: there is {}", names(&all))));
+        return picture.ok_or_else(|| (message, format!("name a layer by --channel, of {}", names(&all))));
     };
     if let Some(layer) = all.iter().find(|layer| layer.title() == name) {
         return Ok(layer.clone());
@@ -239,7 +239,7 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     let meant = nearest(name, known).map_or(String::new(), |known| format!("did you mean {known}? "));
     Err((
         format!("has no layer or channel {name}"),
-        format!("{meant}there is {}", names(&all)),
+        format!("{meant}the file has {}", names(&all)),
     ))
 }
 
@@ -460,7 +460,7 @@ mod tests {
         assert_eq!(find(&file, Some("id.object")).unwrap().kind, Kind::Ids);
         let (message, help) = find(&file, Some("albedos")).unwrap_err();
         assert!(
-            message.contains("albedos") && help.starts_with("did you mean albedo? there is RGB, N, Z"),
+            message.contains("albedos") && help.starts_with("did you mean albedo? the file has RGB, N, Z"),
             "{help}"
         );
     }
@@ -493,6 +493,6 @@ mod tests {
             ["R", "G", "B"]
         );
         let none = layers(&["Z"]);
-        assert!(find(&none, None).unwrap_err().1.contains("there is Z"));
+        assert!(find(&none, None).unwrap_err().1.contains("of Z"));
     }
 }

@@ -384,7 +384,7 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
     if report.degenerate_triangles > 0 {
         let count = report.degenerate_triangles;
-        let error = file.whole(format!("triangles that have no area and are left out: {count}"));
+        let error = file.whole(format!("triangles left out, because they have no area: {count}"));
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();

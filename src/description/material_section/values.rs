@@ -116,7 +116,7 @@ impl Named<'_> {
 
     pub fn unknown_model(&self, model: &str, place: Range<usize>) -> FileError {
         let message = format!("unknown model `{model}`");
-        self.error(place, &message, "there is phong, blinn, ggx, mirror")
+        self.error(place, &message, "choose among phong, blinn, ggx, mirror")
     }
 
     pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {

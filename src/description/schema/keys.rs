@@ -234,13 +234,13 @@ keys! {
         "type": string(), "Type of the light";
         "group": group(), "Name of the light group that the light is in";
         "position": list(3, from_to(-1e15, 1e15)), "Position of a point or spot light; middle of a sphere, a disk or a rectangle";
-        "intensity": list(3, at_least(0.0)), "Intensity of a point or spot light, W/sr";
+        "intensity": color(at_least(0.0)), "Intensity of a point or spot light, W/sr";
         "direction": vector(), "Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits";
         "look_at": vector(), "Point that a spot light shines at";
         "angle": number(), "Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees";
         "falloff": at_least(0.0), "Half-angle from which a spot light falls off, degrees; default 0.8 of angle";
-        "irradiance": list(3, at_least(0.0)), "Irradiance of a directional light on a surface that faces it, W·m⁻²";
-        "radiance": list(3, at_least(0.0)), "Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻²";
+        "irradiance": color(at_least(0.0)), "Irradiance of a directional light on a surface that faces it, W·m⁻²";
+        "radiance": color(at_least(0.0)), "Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻²";
         "image": string(), "Picture of an environment, .hdr or .exr, latitude and longitude";
         "scale": at_least(0.0), "Factor of the radiance of an environment, a sky or a studio; default 1";
         "rotate": either(&[number(), vector()]), "Rotation of an environment: degrees about +y, or about the fixed x, y and z axes";

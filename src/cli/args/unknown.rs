@@ -1,0 +1,132 @@
+//! Refusals of flags that there are not: what to write instead.
+//!
+//! People come from other renderers with flags of theirs. These have a table, since the names that look most like them mean other things: `--camera` is no
+//! `--cache-rays`.
+
+use crate::options::nearest;
+use clap::Command;
+use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
+
+/// Flags of other renderers, and the flags here that do the same, each with a value as people write it. The first one that the command has is meant.
+const ELSEWHERE: &[(&[&str], &[&str])] = &[
+    (
+        &["--width", "--height", "--resolution", "--res", "-w", "-r"],
+        &["--size 640x480"],
+    ),
+    (
+        &["--sample-count", "--samples-per-pixel", "--nsamples", "-s", "-n"],
+        &["--spp 64"],
+    ),
+    (
+        &["--bounces", "--max-bounces", "--depth", "--path-depth"],
+        &["--max-depth 8"],
+    ),
+    (
+        &["--camera", "--eye", "--origin"],
+        &["--position 0,1,5 --look-at 0,1,0"],
+    ),
+    (&["--target", "--lookat"], &["--look-at 0,1,0"]),
+    (&["--engine", "--method", "--algorithm"], &["--integrator bdpt"]),
+    (&["--out", "--outfile", "--file"], &["--output picture.png"]),
+    (&["--nthreads", "--cores", "--jobs", "-t", "-j"], &["--threads 4"]),
+    (&["--envmap", "--environment", "--hdri", "--hdr"], &["--env sky.hdr"]),
+    (&["--denoiser"], &["--denoise"]),
+    (&["--noise-threshold", "--error"], &["--noise 0.01"]),
+    (&["--timeout", "--time"], &["--time-limit 60s", "--time 1s,4s"]),
+    (&["--gamma", "--tonemap", "--tonemapper"], &["--tone agx"]),
+    (&["--ev"], &["--exposure 1"]),
+];
+
+/// `error` with advice of our own, where it refuses a flag that `program` has not; `words` are all arguments, the name of the program first.
+pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
+    if error.kind() != ErrorKind::UnknownArgument {
+        return error;
+    }
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
+        return error;
+    };
+    let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
+    let (Some(command), true) = (command, flag.starts_with('-')) else {
+        return error;
+    };
+    let name = command.get_name();
+    let meant = advice(command, flag).map_or(String::new(), |meant| format!("did you mean {meant}? "));
+    let words = format!("{name} has no flag {flag}\n  help: {meant}`embrasure {name} --help` lists all flags\n");
+    Error::raw(ErrorKind::UnknownArgument, words)
+}
+
+/// The flag of `command` that `flag` may mean.
+fn advice(command: &Command, flag: &str) -> Option<String> {
+    let flags: Vec<String> = command
+        .get_arguments()
+        .filter(|arg| !arg.is_hide_set())
+        .filter_map(|arg| arg.get_long().map(|long| format!("--{long}")))
+        .collect();
+    let has = |known: &str| flags.iter().any(|flag| known.split(' ').next() == Some(flag));
+    match ELSEWHERE.iter().find(|(theirs, _)| theirs.contains(&flag)) {
+        Some((_, ours)) => ours.iter().find(|known| has(known)).map(|known| known.to_string()),
+        None => nearest(flag, flags.iter().map(String::as_str)).map(String::from),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::args::Args;
+
+    fn refusal(line: &str) -> String {
+        let words = line.split(' ').map(String::from);
+        Args::of(words).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn unknown_flags_are_answered_with_what_is_meant() {
+        for (line, expected) in [
+            (
+                "embrasure render a.obj --width 640",
+                "render has no flag --width\n  help: did you mean --size 640x480?",
+            ),
+            (
+                "embrasure render a.obj --camera 1,2,3",
+                "did you mean --position 0,1,5 --look-at 0,1,0?",
+            ),
+            ("embrasure render a.obj -s 4", "did you mean --spp 64?"),
+            ("embrasure render a.obj --sampels 4", "did you mean --samples?"),
+            ("embrasure lab a.obj --depth=3", "did you mean --max-depth 8?"),
+            ("embrasure develop a.exr --tonemap agx", "did you mean --tone agx?"),
+        ] {
+            let words = refusal(line);
+            assert!(words.contains(expected), "{line}: {words}");
+        }
+        // What resembles no flag, and what another command has, is not guessed at.
+        for line in ["embrasure render a.obj --xyzzy", "embrasure info a.obj --bounces 3"] {
+            let words = refusal(line);
+            assert!(
+                !words.contains("did you mean") && words.contains("lists all flags"),
+                "{words}"
+            );
+        }
+    }
+
+    /// All flags that are advised are flags of `render`, `lab` or `develop`, with values that they take.
+    #[test]
+    fn advice_can_be_followed() {
+        for ours in ELSEWHERE.iter().flat_map(|(_, ours)| *ours) {
+            let commands = ["render a.obj", "lab a.obj -o x", "develop a.exr -o a.png"];
+            let takes = |command: &str| Args::of(format!("embrasure {command} {ours}").split(' ')).is_ok();
+            assert!(commands.into_iter().any(takes), "{ours}");
+        }
+        // No flag of theirs is one of ours.
+        let program = Args::program();
+        for theirs in ELSEWHERE.iter().flat_map(|(theirs, _)| *theirs) {
+            let long = theirs.strip_prefix("--");
+            let render = program.find_subcommand("render").unwrap();
+            assert!(
+                render
+                    .get_arguments()
+                    .all(|arg| long.is_none() || arg.get_long() != long),
+                "{theirs}"
+            );
+        }
+    }
+}

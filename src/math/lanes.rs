@@ -91,3 +91,33 @@ impl Vec3Lanes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Frame;
+
+    /// Each lane has the bits that a vector by itself would have.
+    #[test]
+    fn lanes_are_rounded_as_vectors() {
+        let number = |k: usize| (k as f32 * 0.618_034).fract() * 2.0 - 1.0;
+        let vector = |k: usize| Vec3::new(number(k), number(7 * k + 3), number(13 * k + 5));
+        let mut lanes = [Vec3Lanes::ZERO; 2];
+        for lane in 0..LANES {
+            lanes[0].set(lane, vector(lane));
+            lanes[1].set(lane, vector(lane + 100));
+        }
+        let [v, w] = lanes;
+        let p = vector(50);
+        let frame = Frame::from_z(vector(60).normalize());
+        let (dot, to, local, mut scaled) = (v.dot(&w), v.to(p), frame.to_local_lanes(&v), v);
+        scaled.scale(&w.x);
+        for lane in 0..LANES {
+            let (one, other) = (vector(lane), vector(lane + 100));
+            assert_eq!((v.get(lane), dot[lane]), (one, one.dot(other)));
+            assert_eq!((to.get(lane), local.get(lane)), (p - one, frame.to_local(one)));
+            assert_eq!((scaled.get(lane), v.reversed().get(lane)), (one * other.x, -one));
+        }
+        assert_eq!(Vec3Lanes::splat(p).get(3), p);
+    }
+}

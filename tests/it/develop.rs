@@ -277,7 +277,7 @@ fn files_of_other_renderers_are_developed() {
     );
     let said = refused(at, &split("develop depth.exr -o x.png"), 1);
     assert!(
-        said.contains("depth.exr: has no layer of colours") && said.contains("there is Z, odd"),
+        said.contains("depth.exr: has no layer of colours") && said.contains("of Z, odd"),
         "{said}"
     );
     done(at, &split("develop -q depth.exr --channel odd -o x.png"));
@@ -301,7 +301,7 @@ fn what_cannot_be_developed_is_refused_with_what_can() {
         (
             "s.exr -o x.png --channel albedos",
             1,
-            &["albedos", "did you mean albedo? there is RGB, N, Z"],
+            &["albedos", "did you mean albedo? the file has RGB, N, Z"],
         ),
         (
             "s.exr -o x.png --denoise=median",

@@ -95,10 +95,15 @@ macro_rules! methods {
 
             /// The value of the parameter `key`, if the method reads it and it is of this type.
             pub(crate) fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
+                self.any_value(key)?.downcast_ref().copied()
+            }
+
+            // Apart from `value`, so that it is compiled once and not for each type.
+            fn any_value(&self, key: &str) -> Option<&dyn Any> {
                 match self {
                     $(Self::$kind(settings) => {
                         $(if key == stringify!($key) {
-                            return (&settings.$key as &dyn Any).downcast_ref().copied();
+                            return Some(&settings.$key);
                         })*
                         let _ = settings;
                         None

@@ -991,7 +991,8 @@ mod together {
         }
     }
 
-    /// A ray in 10⁵ may pass an edge more closely than roundings tell; nothing else may differ but which of two surfaces in one place is hit.
+    /// Two rays in 10⁵ may pass an edge more closely than roundings tell: how many do depends on the instruction set, by which Embree rounds. Nothing else may
+    /// differ but which of two surfaces in one place is hit.
     fn check(name: &str, scene: &Scene, auditor: &Auditor) {
         let findings = auditor.findings();
         // Sponza has surfaces in one another. Walks through alpha ask again from the very parameter of a hit, about which backends differ by a
@@ -1014,7 +1015,7 @@ mod together {
         }
         assert_eq!(findings.caused_by(Cause::Unexplained), 0, "{name}");
         assert!(
-            count * 100_000 <= rays.max(100_000),
+            count * 50_000 <= rays.max(50_000),
             "{name}: {count} of {rays} rays differ"
         );
     }

@@ -7,7 +7,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let path = &folder.path().join("box.exr");
-//! let file = SceneFile::load("scenes/cornell-box.toml".as_ref())?;
+//! let file = SceneFile::load("scenes/cornell-box.toml")?;
 //! let mut settings = Settings::of(&file);
 //! settings.spp = 16;
 //! # settings.spp = 1;

@@ -25,7 +25,8 @@
 //! # }
 //! ```
 //!
-//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file.
+//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file, and `examples/own_integrator.rs` an
+//! integrator of its own.
 //!
 //! # What may change
 //!

@@ -16,7 +16,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # others do, and without them all that uses such macros would be compiled once more.
 # The crate itself is compiled with little optimisation there, by which tests take a sixth longer: that is less than compiling saves.
 FEATURE_SETS := all none obvhs
-SMALL        := -p embrasure -p embree4-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
+SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
 FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
 FLAGS_none   := $(SMALL) --features embrasure/cli
 LIB_none     := accel:: integrator::opacity:: session:: cli::

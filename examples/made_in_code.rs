@@ -12,7 +12,6 @@ use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::SceneBuilder;
 use embrasure::{Format, Output, Session, Settings};
 use std::error::Error;
-use std::path::Path;
 
 /// Squares along a side of the water.
 const SIDE: u32 = 400;
@@ -69,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         lens_radius: 0.0,
         focus_distance: 1.0,
     };
-    let output = Output::prepare(Path::new(&path))?;
+    let output = Output::prepare(path)?;
     let session = Session::new(scene, camera, settings)?;
     let renderer = session.renderer()?;
     let mut state = renderer.start();

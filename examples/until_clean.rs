@@ -7,7 +7,6 @@
 use embrasure::film::Film;
 use embrasure::{ExrFormat, Format, Observer, Outcome, Output, SceneFile, Session, Settings};
 use std::error::Error;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Stops the render after the pass in which the error has become low enough.
@@ -43,12 +42,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let level: f64 = level.parse()?;
 
     // Flags of the command line are fields of the settings.
-    let file = SceneFile::load(Path::new(scene))?;
+    let file = SceneFile::load(scene)?;
     let settings = Settings {
         spp: 4096,
         ..Settings::of(&file)
     };
-    let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(Path::new(&format!("{stem}.{extension}"))));
+    let [exr, png] = ["exr", "png"].map(|extension| Output::prepare(format!("{stem}.{extension}")));
     let outputs = [
         (Format::Exr(ExrFormat::default()), exr?),
         (Format::Png(settings.tone), png?),

@@ -7,7 +7,7 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let path = &folder.path().join("box.exr");
-//! let file = SceneFile::load("scenes/cornell-box.toml".as_ref())?;
+//! let file = SceneFile::load("scenes/cornell-box.toml")?;
 //! let mut settings = Settings::of(&file);
 //! settings.spp = 16;
 //! # settings.spp = 1;
@@ -25,7 +25,8 @@
 //! # }
 //! ```
 //!
-//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file.
+//! `examples/until_clean.rs` watches a render and stops it, `examples/made_in_code.rs` has a scene that is in no file, and `examples/own_integrator.rs` an
+//! integrator of its own.
 //!
 //! # What may change
 //!

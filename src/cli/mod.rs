@@ -38,6 +38,7 @@ mod points;
 mod progress;
 mod reference;
 mod run;
+mod selftest;
 mod stats;
 mod stop;
 mod summary;
@@ -130,6 +131,7 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Explain(args)) => explain::explain(&args),
         Some(Command::Points(args)) => points::points(&args),
         Some(Command::Paths(args)) => paths::paths(&args),
+        Some(Command::Selftest(args)) => selftest::selftest(&args),
         Some(Command::Completions(args)) => completions::completions(&args),
         Some(Command::Man(args)) => man::man(&args),
         Some(Command::Help(args)) => help::help(&args),

@@ -33,6 +33,7 @@ pub use metropolis::importance_image::{ImportanceImage, ImportanceImageMaker};
 pub use metropolis::mlt::PathSpaceIntegrator;
 pub use metropolis::options::{Metropolis, MetropolisDirect, MetropolisTarget};
 pub use metropolis::pssmlt::PrimarySpaceIntegrator;
+pub use opacity::Transmittance;
 pub use path::ambient_occlusion::AmbientOcclusion;
 pub use path::area::AreaIntegrator;
 pub use path::debug::{DebugIntegrator, DebugView};
@@ -53,9 +54,11 @@ pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{Nearest, PhotonTree};
 pub use photon::vcm::{LightPaths, MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator};
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
+pub use vertex::Vertex;
 pub use visibility::{Site, VisibilityLearner, visibility_bytes};
 pub use world::World;
 
+use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::math::Vec2;
@@ -76,6 +79,25 @@ pub trait Integrator: Sync {
     /// Pixels, of a tile, whose samples are worth tracing together: 1, or up to [`SAMPLES_AT_ONCE`].
     fn pixels_at_once(&self) -> usize {
         1
+    }
+}
+
+/// An integrator from outside of this crate: how the light of one sample is found, by whichever backend. `Renderer::render_with` renders by it, and
+/// `examples/own_integrator.rs` has one.
+pub trait SampleTracer: Sync {
+    /// Traces the sample `key` with numbers from `sampler` and gives what it finds to `out`, as [`Integrator::sample`] does.
+    fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
+}
+
+/// A [`SampleTracer`] in its world.
+pub(crate) struct Traced<'a, T> {
+    pub world: World<'a, &'a dyn Accel>,
+    pub tracer: &'a T,
+}
+
+impl<T: SampleTracer> Integrator for Traced<'_, T> {
+    fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        self.tracer.sample(&self.world, key, sampler, out);
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) const MAX_LAYERS: u32 = 10_000;
 
 /// How light passes the surfaces between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Transmittance {
+pub struct Transmittance {
     /// Probability with which a ray passes all of them.
     pub pass: f32,
     /// Factor of the light that passes, in the mean over rays that do.

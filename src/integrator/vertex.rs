@@ -8,10 +8,13 @@ use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 
 /// A surface point with the local frame and the scattering that hold there.
-#[derive(Clone, Copy)]
-pub(crate) struct Vertex<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<'a> {
+    /// Where it is.
     pub point: SurfacePoint,
+    /// Local frame, whose z axis is the shading normal.
     pub frame: Frame,
+    /// How it scatters light.
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,

@@ -103,7 +103,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens, at `time` or, where
     /// that is not given, at a random time.
     #[inline(always)]
-    pub(super) fn camera_ray(
+    pub fn camera_ray(
         &self,
         key: SampleKey,
         time: Option<f32>,
@@ -171,7 +171,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// The first surface of the sample `key`, noted for the auxiliary channels; `None` where the ray leaves the scene.
-    pub(super) fn look<'v>(
+    pub fn look<'v>(
         &'v self,
         key: SampleKey,
         sampler: &mut impl Sampler,
@@ -192,13 +192,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// The closest hit, counted; surfaces with alpha and thin glass let rays pass at random, and the throughput `beta` is multiplied by the tint of
     /// the glass.
     #[inline(always)]
-    pub(super) fn intersect(
-        &self,
-        ray: &Ray,
-        kind: RayKind,
-        beta: &mut Spectrum,
-        out: &mut impl RaySink,
-    ) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, kind: RayKind, beta: &mut Spectrum, out: &mut impl RaySink) -> Option<Hit> {
         out.ray(kind);
         let hit = self.accel.intersect(ray);
         if self.scene.has_absorption() {
@@ -286,7 +280,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1, or lies in a body that absorbs.
     #[inline(always)]
-    pub(super) fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
+    pub fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         let passed = self.transmittance_of_surfaces(ray, out);
         match ray.body {
             0 => passed,
@@ -327,7 +321,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The surface at `hit`, seen along `ray`; `slot` holds a BSDF that varies over it, and the view of its BSDF.
     #[inline(always)]
-    pub(super) fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
+    pub fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let Some((point, bsdf)) = self.scene.plain_surface(hit, ray.time) else {
             return self.detailed_vertex(hit, ray, slot);
         };

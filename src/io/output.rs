@@ -31,7 +31,8 @@ pub struct Output {
 impl Output {
     /// Checks that `path` can be written, by writing beside it, and removes what killed runs have left there. A link is followed, also one whose
     /// target is not there yet.
-    pub fn prepare(path: &Path) -> Result<Self, FileError> {
+    pub fn prepare(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        let path = path.as_ref();
         let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
         let unusable = |error: io::Error| {
             FileError::system(path, "cannot write", &error).help("give another name, in a folder that is there")

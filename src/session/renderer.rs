@@ -10,9 +10,10 @@ use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, Settings
 use crate::accel::{Auditor, BackendInfo, Dispatch};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
+use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
 use crate::options::Method;
-use crate::render::{Observer, Outcome, Statistics};
+use crate::render::{self, Observer, Outcome, Statistics};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -170,6 +171,27 @@ impl<'a> Renderer<'a> {
             observer,
         };
         let (outcome, statistics) = self.accel.with(task);
+        state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
+        state.seconds += start.elapsed().as_secs_f64();
+        outcome
+    }
+
+    /// Does what [`Renderer::render`] does by an integrator of the caller's: `tracer` finds the light of each sample in place of the method that the settings
+    /// name. Files name that method all the same ([`Metadata::settings`]).
+    pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
+        let start = Instant::now();
+        let accel = self.accel.as_dyn();
+        let settings = self.session.settings();
+        let integrator = Traced {
+            world: self.session.world(&accel),
+            tracer,
+        };
+        let (sampler, end) = (settings.random_numbers(), settings.samples().end);
+        let film = &mut state.film;
+        let (outcome, statistics) = self.session.install(|| match settings.noise {
+            None => render::render(&integrator, &sampler, film, end, &observer),
+            Some(level) => render::render_to_noise(&integrator, &sampler, film, level, end, &observer),
+        });
         state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
         state.seconds += start.elapsed().as_secs_f64();
         outcome

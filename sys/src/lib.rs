@@ -11,6 +11,8 @@
 //! (`RTCError::RTC_ERROR_NONE`), and flags combine with `|`. The header's inline helpers
 //! (`rtcInitIntersectArguments` and the like) are not bound; null arguments mean their defaults.
 //!
+//! docs.rs has no Embree, so the page there has no bindings: `cargo doc -p embrasure-embree-sys` beside an installed Embree shows them.
+//!
 //! Embree is looked for in this order: `EMBREE_DIR` (a prefix), `EMBREE_INCLUDE_DIR` with
 //! `EMBREE_LIB_DIR`, the workspace's `.deps/embree`, the system's usual prefixes. The build script
 //! of a crate that depends on this one reads what was found in:
@@ -21,6 +23,7 @@
 //! | `DEP_EMBREE4_LIB_DIR` | the folder of the library |
 //! | `DEP_EMBREE4_RPATH` | the same where the dynamic loader needs to be told, else empty |
 
+#[cfg(not(without_bindings))]
 mod bindings {
     // Generated code is not held to the house rules:
     #![allow(
@@ -40,10 +43,12 @@ mod bindings {
     include!(concat!(env!("OUT_DIR"), "/bindings.rs"));
 }
 
+#[cfg(not(without_bindings))]
 pub use bindings::*;
 
 // What a safe layer takes for granted. bindgen has already held every structure against libclang's
 // view of the header; this holds that view against Embree's documentation.
+#[cfg(not(without_bindings))]
 const _: () = {
     use core::mem::offset_of;
 

@@ -1263,3 +1263,25 @@ fn idle_flags_are_said() {
     let out = done(folder.path(), &split("render s.toml --size 8x8 --spp 1 -q -o a.png"));
     assert_eq!(words(&out), "");
 }
+
+/// The cases of `selftest` have the right answers, by each backend; scripts read which.
+#[test]
+fn selftests_pass() {
+    let folder = folder(&[]);
+    let report = json(&done(folder.path(), &split("selftest --json")));
+    let cases = report["cases"].as_array().unwrap();
+    assert!(
+        cases.len() >= 10 && report["passed"] == cases.len() && report["failed"] == 0,
+        "{report}"
+    );
+    for case in cases {
+        let [measured, expected, tolerance] =
+            ["measured", "expected", "tolerance"].map(|key| case[key].as_f64().unwrap());
+        assert!((measured - expected).abs() <= tolerance, "{case}");
+    }
+    let said = printed(&done(folder.path(), &split("selftest --quick --backend brute")));
+    assert!(
+        said.starts_with("brute\n  ok     closed-room") && said.ends_with(" 0 failed\n"),
+        "{said}"
+    );
+}

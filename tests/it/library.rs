@@ -1,10 +1,15 @@
 //! The library does what the command line does.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, read_json, split};
+use embrasure::accel::Accel;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
 use embrasure::film::Film;
+use embrasure::integrator::{SampleTracer, Sink, World};
+use embrasure::material::BsdfSlot;
 use embrasure::math::{UVec2, Vec3};
+use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use embrasure::sampling::warp::cosine_hemisphere;
 use embrasure::scene::SceneBuilder;
 use embrasure::{
     Aov, Backend, Error, ExrFormat, Format, IntegratorKind, Observer, Outcome, Output, Parts, SceneFile, Session,
@@ -79,6 +84,50 @@ fn pictures_are_those_of_the_command_line() {
     );
     assert!(failures.is_empty(), "{failures:?}");
     assert_same_bits(&path("program.exr"), &path("library.exr"));
+}
+
+/// Ambient occlusion, written as a program over the library would.
+struct Openness;
+
+impl SampleTracer for Openness {
+    fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        let slot = BsdfSlot::new();
+        let Some((_, vertex)) = world.look(key, sampler, &slot, out) else {
+            return;
+        };
+        let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
+        wi.z = wi.z.copysign(vertex.wo.z);
+        out.radiance(world.transmittance(&vertex.ray_along(wi), out).color().into());
+    }
+}
+
+/// An integrator of another crate has the bits of the same one of this crate: the picture, its channels and its variance.
+#[test]
+fn integrators_can_be_brought() {
+    let folder = scene();
+    let session = session(&folder.path().join("s.toml"), |settings| {
+        settings.integrator.integrator = Some(IntegratorKind::AmbientOcclusion);
+        settings.integrator.ao_distance = Some(1e6);
+    });
+    let session = session.unwrap();
+    let renderer = session.renderer().unwrap();
+    let (mut own, mut brought) = (renderer.start(), renderer.start());
+    assert_eq!(renderer.render(&mut own, &()), Outcome::Complete);
+    // Also where it is stopped, and gone on with
+    let patience = Patience(AtomicU64::new(20_000));
+    assert_eq!(
+        renderer.render_with(&mut brought, &Openness, &patience),
+        Outcome::Stopped
+    );
+    assert_eq!(renderer.render_with(&mut brought, &Openness, &()), Outcome::Complete);
+    let picture = renderer.develop(&brought);
+    assert_eq!(renderer.develop(&own), picture);
+    assert_eq!(own.statistics.rays, brought.statistics.rays);
+    let open = &picture.channels[0].values;
+    assert!(
+        open.iter().any(|&v| v > 0.0) && open.iter().any(|&v| v < 0.99),
+        "{open:?}"
+    );
 }
 
 /// A render that is stopped again and again, kept, and gone on with by the program

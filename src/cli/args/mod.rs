@@ -23,6 +23,7 @@ mod paths;
 mod points;
 mod render;
 mod scene;
+mod selftest;
 mod unknown;
 mod values;
 #[cfg(feature = "view")]
@@ -46,6 +47,7 @@ pub(super) use paths::PathsArgs;
 pub(super) use points::{PointSet, PointsArgs};
 pub(super) use render::RenderArgs;
 pub(super) use scene::SceneArgs;
+pub(super) use selftest::SelftestArgs;
 #[cfg(feature = "view")]
 pub(super) use view::ViewArgs;
 pub(super) use views::ViewsArgs;
@@ -183,6 +185,8 @@ Examples:
     Points(PointsArgs),
     /// Measure how far an image is from a reference, and test whether by more than noise
     Compare(CompareArgs),
+    /// Render cases whose answers are known exactly, and report which are right
+    Selftest(SelftestArgs),
     /// Print the script that makes a shell complete commands and flags
     Completions(CompletionsArgs),
     /// Print the manual page, or write those of all commands

@@ -71,7 +71,7 @@ pub(super) const TEXTURE_DIR: &str = "texture_dir";
 
 impl SceneFile {
     /// Reads and parses a scene file; unknown keys and wrong types are errors with their place.
-    pub fn load(path: &Path) -> Result<Self, FileError> {
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::load_with(path, &[])
     }
 
@@ -80,7 +80,8 @@ impl SceneFile {
     /// # Errors
     ///
     /// Those of [`SceneFile::load`]. An error of a key that is set names it.
-    pub fn load_with(path: &Path, set: &[String]) -> Result<Self, FileError> {
+    pub fn load_with(path: impl AsRef<Path>, set: &[String]) -> Result<Self, FileError> {
+        let path = path.as_ref();
         let text = read(path)?;
         let overrides = read_overrides(path, set, &text)?;
         Self::parse(path, text, &overrides)

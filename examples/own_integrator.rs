@@ -1,0 +1,50 @@
+//! Renders a scene file by an integrator of its own, which shows where the sky is seen:
+//!
+//! ```text
+//! cargo run --release --example own_integrator -- scenes/cornell-box.toml out/sky.png
+//! ```
+
+use embrasure::accel::Accel;
+use embrasure::color::Spectrum;
+use embrasure::integrator::{SampleTracer, Sink, World};
+use embrasure::material::BsdfSlot;
+use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use embrasure::sampling::warp::cosine_hemisphere;
+use embrasure::{Format, Output, SceneFile, Session, Settings};
+use std::error::Error;
+
+/// The cosine-weighted share of the hemisphere in which the sky is seen, in the colour of the surface.
+struct SkyVisibility;
+
+impl SampleTracer for SkyVisibility {
+    fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
+        // The first surface, which also fills the channels of albedo, normals and depth
+        let slot = BsdfSlot::new();
+        let Some((_, vertex)) = world.look(key, sampler, &slot, out) else {
+            return;
+        };
+
+        // A direction by the cosine, on the viewer's side; numbers are named, so that none shifts another
+        let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
+        wi.z = wi.z.copysign(vertex.wo.z);
+        let open = world.transmittance(&vertex.ray_along(wi), out).color();
+        let color: Spectrum = open * vertex.bsdf.albedo();
+        out.radiance(color.into());
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, path] = args.as_slice() else {
+        return Err("two arguments are expected: a scene file, and the PNG file to write".into());
+    };
+    let file = SceneFile::load(scene)?;
+    let session = Session::load(&file, Settings::of(&file), &())?;
+    let output = Output::prepare(path)?;
+    let renderer = session.renderer()?;
+    let mut state = renderer.start();
+    renderer.render_with(&mut state, &SkyVisibility, &());
+    let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
+    output.write_image(&Format::Png(session.settings().tone), &image, None, &metadata)?;
+    Ok(())
+}

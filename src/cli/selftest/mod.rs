@@ -1,0 +1,147 @@
+//! `embrasure selftest`: renders whose answers are known exactly, by each backend that is built in. It shows that an installed program works: its
+//! libraries, its processor's instructions, its files.
+//!
+//! `cases` has the cases and their answers, `scenes` what they show.
+
+mod cases;
+mod scenes;
+
+use super::args::SelftestArgs;
+use super::error::CliError;
+use super::words;
+use crate::options::Backend;
+use crate::session::BUILD;
+use cases::{CASES, Case, Measured, Probe};
+use serde_json::{Value, json};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// A case that was run with a backend.
+struct Ran {
+    case: &'static Case,
+    backend: Backend,
+    measured: Result<Measured, CliError>,
+    seconds: f64,
+}
+
+impl Ran {
+    fn passed(&self) -> bool {
+        self.measured.as_ref().is_ok_and(Measured::passed)
+    }
+
+    fn json(&self) -> Value {
+        let mut facts = json!({
+            "name": self.case.name,
+            "about": self.case.about,
+            "backend": self.backend.name(),
+            "passed": self.passed(),
+            "seconds": self.seconds,
+        });
+        match &self.measured {
+            Ok(measured) => {
+                facts["expected"] = json!(measured.expected);
+                facts["measured"] = json!(measured.value);
+                facts["tolerance"] = json!(measured.tolerance);
+            }
+            Err(error) => facts["error"] = json!(error.to_string()),
+        }
+        facts
+    }
+
+    fn print(&self) {
+        let verdict = if self.passed() { "ok" } else { "FAILED" };
+        let figures = match &self.measured {
+            Ok(measured) => measured.to_string(),
+            Err(error) => error.to_string(),
+        };
+        outln!("  {verdict:<6} {:<18} {figures}", self.case.name);
+    }
+}
+
+/// Runs the cases, and tells which have the right answer.
+pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
+    let usual = || {
+        Backend::ALL
+            .iter()
+            .copied()
+            .filter(|&backend| backend != Backend::Brute)
+    };
+    let backends: Vec<Backend> = match args.backend {
+        Some(backend) => vec![backend],
+        // The oracle is all there is where no other is built in.
+        None if usual().next().is_none() => Backend::ALL.to_vec(),
+        None => usual().collect(),
+    };
+    let mut all = Vec::new();
+    for backend in backends {
+        if !args.json {
+            outln!("{}", backend.name());
+        }
+        for case in CASES.iter().filter(|case| args.full || case.is_quick) {
+            let start = Instant::now();
+            let measured = (case.run)(&Probe { backend });
+            let seconds = start.elapsed().as_secs_f64();
+            let ran = Ran {
+                case,
+                backend,
+                measured,
+                seconds,
+            };
+            if !args.json {
+                ran.print();
+            }
+            all.push(ran);
+        }
+    }
+    let passed = all.iter().filter(|ran| ran.passed()).count();
+    let failed = all.len() - passed;
+    if args.json {
+        let report = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "build": BUILD,
+            "cases": all.iter().map(Ran::json).collect::<Vec<_>>(),
+            "passed": passed,
+            "failed": failed,
+        });
+        outln!("{report:#}");
+    } else {
+        outln!("{} passed, {failed} failed", words::count(passed as u64, "case"));
+    }
+    Ok(if failed == 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_have_names_of_their_own() {
+        for (i, case) in CASES.iter().enumerate() {
+            assert!(CASES[..i].iter().all(|other| other.name != case.name), "{}", case.name);
+        }
+    }
+
+    #[test]
+    fn wrong_answers_fail() {
+        let ran = |measured| Ran {
+            case: &CASES[0],
+            backend: Backend::ALL[0],
+            measured,
+            seconds: 0.0,
+        };
+        assert!(ran(Ok(Measured::near(2.001, 2.0))).passed());
+        for measured in [
+            Ok(Measured::near(2.02, 2.0)),
+            Ok(Measured::near(f64::NAN, 2.0)),
+            Ok(Measured::none(1)),
+            Err(CliError::Failed("no device".into())),
+        ] {
+            let ran = ran(measured);
+            assert!(!ran.passed() && ran.json()["passed"] == json!(false));
+        }
+    }
+}

@@ -122,7 +122,7 @@ fn described(parameter: &Parameter) -> Value {
     match number.or(is_name.then(|| json!(default))) {
         Some(value) => schema["default"] = value,
         None if default.is_empty() => {}
-        None => words += &format!(". Default: {default}"),
+        None => words = format!("{}. Default: {default}", words.trim_end_matches('.')),
     }
     schema["description"] = json!(words);
     schema

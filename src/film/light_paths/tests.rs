@@ -203,7 +203,7 @@ fn mistakes_are_named_with_their_place() {
         ("CD{0}L", "`}` at character 5"),
         ("CD{101}L", "counts are 100"),
         ("CD{,3}L", "`,` at character 4"),
-        ("C(.{50}){50}L", "more than 128 events"),
+        ("C(.{50}){50}L", "longer than 128 events"),
         ("CV L", "`V` at character 2"),
         ("CD\nΩL", "`\\u{3a9}` at character 4"),
     ] {
@@ -256,7 +256,7 @@ fn names_are_checked() {
         ("bounces:21", "is not a number of bounces"),
         ("bounces:x", "is not a number of bounces"),
         ("bounce.-1", "is not a number of bounces"),
-        ("bounce.rest", "depends on the others"),
+        ("bounce.rest", "beside other bounces"),
         ("glossy", "no such part"),
     ] {
         let error = PathPart::parse(name).expect_err(name).to_string();

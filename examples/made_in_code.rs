@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..Settings::default()
     };
 
-    // Materials and meshes; the builder refuses what makes no sense, and says what it left out.
+    // Materials and meshes; the builder refuses invalid values, and reports what it left out.
     let mut builder = SceneBuilder::new();
     let water = builder.add_material(Material {
         diffuse: Spectrum::rgb(0.02, 0.08, 0.10),

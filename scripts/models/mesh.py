@@ -77,7 +77,7 @@ class Mesh:
             self.polygon(face, uvs)
 
     def grid(self, rows, closed=False):
-        """A surface through rows of as many points each. Its front is to the left of a row for somebody who goes along it with the next row above.
+        """A surface through rows of as many points each. Its front is to the left of a row when one moves along it with the next row above.
         Rows of a single point are poles."""
         numbers = [[self.point(p) for p in row] for row in rows]
         for low, high in zip(numbers, numbers[1:]):

@@ -17,7 +17,7 @@ const BRUTE_TESTS: f64 = 256.0;
 
 /// A backend whose answers are checked, for a share of the rays, against those of another one and against exact arithmetic.
 ///
-/// The first backend is asked as if nobody checked: packets are traced as packets. Each ray of a packet is checked by itself. Which rays are checked
+/// The first backend is asked as in a render: packets are traced as packets. Each ray of a packet is checked by itself. Which rays are checked
 /// depends on their bits alone, so that any number of threads checks the same ones.
 pub struct Auditor<'a> {
     scene: &'a Scene,
@@ -423,7 +423,7 @@ mod tests {
         assert_eq!(findings.faults(), 0);
     }
 
-    /// A backend whose packets say nothing.
+    /// A backend whose packets report no hits.
     struct BlindPackets<'a>(&'a BruteForce<'a>);
 
     impl Accel for BlindPackets<'_> {

@@ -304,7 +304,7 @@ impl Crossing {
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
-        // Surfaces that are steeper than this are not told from rims.
+        // Surfaces that are steeper than this count as rims.
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

@@ -1,4 +1,4 @@
-//! Scattering events, as light path expressions tell them apart (`film/light_paths`).
+//! Scattering events, as light path expressions distinguish them (`film/light_paths`).
 //!
 //! Smooth lobes cover each other: no direction belongs to one of them. An event is therefore split among the lobes by what each of them scatters, their
 //! share of the value of the BSDF.

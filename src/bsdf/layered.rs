@@ -17,7 +17,7 @@ use crate::math::Vec3;
 /// diffuse lobes that makes `T(wo) T(wi)` over the mean of `T`, since what does not get out is scattered again (Kelemen and Szirmay-Kalos 2001, "A
 /// Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling"). Other lobes scatter about the mirror direction, where
 /// both are alike: they get the lesser of both (as the sheen of glTF's `KHR_materials_sheen`), which loses light only where they are wide. Both
-/// forms are reciprocal and give no more than there is.
+/// forms are reciprocal and add no energy.
 ///
 /// The layers have no thickness: they neither bend nor blur what passes, and the base's index of refraction is that against air.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -52,7 +52,7 @@ impl Pose {
         }
     }
 
-    /// Right, up and forward as unit vectors; `None` where they cannot be told.
+    /// Right, up and forward as unit vectors; `None` where they are undefined.
     fn axes(&self) -> Option<[Vec3; 3]> {
         let forward = (self.look_at - self.position).try_normalize()?;
         let right = forward.cross(self.up.try_normalize()?).try_normalize()?;
@@ -150,7 +150,7 @@ impl CameraError {
     pub(crate) fn unknown(parameter: &'static str) -> Self {
         Self {
             parameter,
-            message: "is neither given nor can it be guessed".into(),
+            message: "is not given and cannot be guessed".into(),
         }
     }
 
@@ -243,7 +243,7 @@ impl Camera {
                     return Err(CameraError {
                         parameter: "close",
                         message: format!(
-                            "place cannot be reached: on the way, at time {place}, it looks along `up` or nowhere"
+                            "position cannot be reached: at time {place} the camera looks along `up`, or has no direction"
                         ),
                     });
                 }

@@ -28,7 +28,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name) && !PathPart::is_name(name)) {
         let known = Aov::NAMES.iter().map(|(name, _)| *name).chain(PathPart::names());
         return Err(CliError::Usage(format!(
-            "--aov {unknown}: no such channels\n  help: use some of {}, or all",
+            "--aov {unknown}: unknown channels\n  help: choose from {}, or use all",
             known.collect::<Vec<_>>().join(", ")
         )));
     }

@@ -176,7 +176,7 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
 pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Result<Backend, CliError> {
     let other = against.or_else(|| Backend::ALL.iter().copied().find(|b| *b != backend));
     other.filter(|other| *other != backend).ok_or_else(|| {
-        let message = format!("there is nothing to check the backend {} against", backend.name());
+        let message = format!("there is no second backend to check {} against", backend.name());
         CliError::Usage(format!(
             "{message}\n  help: name another one (see --version), or build with one more"
         ))
@@ -199,7 +199,7 @@ impl Audit<'_> {
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;
         let samples = rays.div_ceil(traced.max(1));
         let samples = u32::try_from(samples).map_err(|_| {
-            let message = format!("--rays {rays} is more than 2^32 samples of this image have");
+            let message = format!("--rays {rays} is more than this image has in 2^32 samples");
             CliError::Usage(format!("{message}\n  help: use fewer"))
         })?;
         let share = rays as f64 / (traced.max(1) as f64 * samples as f64);

@@ -90,7 +90,7 @@ impl Report {
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
-        // Where single faces are named, their sum says nothing more.
+        // The sum adds nothing to a list of single faces.
         let names_faces = linted
             .iter()
             .any(|f| matches!(f.code, "degenerate-face" | "repeated-vertex"));
@@ -186,7 +186,7 @@ impl Report {
         ];
         let taken: Vec<&str> = defaults.iter().filter(|(is, _)| *is).map(|(_, words)| *words).collect();
         if !taken.is_empty() {
-            let message = format!("not said, and taken as the default: {}", taken.join(", "));
+            let message = format!("not given, so defaults apply: {}", taken.join(", "));
             self.add(Severity::Note, "default-setting", file.whole(message));
         }
     }

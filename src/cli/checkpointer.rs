@@ -23,13 +23,13 @@ impl Checkpointer {
         let Some(output) = output else {
             return Ok(None);
         };
-        // Nobody writes it from here on.
+        // No thread writes it from here on.
         let lock = output.lock()?;
         let path = output.path();
         let is_there = path.exists();
         if is_there && !args.resume {
             return Err(CliError::Usage(format!(
-                "--checkpoint {} exists already\n  help: add --resume to go on from it, or delete it to start anew",
+                "--checkpoint {} already exists\n  help: add --resume to continue from it, or delete it to start again",
                 path.display()
             )));
         }

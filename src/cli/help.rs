@@ -17,7 +17,7 @@ pub(super) fn help(args: &HelpArgs) -> Result<ExitCode, CliError> {
             outln!("  {:<12} {}", topic.names[0], topic.title());
         }
         outln!("\nembrasure help {SCHEMA} prints the JSON Schema of scene files, for editors.");
-        outln!("embrasure help CODE tells what a code of `embrasure check` means.");
+        outln!("embrasure help CODE explains a code of `embrasure check`.");
         return Ok(ExitCode::SUCCESS);
     };
     if let Some(command) = program.find_subcommand_mut(topic) {

@@ -17,8 +17,8 @@ use std::process::ExitCode;
 /// Writes a scene file that renders what the OBJ does, with all that one may want to change in it.
 pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let SceneKind::Toml = kind_of(&args.scene)? {
-        let error = FileError::new(&args.scene, "this is a scene file already");
-        let help = "give an .obj file; `embrasure render SCENE --dump-scene FILE.toml` writes a scene file anew";
+        let error = FileError::new(&args.scene, "this is already a scene file");
+        let help = "give an .obj file; `embrasure render SCENE --dump-scene FILE.toml` writes a new scene file";
         return Err(error.help(help).into());
     }
     let file = read_scene(&args.scene, &args.load)?;
@@ -28,7 +28,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     };
     if path.exists() && !args.force {
         return Err(CliError::Usage(format!(
-            "{} exists already\n  help: give another name with -o, or replace it with --force",
+            "{} already exists\n  help: give another name with -o, or replace it with --force",
             path.display()
         )));
     }

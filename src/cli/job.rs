@@ -86,7 +86,7 @@ impl Job {
     }
 }
 
-/// Sets in `options` what was not said of a picture: metered exposure, the tone curve AgX and good quality.
+/// Sets the defaults of a picture in `options`: metered exposure, the tone curve AgX and good quality.
 fn guess_picture(args: &RenderArgs, options: &mut SceneOptions) {
     // Colours of debug views stand for numbers.
     if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
@@ -96,7 +96,7 @@ fn guess_picture(args: &RenderArgs, options: &mut SceneOptions) {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
     });
-    // A part of the samples is no picture: the whole has the default number of them, and what is merged is raw.
+    // A part of the samples is not a picture: the whole has the default number of them, and what is merged is raw.
     if args.samples.is_none() {
         options.quality = options.quality.or(QualityOptions {
             quality: Some(Quality::Good),
@@ -197,7 +197,7 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     match extension.as_deref() {
         Some("toml") => Ok(SceneKind::Toml),
         Some("obj") => Ok(SceneKind::Obj),
-        _ => Err(refused("not a scene by its name")),
+        _ => Err(refused("the name of a scene ends in .toml or .obj")),
     }
 }
 

@@ -27,8 +27,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
         return Ok(ExitCode::SUCCESS);
     }
     Err(CliError::Usage(format!(
-        "--pixel: the light that --integrator {} finds belongs to no single sample\n  help: add --json, or use `embrasure paths`: they \
-         trace a whole iteration",
+        "--pixel: light of --integrator {} falls on any pixel, so no sample belongs to one pixel\n  help: add --json, or use `embrasure paths`; both trace a whole iteration",
         session.settings().method().name()
     )))
 }

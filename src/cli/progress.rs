@@ -26,7 +26,7 @@ const INTERRUPTED_CODE: i32 = super::error::INTERRUPTED as i32;
 /// Whether there is a [`Heeding`].
 static IS_HEEDED: AtomicBool = AtomicBool::new(false);
 
-/// Set by the first signal that is heeded.
+/// Set by the first signal that counts.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Signals that come closer together than this are one: schedulers signal a job's script and its program, and the script passes it on.

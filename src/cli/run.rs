@@ -52,7 +52,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
-    // Names that nobody typed give way to the scene's files, which are known by now.
+    // Default names avoid the scene's files, which are known by now.
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {
         outputs.forget("-o");
@@ -240,7 +240,7 @@ impl Run<'_> {
         let image = done.unwrap_or_else(|unfinished| {
             match unfinished {
                 Unfinished::Failed(error) => failures.push(error.to_string()),
-                Unfinished::GivenUp => words::warning("interrupted: the pictures are raw, denoising was given up"),
+                Unfinished::GivenUp => words::warning("interrupted: denoising was cancelled, and the pictures are raw"),
             }
             self.develop(state, failures)
         });
@@ -275,7 +275,7 @@ impl Run<'_> {
     /// The picture of `state`, without further channels where making them fails.
     fn develop(&self, state: &RenderState, failures: &mut Vec<String>) -> Image {
         guarded(|| self.renderer.develop(state)).unwrap_or_else(|panic| {
-            failures.push(fault("the picture has the usual channels alone", &panic));
+            failures.push(fault("the picture has only the usual channels", &panic));
             state.film.develop()
         })
     }
@@ -286,14 +286,15 @@ impl Run<'_> {
             Stop::Interrupt => "interrupted",
             _ => "--time-limit came",
         };
-        let words =
-            format!("{came} before the first sample was whole: no picture is written, and what was there stays");
+        let words = format!(
+            "{came} before the first sample was complete: no picture was written, and existing files were kept"
+        );
         if stop == Stop::Interrupt && failures.is_empty() {
             return CliError::Interrupted(words);
         }
         let name = self.job.settings.method().name();
         failures.push(format!(
-            "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): what {name} prepares, or a sample of all pixels, takes longer"
+            "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): {name} needs longer to prepare or to take one sample of all pixels"
         ));
         CliError::of_failures(&failures)
     }
@@ -419,7 +420,7 @@ impl Run<'_> {
 /// Says what went wrong without ending the render.
 fn warn_of(failures: &[FileError]) {
     for failure in failures {
-        words::warning(format_args!("{failure}; the render goes on"));
+        words::warning(format_args!("{failure}; the render continues"));
     }
 }
 
@@ -443,8 +444,7 @@ const MANY_DOUBTFUL: f64 = 0.02;
 fn doubtful_warning(doubtful: f64) -> Option<String> {
     (doubtful >= MANY_DOUBTFUL).then(|| {
         format!(
-            "{:.0} % of the records of irradiance have most of their light from a few of their rays, as caustics and small openings have it: \
-             blotches in the picture are wrong, and more samples do not remove them\n  \
+            "{:.0} % of the irradiance records get most of their light from a few rays, as at caustics and small openings: the picture has wrong blotches, and more samples do not remove them\n  \
              help: use photon-map, sppm or path, or raise --cache-rays",
             100.0 * doubtful
         )
@@ -461,12 +461,11 @@ fn spikes_warning(spikes: Spikes) -> String {
         around,
     } = spikes;
     let pixels = match count {
-        1 => "1 pixel has most of its light".into(),
-        n => format!("{n} pixels have most of their light"),
+        1 => "1 pixel gets most of its light".into(),
+        n => format!("{n} pixels get most of their light"),
     };
     format!(
-        "{pixels} from a few of the iterations: a chain was stuck there, or a path is found that rarely; \
-         pixel {},{} is {value:.3} ± {error:.3}, those around it {around:.3}\n  \
+        "{pixels} from a few iterations: a chain was stuck there, or the path is very rare; pixel {},{} is {value:.3} ± {error:.3}, its neighbours {around:.3}\n  \
          help: do not trust such pixels; take more samples, or compare with bdpt or vcm",
         brightest.x, brightest.y
     )
@@ -474,14 +473,14 @@ fn spikes_warning(spikes: Spikes) -> String {
 
 fn cut_warning(walks: u64) -> String {
     format!(
-        "{} passed 10,000 surfaces of an opacity below 1; what lies behind counts as opaque",
+        "{} passed 10,000 surfaces with an opacity below 1; everything behind them counts as opaque",
         words::count(walks, "ray")
     )
 }
 
 /// A panic that was caught, and what comes of it.
 fn fault(outcome: &str, panic: &str) -> String {
-    format!("the program has failed, so that {outcome}: {panic}\n  help: please report this, with the command")
+    format!("internal error, so {outcome}: {panic}\n  help: please report this, with the command")
 }
 
 fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
@@ -493,7 +492,7 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     if stop == Stop::Interrupt {
-        errln!("interrupted: what is written holds the samples taken so far");
+        errln!("interrupted: the files hold the samples so far");
         return Ok(ExitCode::from(INTERRUPTED));
     }
     Ok(ExitCode::SUCCESS)

@@ -157,7 +157,7 @@ impl Chains {
         } = *self;
         (time > MAX_SHARE_OF_A_CHAIN * mutations).then(|| {
             format!(
-                "Markov chains of {mutations:.0} mutations return to a pixel so often that they count as {:.1} independent samples each: the picture shows where they started\n  \
+                "a Markov chain of {mutations:.0} mutations returns to a pixel so often that it is worth {:.1} independent samples: the picture shows where chains started\n  \
                  help: use fewer and longer chains (--chains), or compare with bdpt or vcm",
                 mutations / time
             )

@@ -160,7 +160,7 @@ impl Sending {
         });
         let (connection, stream) = connected.map_err(|error| {
             FileError::system(Path::new(address), "cannot connect to a viewer", &error)
-                .help("start tev there first; it listens at 127.0.0.1:14158 where its own --host says nothing else")
+                .help("start tev first; by default it listens at 127.0.0.1:14158")
         })?;
         let scene = scene.file_name().unwrap_or_default().to_string_lossy();
         let bands = Arc::new(AtomicU64::new(0));
@@ -247,7 +247,7 @@ impl Sending {
 /// Of a viewer that takes longer than `patience`.
 fn slow(patience: Duration) -> io::Error {
     let seconds = patience.as_secs();
-    io::Error::other(format!("it reads too slowly, and was given {seconds} s"))
+    io::Error::other(format!("it reads too slowly; the limit is {seconds} s"))
 }
 
 /// Of the viewer at `address`.

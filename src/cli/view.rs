@@ -26,8 +26,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     };
     if !args.listen.is_loopback() {
         words::warning(format_args!(
-            "--listen {}: all who reach this address and have the link see and steer this render, and can write its camera into the scene file; neither the link nor the \
-             pictures are encrypted on their way\n  help: use ssh -L in place of --listen (`embrasure view --help`)",
+            "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen (`embrasure view --help`)",
             args.listen
         ));
     }

@@ -18,9 +18,9 @@ use std::process::ExitCode;
 
 /// Pictures in a row of the sheet.
 const COLUMNS: usize = 4;
-/// Samples a pixel where the command says nothing.
+/// Default number of samples per pixel.
 const SAMPLES: u32 = 16;
-/// Edge of a picture, pixels, where the command says nothing.
+/// Default edge of a picture, pixels.
 const SIZE: u32 = 240;
 
 /// Renders the candidates small, and writes the sheet.

@@ -66,7 +66,7 @@ pub(super) fn print_bytes(bytes: &[u8]) {
     note(io::stdout().lock().write_all(bytes));
 }
 
-/// Prints words that may hold names to the standard error. Where nobody can be told, there is nobody to tell so.
+/// Prints words that may hold names to the standard error. A failure to print cannot be printed either, and is ignored.
 pub(super) fn say(words: Arguments) {
     let _ = io::stderr().lock().write_all(escaped(&words.to_string()).as_bytes());
 }

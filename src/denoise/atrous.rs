@@ -102,7 +102,7 @@ impl Input {
                 Light { value, variance }
             })
             .collect();
-        // One sample a pixel tells nothing of its noise; its neighbours do.
+        // One sample per pixel has no variance; that of its neighbours is used.
         if light.iter().any(|light| !light.variance.is_finite()) {
             let estimates: Vec<f32> = (0..light.len())
                 .into_par_iter()

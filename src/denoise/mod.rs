@@ -36,8 +36,7 @@ pub enum Denoiser {
 pub enum DenoiseError {
     /// The filter is not part of this program.
     #[error(
-        "this program was built without Open Image Denoise\n  help: use --denoise=atrous or --denoise=gaussian, or get the \
-         library by scripts/setup oidn and build with --features oidn"
+        "this program was built without Open Image Denoise\n  help: use --denoise=atrous or --denoise=gaussian, or run scripts/setup oidn and build with --features oidn"
     )]
     NotBuilt,
     /// A channel that the filter needs is missing.

@@ -31,7 +31,7 @@ pub(super) fn denoise(image: &Image, color: &[Vec3], size: [usize; 2], radius: f
     let given = vectors(image, VARIANCE)?;
     let variance = match given.iter().all(|v| v.is_finite()) {
         true => box_mean(&given, size, VARIANCE_REACH),
-        // One sample a pixel tells nothing of its noise; its neighbours do.
+        // One sample per pixel has no variance; that of its neighbours is used.
         false => spread(color, size),
     };
     Ok(filter(color, &variance, size, radius.round().max(1.0) as isize))

@@ -56,7 +56,7 @@ impl<'de> Deserialize<'de> for NamedView {
         let names = || join_names(View::NAMES);
         found
             .map(|(_, view)| Self(*view))
-            .ok_or_else(|| Error::custom(format!("no view `{name}`; there are {}", names())))
+            .ok_or_else(|| Error::custom(format!("unknown view `{name}`; choose from {}", names())))
     }
 }
 

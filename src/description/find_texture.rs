@@ -78,7 +78,7 @@ impl<'a> TextureSearch<'a> {
         });
         let names: Vec<String> = names.collect();
         format!(
-            "it was looked for in {}; put it there, or name its folder with --texture-dir",
+            "searched in {}; put it there, or name its folder with --texture-dir",
             names.join(", ")
         )
     }
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn folders_of_one_place_are_named_once() {
         let search = TextureSearch::new(Path::new("a.mtl"), &[], Path::new("a.obj"));
-        let help = "it was looked for in ., textures, maps; put it there, or name its folder with --texture-dir";
+        let help = "searched in ., textures, maps; put it there, or name its folder with --texture-dir";
         assert_eq!(search.help(), help);
     }
 }

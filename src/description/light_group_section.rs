@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use toml::Spanned;
 
-/// `[[light_group]]`: materials whose emission is told apart from other light.
+/// `[[light_group]]`: materials whose emission is distinguished from other light.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightGroupSection {
@@ -48,7 +48,7 @@ pub(super) fn light_group(
     builder.light_group(name.get_ref()).map_err(|error| {
         let help = match error {
             BuildError::TooManyLightGroups => format!(
-                "let lights share groups: there are {} at most, with `{}` for those that are in none",
+                "use at most {} groups, including `{}` for lights without a group",
                 LightGroups::MOST,
                 LightGroups::DEFAULT
             ),

@@ -261,7 +261,7 @@ impl LightSection {
             other => {
                 let error = file.error(self.kind.span(), format!("unknown type of light `{other}`"));
                 let [types @ .., last] = Self::TYPES;
-                return Err(error.help(format!("there are {} and {last}", types.join(", "))));
+                return Err(error.help(format!("choose from {} and {last}", types.join(", "))));
             }
         };
         added.map_err(|error| {

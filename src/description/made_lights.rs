@@ -1,4 +1,4 @@
-//! `[[light]]` sections that are written by the program: by flags, and where a scene says nothing of its light.
+//! `[[light]]` sections that are written by the program: by flags, and for scenes without lights.
 
 use super::LightSection;
 use crate::color::Spectrum;

@@ -43,7 +43,7 @@ pub enum Instances {
 pub struct TransformSection {
     /// Applied last.
     pub translate: Option<[f32; 3]>,
-    /// Degrees about the fixed x, y and z axes, in that order.
+    /// Rotation in degrees about the fixed x, y and z axes, in that order.
     pub rotate: Option<[f32; 3]>,
     /// Applied first.
     pub scale: Option<Scale>,

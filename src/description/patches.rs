@@ -75,8 +75,8 @@ impl SceneFile {
             let bytes = self.source.bytes();
             let added = self.source.overrides.add_patch(written, bytes);
             added.map_err(|()| {
-                let error = self.whole(format!("--material {written}: no material and key with a value"));
-                let help = "write a name or a glob of materials, a key and its value, such as 'Floor*.roughness=0.2'";
+                let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE"));
+                let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2'";
                 error.of_flag().help(help)
             })?;
         }
@@ -140,8 +140,8 @@ impl SceneFile {
     fn check_patch(&self, section: &MaterialSection) -> Result<(), FileError> {
         match &section.patch {
             Some(key) => {
-                let error = self.error(key.span(), "`patch` is a key of [material.NAME] alone");
-                Err(error.help("leave it out: this is a patch already"))
+                let error = self.error(key.span(), "`patch` belongs in [material.NAME] only");
+                Err(error.help("remove it: this section is already a patch"))
             }
             None => Ok(()),
         }

@@ -20,22 +20,22 @@ const MAX_NAMED: usize = 20;
 const COMMENTS: [(&str, &str); 5] = [
     (
         "[camera]",
-        "Camera: where its lens is, the point in the middle of the image, and what is up; vertical_fov in degrees.\n\
-         A lens_radius above 0 blurs what is not at the focus_distance.",
+        "Camera: position of the lens, point in the middle of the image, and up direction; vertical_fov in degrees.\n\
+         A lens_radius above 0 blurs everything that is not at the focus_distance.",
     ),
     (
         "[image]",
-        "Picture: pixels. Exposure, in stops of which each doubles the light, and the tone curve (srgb, reinhard,\n\
-         aces-narkowicz, aces-hill, agx) are those of PNG files; EXR files hold the light itself.",
+        "Picture: size in pixels. Exposure in stops (each doubles the light) and tone curve (srgb, reinhard,\n\
+         aces-narkowicz, aces-hill, agx) apply to PNG files; EXR files hold linear light.",
     ),
     ("[render]", "Samples per pixel: four times as many halve the noise."),
     (
         "[[object]]",
-        "Geometry. To place it: transform = { translate = [0, 0, 0], rotate = [0, 0, 0], scale = 1 }",
+        "Geometry. Placement: transform = { translate = [0, 0, 0], rotate = [0, 0, 0], scale = 1 }",
     ),
     (
         "[[light]]",
-        "Light besides that of emitting materials: constant, environment, point, spot or directional.",
+        "Lights in addition to emitting materials. `embrasure help scene` lists their types.",
     ),
 ];
 
@@ -60,11 +60,12 @@ impl SceneFile {
         let source = self.whole("").file;
         let source = source.file_name().unwrap_or_default().to_string_lossy();
         let mut text = comment(&format!(
-            "Scene file of {source}, written by embrasure {} init. It renders what the bare OBJ does.",
+            "Scene file of {source}, written by embrasure {} init. It gives the same picture as the bare OBJ.",
             env!("CARGO_PKG_VERSION")
         ));
-        text +=
-            &comment("A line that begins with # and no blank is a setting as it is: take the # away, and change it.");
+        text += &comment(
+            "A line that begins with # and no blank is a setting with its current value: remove the # and change it.",
+        );
         text += &comment("`embrasure help scene` lists all keys.");
         let usual = usual_settings(options);
         for line in file.to_toml(path)?.lines() {
@@ -82,10 +83,10 @@ impl SceneFile {
         }
         text.push('\n');
         text += &comment(
-            "Materials as they are. A patch changes what it says of a material and keeps the rest; its name may be a glob,",
+            "Materials with their current values. A patch changes only its own keys; its name may be a pattern,",
         );
         text += &comment(
-            "such as [patch.\"Metal*\"]. Colours are linear, one number or three; a texture multiplies the number of its name.",
+            "such as [patch.\"Metal*\"]. Colours are linear, one number or three; a texture multiplies the key of its name.",
         );
         let folder = absolute(path.parent().unwrap_or(Path::new("")));
         for (id, material) in inspection.materials.iter().enumerate() {
@@ -139,7 +140,7 @@ impl SceneFile {
 
     fn unwritable(&self, error: &toml::ser::Error) -> FileError {
         let error = self.whole(format!("cannot write its scene file: {error}"));
-        error.help("give the files that it names names in UTF-8")
+        error.help("rename the files of the scene: their names must be UTF-8")
     }
 }
 
@@ -217,7 +218,10 @@ fn unused(inspection: &Inspection) -> String {
     let named: Vec<&str> = names.into_iter().take(MAX_NAMED).collect();
     format!(
         "\n{}",
-        comment(&format!("Defined, and used by no face: {}{rest}", named.join(", ")))
+        comment(&format!(
+            "Defined, but not used by any face: {}{rest}",
+            named.join(", ")
+        ))
     )
 }
 

@@ -119,7 +119,7 @@ impl SceneFile {
         }
         toml::to_string(&file).map_err(|error| {
             let error = FileError::new(path, format!("cannot write the scene: {error}"));
-            error.help("give the files that it names names in UTF-8")
+            error.help("rename the files of the scene: their names must be UTF-8")
         })
     }
 

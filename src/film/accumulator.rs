@@ -124,7 +124,7 @@ impl Accumulator {
         };
     }
 
-    /// Adds what somebody else has taken of the same pixel. Sums are those of one render; the differences between blocks, of which
+    /// Adds the samples of another accumulator of the same pixel. Sums are those of one render; the differences between blocks, of which
     /// the error is estimated, are so but for roundings.
     pub fn merge(&mut self, other: &Self) {
         // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
@@ -186,7 +186,7 @@ impl Accumulator {
         }
     }
 
-    /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite while fewer than two samples tell nothing.
+    /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite below two samples.
     // ANCHOR: variance
     pub fn variance_of_mean(&self, c: usize) -> f64 {
         if self.samples < 2 {

@@ -111,7 +111,7 @@ impl FeatureSums {
             .for_each(|(id, n)| self.materials.take_back(id, n));
     }
 
-    /// Adds those that somebody else has of the same pixel.
+    /// Adds those of another accumulator of the same pixel.
     pub fn merge(&mut self, other: &Self) {
         for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
             *sum = sum.plus(*other);

@@ -49,7 +49,7 @@ pub(crate) const TILE_SIZE: u32 = 16;
 /// Keeps dark pixels from deciding relative errors, squared radiance.
 pub(crate) const DARK: f64 = 0.01;
 
-/// Parts of the light that can be told apart at most: groups of lights, strategies of a bidirectional method, and parts by light paths.
+/// Parts of the light that can be distinguished at most: groups of lights, strategies of a bidirectional method, and parts by light paths.
 pub const MAX_PARTS: usize = 128;
 
 /// The pixels of an image, or of a crop of it, as independent tiles.
@@ -145,7 +145,7 @@ impl Film {
         self.tiles.iter_mut().for_each(|tile| tile.tell_paths(paths.clone()));
     }
 
-    /// What tells paths apart, if they are told apart.
+    /// The classifier of paths, if there is one.
     pub fn light_paths(&self) -> Option<&LightPaths> {
         self.tiles.first()?.light_paths().map(|paths| &**paths)
     }
@@ -232,7 +232,7 @@ impl Film {
         self.tile_at(pixel)?.sums(pixel)
     }
 
-    /// Adds the sums of what somebody else has rendered of the same image; pixels that are not here are left out.
+    /// Adds the sums of another film of the same image; pixels that are not here are left out.
     pub fn merge(&mut self, other: &Self) {
         for (pixel, sums) in other.pixels() {
             let Some(tile) = self.tile_at_mut(pixel) else {

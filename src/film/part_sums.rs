@@ -4,7 +4,7 @@
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of parts of the light that are told apart, such as that of each group of lights, over samples of one pixel that one task takes, of a block at most.
+/// Sums of parts of the light that are distinguished, such as that of each group of lights, over samples of one pixel that one task takes, of a block at most.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartBlock(Vec<[f64; 3]>);
 

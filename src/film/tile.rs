@@ -69,10 +69,10 @@ pub struct Tile {
     pixels: Vec<Accumulator>,
     /// One a pixel, or none.
     features: Vec<FeatureSums>,
-    /// Parts of the light that are told apart, and the sums of each, pixel by pixel.
+    /// Parts of the light that are distinguished, and the sums of each, pixel by pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
-    /// What tells paths apart, where the last parts are told apart by them.
+    /// The classifier of paths, if the last parts are classes of paths.
     light_paths: Option<Arc<LightPaths>>,
     /// Sums of the samples that see a transparent background: one a pixel, or none.
     background: Vec<Fixed>,
@@ -148,7 +148,7 @@ impl Tile {
         self.light_paths = Some(paths);
     }
 
-    /// What tells paths apart, if they are told apart.
+    /// The classifier of paths, if there is one.
     pub fn light_paths(&self) -> Option<&Arc<LightPaths>> {
         self.light_paths.as_ref()
     }
@@ -159,7 +159,7 @@ impl Tile {
         self.parts.saturating_sub(of_paths)
     }
 
-    /// Adds to the parts of `pixel` that light paths tell apart what a block has found: `classes` are its sums by class, and `block` is of all light.
+    /// Adds to the parts of `pixel` that light paths separate what a block has found: `classes` are its sums by class, and `block` is of all light.
     pub fn add_classes(&mut self, pixel: UVec2, classes: &PartBlock, block: &Block) {
         self.change_classes(pixel, classes.sums(), block.sum(), PartSum::plus);
     }

@@ -1,6 +1,6 @@
 //! Triangles: mesh arrays, typed ids, hits, surface points and the ray origins that leave them.
 //!
-//! Knows no materials and no ray-tracing backend: whatever a backend reports is turned into points and normals here,
+//! Independent of materials and ray-tracing backends: hits of any backend are turned into points and normals here,
 //! so backends cannot disagree on them.
 
 mod hit;

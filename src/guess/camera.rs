@@ -115,7 +115,7 @@ impl Orbit {
             [azimuth, elevation, distance] => (azimuth, elevation, Some(distance)),
             _ => {
                 return Err(
-                    "azimuth and elevation in degrees are expected, and a distance above 0 if you like, as in 30,20",
+                    "azimuth and elevation in degrees are expected, with an optional distance above 0, as in 30,20 or 30,20,5",
                 );
             }
         };

@@ -191,7 +191,7 @@ impl Panorama {
     }
 
     /// The view whose middle is between `column` and the one before it. Its score is what it shows, in bits, and how far it goes; less what stands in the
-    /// way, and backs of surfaces, which nobody was to see.
+    /// way, and backs of surfaces, which were not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> View {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);

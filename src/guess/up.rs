@@ -17,7 +17,7 @@ const AXES: [(Vec3, f32); 3] = [(Vec3::Y, 1.0), (Vec3::Z, 0.6), (Vec3::X, 0.0)];
 /// The upright axis of the scene's shapes: +y, unless they stand on another one.
 ///
 /// Each axis scores by how usual it is. An object's axis also scores by how much of its outline rests on its lowest plane (feet and bases; what rests on
-/// both ends tells nothing), by how tall it stands on it, and a little by the area that lies flat on it. In an interior, where walls, floor and ceiling are
+/// both ends is no evidence), by how tall it stands on it, and a little by the area that lies flat on it. In an interior, where walls, floor and ceiling are
 /// alike, what stands in it lies low.
 pub(super) fn guess_up(scene: &Scene, is_interior: bool) -> Vec3 {
     let bounds = scene.bounds();

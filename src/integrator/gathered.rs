@@ -14,7 +14,7 @@ use crate::light::{LightGroups, LightId};
 use crate::scene::Scene;
 use std::ops::{AddAssign, Mul};
 
-/// Radiance that is gathered along a path: of all lights together ([`Spectrum`]), also told apart by their groups ([`ByGroup`]), or
+/// Radiance that is gathered along a path: of all lights together ([`Spectrum`]), also distinguished by their groups ([`ByGroup`]), or
 /// by the classes of paths too ([`ByPath`](super::ByPath)).
 ///
 /// Light transport is linear in the lights, and a path finds the light of each of them with the same factors: what the path tells of one group
@@ -31,10 +31,10 @@ pub trait Gathered:
     /// What comes from all lights.
     fn sum(&self) -> Spectrum;
 
-    /// What comes from the lights of each group, in the order of [`LightGroups::names`]; nothing where groups are not told apart.
+    /// What comes from the lights of each group, in the order of [`LightGroups::names`]; nothing without groups.
     fn by_group(&self) -> &[Spectrum];
 
-    /// What comes by each class of paths; nothing where paths are not told apart.
+    /// What comes by each class of paths; nothing without classes.
     #[inline(always)]
     fn by_class(&self) -> &[Spectrum] {
         &[]

@@ -117,7 +117,7 @@ pub enum RayKind {
 
 /// Takes what an integrator finds in one sample.
 pub trait Sink: RaySink {
-    /// Whether groups of lights, and classes of paths, are told apart.
+    /// Whether groups of lights, and classes of paths, are distinguished.
     type Radiance: Gathered;
 
     /// What all that is found counts in the pixel of the sample: 1 but for filters with negative lobes and the like. Comes first.

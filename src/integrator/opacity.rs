@@ -15,7 +15,7 @@
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - Emitting surfaces are opaque, since light sampling samples all of their area. Beside a round lamp, rays pass its hull (`scene/lamp_hulls.rs`).
 //!
-//! Scenes without alpha and thin glass are told apart once per ray. docs/benchmarks.md, "Holes", has the cost of alpha, and "Window panes" that of glass.
+//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Holes", has the cost of alpha, and "Window panes" that of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;
@@ -181,7 +181,7 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
 }
 
 /// Whether the surface of this `opacity` at `hit` stops `ray`: true for the share `opacity` of all rays. The random number is a hash of ray and
-/// hit, since the dimensions of a sample know no number of layers; no two rays of a render are alike.
+/// hit, since the dimensions of a sample do not depend on the number of layers; no two rays of a render are alike.
 pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
     opacity >= 1.0 || (opacity > 0.0 && uniform(hit, ray) < opacity)
 }

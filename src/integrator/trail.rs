@@ -1,7 +1,7 @@
 //! The trail of a path: the light that it has found and its scattering events, in order from the camera.
 //!
 //! A path tracer finds light in the order of its vertices, but the class of light depends on all events between it and the camera. The trail keeps both,
-//! and is read from its end once the path is there. Nothing is kept for radiance that tells no paths apart.
+//! and is read from its end once the path is there. Nothing is kept for radiance without classes of paths.
 
 use super::Gathered;
 use crate::bsdf::ScatteringEvent;

@@ -4,7 +4,7 @@
 //! radiance, and nothing is learned. Else each cell of a grid that holds surfaces sends one ray through each bin of directions, from points that
 //! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples a pixel.
 //!
-//! Random numbers are those of no sample and of no seed: all parts of a render, whatever they are told, learn the same. Which pixels a
+//! Random numbers are those of no sample and of no seed: all parts of a render learn the same, with any settings. Which pixels a
 //! render is to show does not matter either.
 
 use super::vertex::Vertex;

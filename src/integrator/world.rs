@@ -45,9 +45,9 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// Whether first surfaces come with their [`Features`](crate::film::Features).
     pub features: bool,
-    /// Whether bidirectional methods tell their strategies apart.
+    /// Whether bidirectional methods separate their strategies.
     pub strategies: bool,
-    /// What tells light paths apart, where they are told apart.
+    /// What separates light paths, where they are distinguished.
     pub paths: Option<&'a LightPaths>,
     /// What camera rays see where they leave the scene.
     pub backdrop: Backdrop,

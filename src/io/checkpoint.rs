@@ -227,8 +227,8 @@ impl Opened {
             .first()
             .ok_or_else(|| damaged(path, &"it has no layer"))?;
         let stateless = || {
-            FileError::new(path, "this file holds a picture, but not the sums that it is made of").help(
-                "give one that --checkpoint has written, or -o with --samples or --crop: a picture alone cannot be resumed",
+            FileError::new(path, "this file holds a picture, but not its sums").help(
+                "use a file from --checkpoint, or from -o with --samples or --crop; a picture without its sums cannot be resumed",
             )
         };
         let attributes = &header.own_attributes;
@@ -237,7 +237,7 @@ impl Opened {
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
         // Where the picture lies, and which word each channel holds
-        let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows make no sense"))?;
+        let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
         let least = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
             _ => crop.area() / 8,
@@ -254,7 +254,7 @@ impl Opened {
         let names: Vec<String> = words.iter().flatten().cloned().collect();
         let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
         if layout.parts() > MAX_PARTS {
-            return Err(damaged(path, &"it has more parts of the light than there can be"));
+            return Err(damaged(path, &"it has too many light path channels"));
         }
         let names = layout.names();
         let place = |word: Option<String>| names.iter().position(|name| Some(name) == word.as_ref());
@@ -319,11 +319,11 @@ impl Opened {
             statistics: &self.statistics,
         };
         if self.metadata.build.is_empty() {
-            let error = FileError::new(path, "this file does not say which build of the program wrote it");
+            let error = FileError::new(path, "this file does not name the build that wrote it");
             return Err(error.help("use the program that wrote it, or render it anew"));
         }
         if state.digest(&self.metadata) != self.digest {
-            return Err(damaged(path, &"its contents are not those that were written"));
+            return Err(damaged(path, &"its contents have changed since they were written"));
         }
         Ok(Checkpoint {
             path: path.to_path_buf(),

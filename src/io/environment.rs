@@ -35,10 +35,7 @@ pub(crate) fn read_environment(path: &Path, allowance: Allowance) -> Result<LatL
             }
         }
         _ => {
-            return Err(FileError::new(
-                path,
-                "an environment is an .hdr or .exr file, by its name",
-            ));
+            return Err(FileError::new(path, "an environment must be an .hdr or .exr file"));
         }
     };
     if image.texels.is_empty() {

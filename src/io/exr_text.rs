@@ -8,7 +8,7 @@ pub(super) fn exr_text(text: &str) -> exr::Text {
     ascii(text).as_str().into()
 }
 
-/// The text of the attribute `name`; `None` where there is none, or one that is no text.
+/// The text of the attribute `name`; `None` where there is none, or one that is not text.
 pub(super) fn text_attribute(attributes: &exr::LayerAttributes, name: &str) -> Option<String> {
     match attributes.other.get(&exr::Text::from(name))? {
         exr::AttributeValue::Text(text) => Some(text.to_string()),

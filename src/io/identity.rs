@@ -23,7 +23,7 @@ pub enum FileId {
 /// Device and inode.
 #[cfg(unix)]
 type Inode = (u64, u64);
-/// The canonical path: hard links are not told.
+/// The canonical path: hard links count as different files.
 #[cfg(not(unix))]
 type Inode = PathBuf;
 

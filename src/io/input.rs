@@ -32,13 +32,13 @@ impl ReadFailure {
 }
 
 impl Input {
-    /// Opens a regular file; `what` it is says the error, such as `the OBJ file`. Never waits: a pipe that nobody writes to is refused like all that
+    /// Opens a regular file; `what` it is says the error, such as `the OBJ file`. Never waits: a pipe without a writer is refused like all that
     /// is no regular file.
     pub fn open(path: &Path, what: &str) -> Result<Self, FileError> {
         if path == OsStr::new("-") {
             let error = FileError::new(path, format!("{what} cannot be standard input"));
             return Err(error
-                .help("give the name of a file; one that is called `-` is ./-")
+                .help("give a file name; write ./- for a file called `-`")
                 .unreadable());
         }
         let refused = |error: io::Error| match error.kind() {
@@ -49,7 +49,7 @@ impl Input {
         options.read(true);
         #[cfg(unix)]
         {
-            // Opening a pipe would wait for somebody to write to it.
+            // Opening a pipe would wait for a writer.
             let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
             std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
         }
@@ -96,7 +96,7 @@ impl Input {
         let mut bytes = Vec::new();
         let length = usize::try_from(self.length).unwrap_or(usize::MAX);
         if bytes.try_reserve_exact(length).is_err() {
-            let error = FileError::new(path, format!("there is no memory for its {length} bytes"));
+            let error = FileError::new(path, format!("not enough memory for its {length} bytes"));
             return Err(error.help("free some memory, or cut it into several files"));
         }
         self.read_to_end(&mut bytes)
@@ -104,7 +104,7 @@ impl Input {
         if bytes.len() < length {
             let message = format!("the file shrank while it was read: {} of {length} bytes", bytes.len());
             return Err(FileError::new(path, message)
-                .help("start again when it is written")
+                .help("try again when the file is complete")
                 .unreadable());
         }
         Ok(bytes)
@@ -220,7 +220,7 @@ mod tests {
             error.is_unreadable() && error.message.starts_with("cannot read it"),
             "{error}"
         );
-        let damage = FileError::new(path, "the picture makes no sense");
+        let damage = FileError::new(path, "the picture is invalid");
         assert_eq!(failure.or(path, damage.clone()).message, error.message);
         assert_eq!(ReadFailure::default().or(path, damage.clone()), damage);
         assert!(read_bytes(path, "the picture").unwrap_err().is_unreadable());

@@ -7,21 +7,21 @@ use crate::texture::TextureFilter;
 parameters! {
     /// How files are read where their formats leave something open.
     pub struct LoadParameters, heading "", values values {
-        /// Program whose habits tell what MTL files mean
+        /// Dialect of MTL files: the program that wrote them
         ///
-        /// `auto`: the one that wrote the file; `spec`: none, the letter of the format.
+        /// `auto` recognises the program; `spec` reads the statements literally.
         mtl_dialect: MtlDialect = MtlDialect::Auto;
-        /// Reader of OBJ and MTL files: the program's own, or the crate tobj
+        /// Reader of OBJ and MTL files: own, or the crate tobj
         ///
         /// See docs/guide/reference/readers.md.
         obj_reader: ObjReader = ObjReader::Own;
-        /// Angle in degrees below which edges are smoothed, in place of the file's normals
+        /// Smooth edges below this angle in degrees, ignoring the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);
-        /// Texture filter: in levels as coarse as samples see them, or at the finest
+        /// Texture filter: mip, or bilinear in the finest level
         texture_filter: TextureFilter = TextureFilter::Mip;
-        /// Light through thin glass and window panes: straight on, or scattered
+        /// Light through thin glass and window panes: straight, or refracted
         ///
-        /// `straight`: shadow rays pass, and flat panes count as thin; `refract`: light is found by scattered rays alone, and panes are bodies.
+        /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered rays find the light, and panes are bodies.
         panes: Panes = Panes::Straight;
     }
 }

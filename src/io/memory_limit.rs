@@ -36,7 +36,7 @@ impl MemoryLimit {
     pub fn refusal(limit: Option<Self>, total: u64, more: u64) -> Option<String> {
         match limit {
             Some(limit) if total > limit.bytes => Some(format!("more than {limit}")),
-            _ if !can_be_had(more) => Some("more than the system gives this process (ulimit -v)".into()),
+            _ if !can_be_had(more) => Some("more than the system allows this process (ulimit -v)".into()),
             _ => None,
         }
     }
@@ -62,7 +62,7 @@ impl fmt::Display for MemoryLimit {
 fn can_be_had(bytes: u64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
     let had = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());
-    // An allocation that nobody sees might be left out.
+    // The compiler might remove an unused allocation.
     std::hint::black_box(&probe);
     had
 }

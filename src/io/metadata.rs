@@ -95,10 +95,10 @@ pub struct FeatureNames {
     pub objects: Vec<String>,
     /// Materials of the scene, from the first.
     pub materials: Vec<String>,
-    /// Groups of lights, where these are told apart.
+    /// Groups of lights, where these are distinguished.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lights: Vec<String>,
-    /// Strategies of a bidirectional method, where these are told apart: `sS_tT`.
+    /// Strategies of a bidirectional method, where these are distinguished: `sS_tT`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub strategies: Vec<String>,
     /// Layers of parts of the light by its paths.
@@ -144,7 +144,7 @@ impl Metadata {
         self.tone = (tone.exposure == Exposure::Auto).then(|| metered(tone, image).to_string());
     }
 
-    /// What attributes say that [`Metadata`] wrote; `None` where one is missing or makes no sense.
+    /// What attributes say that [`Metadata`] wrote; `None` where one is missing or invalid.
     pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
         let text = |name: &str| text_attribute(attributes, name);
         let (first, end) = {

@@ -16,7 +16,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// Rescued files of one name: more of them help nobody.
+/// Maximum number of rescued files of one name.
 const MAX_RESCUES: u32 = 100;
 
 /// A file that will be written: checked beforehand, replaced in one step at the end, never half-written.
@@ -35,7 +35,7 @@ impl Output {
         let path = path.as_ref();
         let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
         let unusable = |error: io::Error| {
-            FileError::system(path, "cannot write", &error).help("give another name, in a folder that is there")
+            FileError::system(path, "cannot write", &error).help("give another name in an existing folder")
         };
         if path.is_dir() || names_a_folder(path) {
             return Err(refused("this is a directory").help("give a file name"));
@@ -74,7 +74,7 @@ impl Output {
         &self.path
     }
 
-    /// The file that it is, as long as nobody writes it.
+    /// The file that it is, as long as no process writes it.
     pub fn id(&self) -> Option<FileId> {
         FileId::of(&self.target)
     }
@@ -100,7 +100,7 @@ impl Output {
         match written {
             Ok(written) => written.map_err(failed)?,
             Err(panic) => {
-                let message = format!("cannot write: the program has failed: {panic}");
+                let message = format!("cannot write: internal error: {panic}");
                 return Err(FileError::new(&self.path, message).help("please report this, with the command"));
             }
         }
@@ -126,7 +126,7 @@ impl Output {
         let paths = (1..=MAX_RESCUES).map(|n| self.path.with_file_name(name(n)));
         let mut free = paths.filter(|path| fs::symlink_metadata(path).is_err());
         let Some(path) = free.next() else {
-            let message = format!("cannot write {}: there are {MAX_RESCUES} of them", name(1));
+            let message = format!("cannot write {}: {MAX_RESCUES} such files exist", name(1));
             return Err(FileError::new(&self.path, message).help("remove old ones"));
         };
         Self::prepare(&path)

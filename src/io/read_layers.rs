@@ -61,7 +61,7 @@ impl SampleKind {
 ///
 /// # Errors
 ///
-/// Files that are no EXR files or damaged, deep data, and files that take more memory than there is.
+/// Files that are no EXR files or damaged, deep data, and files that take more memory than is available.
 pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let failed = |error: &dyn std::fmt::Display| {
         FileError::new(path, format!("cannot read this as an EXR image: {error}"))
@@ -88,7 +88,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
             continue;
         };
         for channel in layer.channel_data.list {
-            // Chroma may have fewer samples than pixels. The state of a render is no picture.
+            // Chroma may have fewer samples than pixels. The state of a render is not a picture.
             if channel.name.to_string().starts_with("state.") || channel.sample_data.len() != layer.size.area() {
                 continue;
             }

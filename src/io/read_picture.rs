@@ -144,7 +144,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
         }
         _ => {
             let help = "convert it to PNG, JPEG, TGA, BMP, HDR or EXR";
-            Err(FileError::new(path, "files of this format are not read as pictures").help(help))
+            Err(FileError::new(path, "this picture format is not supported").help(help))
         }
     }
 }
@@ -154,7 +154,7 @@ fn too_large(path: &Path, most: u64, allowance: Allowance) -> FileError {
     let left = in_words(most);
     let message = match allowance.limit.filter(|_| most < MAX_BYTES) {
         Some(limit) => format!("decoding this takes more than the {left} that are left of {limit}"),
-        None => format!("decoding this takes more than {left}, which is the most for a picture"),
+        None => format!("decoding this takes more than {left}, the maximum for a picture"),
     };
     FileError::new(path, message)
         .help("scale the picture down, or allow more")
@@ -196,7 +196,7 @@ impl Opened {
 fn decoded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
     match guarded(decode) {
         Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),
-        Err(_) => Err(damaged(path, &"it makes no sense to the decoder")),
+        Err(_) => Err(damaged(path, &"the decoder cannot read it")),
     }
 }
 
@@ -234,7 +234,7 @@ fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
     if has_palette == 1 && !matches!(kind, 1 | 9) && palette_bits != pixel_bits {
-        let palette = format!("a palette of {palette_bits} bits that pixels of {pixel_bits} bits do not use");
+        let palette = format!("it has a palette of {palette_bits} bits, but pixels of {pixel_bits} bits");
         return Err(damaged(path, &palette));
     }
     Ok(())

@@ -29,7 +29,7 @@ pub struct Rendering {
     pub noise: Option<Noise>,
     /// Whether the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
-    /// The setting that biases the picture, as the file says; `None` where it says nothing.
+    /// The setting that biases the picture, from the file; `None` if the file has none.
     pub bias: Option<String>,
 }
 
@@ -137,7 +137,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
             Some(samples) => place.pick(&samples),
-            // Not said: variances are taken as they are.
+            // Without the attribute, variances are used unchanged.
             None => vec![f32::INFINITY; window.area() as usize],
         },
         common: common_errors(&layer.attributes),

@@ -87,7 +87,7 @@ impl OutputLock {
                 Lock::Refused => {
                     let mut owner = String::new();
                     let _ = file.read_to_string(&mut owner);
-                    let message = format!("another run writes this file now: process {}", owner.trim());
+                    let message = format!("process {} is writing this file", owner.trim());
                     return Err(FileError::new(path, message).help("wait until it ends, or give another name"));
                 }
                 // The run before may have removed the file before it let it go.
@@ -108,7 +108,7 @@ impl OutputLock {
 impl Drop for OutputLock {
     fn drop(&mut self) {
         if let Some((file, path)) = &self.held {
-            // While it is locked: nobody else's is removed.
+            // While it is locked, so that no other process's file is removed.
             if is_at(file, path) {
                 let _ = fs::remove_file(path);
             }

@@ -82,7 +82,7 @@ impl DiskLight {
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         let cos = -wi.dot(self.normal);
         let pdf = p.distance_squared(q) / (cos * self.area() as f32);
-        // Edge-on a density that is no number is no sample.
+        // Edge-on, the density may be NaN: no sample.
         if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
     }
 

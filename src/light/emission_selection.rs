@@ -125,7 +125,7 @@ mod tests {
             assert!(selection.sample(0.5).is_none());
             assert_eq!((selection.pmf(LightId(0)), selection.bytes()), (0.0, 0));
         }
-        // What is no number, or a light that is not there, is no panic.
+        // NaN, or an unknown light, gives no panic.
         let one = EmissionSelection::new(&lights([0.0, 2.0].into_iter()), 1.0);
         for u in [f32::NAN, 1.0, -1.0, f32::INFINITY] {
             assert_eq!(one.sample(u), Some((LightId(1), 1.0)));

@@ -3,11 +3,11 @@
 use super::LightId;
 use crate::math::encode_fields;
 
-/// A group of lights, whose light is told apart from that of others.
+/// A group of lights, whose light is distinguished from that of others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightGroupId(pub u8);
 
-/// Names of groups, and the group of each light. Empty where nobody tells lights apart.
+/// Names of groups, and the group of each light. Empty without light groups.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightGroups {
     names: Vec<String>,

@@ -4,7 +4,7 @@
 //! without visibility. Grids of twice the size lie around the first one, so that a wide plain does not coarsen it. A table is made when the first
 //! point asks for it, from the cell alone, so that threads change no bit.
 //!
-//! A table tells apart up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster one light is chosen by
+//! A table distinguishes up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster one light is chosen by
 //! power. Walking down the hierarchy at each vertex would look at two boxes a level; a table is one search.
 //!
 //! A fiftieth of the choice goes by power whatever the estimate says, and no cluster has a probability below 2⁻²⁰: no light is forgotten.
@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 const RESOLUTION: u32 = 24;
 /// Grids at most.
 const MAX_LEVELS: u32 = 16;
-/// Clusters of lights at most that a cell tells apart.
+/// Clusters of lights at most that a cell distinguishes.
 const MAX_CLUSTERS: usize = 64;
 /// Directions near which normals may be: each coordinate of one is negative, near zero or positive.
 pub(super) const NORMALS: usize = 27;
@@ -99,7 +99,7 @@ impl LightGrid {
         })
     }
 
-    /// All lights but `except` in at most `most` clusters of those that are somewhere, told apart as from the middle of them, and one for each light at
+    /// All lights but `except` in at most `most` clusters of those that are somewhere, distinguished as from the middle of them, and one for each light at
     /// infinity.
     pub fn clusters(&self, lights: &[Light], except: Option<LightId>, most: usize) -> Vec<Vec<LightId>> {
         let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);

@@ -129,7 +129,7 @@ pub(super) struct Cluster {
     pub irradiance: f32,
 }
 
-/// A binary hierarchy of the lights that are somewhere (Walter et al. 2005, "Lightcuts"): near lights are told apart, far ones taken together.
+/// A binary hierarchy of the lights that are somewhere (Walter et al. 2005, "Lightcuts"): near lights are distinguished, far ones taken together.
 #[derive(Clone, Debug)]
 pub(super) struct LightTree {
     /// Each before its parts, of which the first one follows at once.

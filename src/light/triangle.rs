@@ -177,7 +177,7 @@ impl TriangleLight {
             return (1.0 / seen.solid_angle()) as f32;
         }
         let pdf = self.pdf_by_area(p.distance_squared(q), cos_light);
-        // Edge-on or vanishing triangles: a density that is no number is no sample.
+        // Edge-on or vanishing triangles: the density may be NaN, and there is no sample.
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 

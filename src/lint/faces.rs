@@ -75,19 +75,19 @@ impl<'a> FaceLint<'a> {
         let mut findings: Vec<Finding> = [
             repeated.finding((warning, "repeated-vertex"), self.path, |n| {
                 let message = format!("{} with the same point at several corners", counted(n, "face"));
-                (message, "name each point once; what has no area is left out")
+                (message, "name each point once; triangles without area are skipped")
             }),
             degenerate.finding((warning, "degenerate-face"), self.path, |n| {
                 let message = format!("{} without area", counted(n, "face"));
-                (message, "delete what cannot be seen; it is left out")
+                (message, "delete them; faces without area are skipped")
             }),
             crossing.finding((warning, "crossing-face"), self.path, |n| {
                 let message = format!("{} whose outline crosses itself: triangles overlap", counted(n, "face"));
-                (message, "cut it into triangles in the program it is from")
+                (message, "cut it into triangles in the program that exported it")
             }),
             flipped.finding((flipped_severity, "flipped-normal"), self.path, |n| {
                 let message = format!(
-                    "{} of {with_normals} with normals ({:.1} %) have them against their winding; the winding counts",
+                    "{} of {with_normals} with normals ({:.1} %) have normals against their winding; the winding decides",
                     counted(n, "face"),
                     100.0 * share
                 );
@@ -103,13 +103,10 @@ impl<'a> FaceLint<'a> {
                 findings.extend(tally.finding((warning, "missing-texture-coordinates"), self.path, |n| {
                     let faces = counted(n, "face");
                     let message = format!(
-                        "{faces} of `{}`, which has textures, without texture coordinates",
+                        "{faces} of the textured material `{}` without texture coordinates",
                         used.name
                     );
-                    (
-                        message,
-                        "export them (`vt`); all of such a face shows the texel at (0, 0)",
-                    )
+                    (message, "export them (`vt`); these faces show the texel at (0, 0)")
                 }));
             }
         }
@@ -143,8 +140,8 @@ impl<'a> FaceLint<'a> {
         let first = lines.first()?.1;
         tally.finding((Severity::Warning, "duplicate-face"), self.path, |n| {
             let faces = counted(n, "face");
-            let message = format!("{faces} of the same points as another one; the first repeats that of line {first}");
-            (message, "delete one of them: which of them is seen is left to chance")
+            let message = format!("{faces} with the same points as another face; the first repeats line {first}");
+            (message, "delete one of them: it is arbitrary which one a ray hits")
         })
     }
 

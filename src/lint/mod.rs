@@ -39,7 +39,7 @@ pub fn inspect(file: &SceneFile, inspection: &Inspection) -> Vec<Finding> {
             .flat_map(|scene| [view::inspect_extent(file, scene), view::inspect_instances(file, scene)])
             .flatten(),
     );
-    // Who looks from inside means walls to shine inwards.
+    // For a camera inside, walls are meant to emit inwards.
     let eye = file
         .camera
         .as_ref()

@@ -158,21 +158,21 @@ impl Shells {
 
     fn refracting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
-        let bodies = |n| counted(n, "refracting part");
+        let bodies = |n| counted(n, "refracting component");
         let open = self.tally(|s| s.open).finding(warning("open-shell"), path, |n| {
             let message = format!("{}: not closed; light enters a body that it never leaves", bodies(n));
             (message, "close it, or make the material thin")
         });
         let crowded = self.tally(|s| s.crowded).finding(warning("non-manifold"), path, |n| {
             let message = format!("{}: more than two faces at one edge", bodies(n));
-            (message, "inside and outside must be clear: separate the bodies")
+            (message, "separate the bodies, so that inside and outside are defined")
         });
         let turned = self.tally(|s| s.turned).finding(warning("mixed-winding"), path, |n| {
-            let message = format!("{}: faces of opposite winding side by side", bodies(n));
+            let message = format!("{}: neighbouring faces have opposite winding", bodies(n));
             (message, "wind all faces counter-clockwise as seen from outside")
         });
         let inside_out = self.inside_out(is_around).finding(warning("inside-out"), path, |n| {
-            let message = format!("{}: closed, but wound inside out; the body is outside of it", bodies(n));
+            let message = format!("{}: closed, but wound inside out, so the body lies outside", bodies(n));
             (message, "turn the faces over")
         });
         [open, crowded, turned, inside_out].into_iter().flatten().collect()
@@ -184,13 +184,16 @@ impl Shells {
         let lamps = |n| counted(n, "emitting part");
         let turned = self.tally(|s| s.turned).finding(warning("mixed-winding"), path, |n| {
             let message = format!(
-                "{}: faces of opposite winding side by side, which shine to opposite sides",
+                "{}: neighbouring faces have opposite winding and emit to opposite sides",
                 lamps(n)
             );
-            (message, "light leaves the side from which a face is counter-clockwise")
+            (
+                message,
+                "wind all faces the same way: a face emits on the side from which it is counter-clockwise",
+            )
         });
         let inside_out = self.inside_out(is_around).finding(warning("light-inwards"), path, |n| {
-            let message = format!("{}: closed, and wound so that all light leaves inwards", lamps(n));
+            let message = format!("{}: closed, and wound so that it emits only inwards", lamps(n));
             (message, "turn the faces over")
         });
         [turned, inside_out].into_iter().flatten().collect()

@@ -30,7 +30,7 @@ pub(super) fn inspect_extent(file: &SceneFile, scene: &Scene) -> Option<Finding>
         return None;
     }
     let message = format!(
-        "the scene is {size} wide, but {largest} from the origin: coordinates have only {steps:.0} steps across it"
+        "the scene is {size} wide, but {largest} from the origin: 32-bit coordinates have only {steps:.0} steps across it"
     );
     let error = file.whole(message).help("move it to the origin");
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
@@ -103,7 +103,7 @@ pub fn inspect_view(
         return finding(
             "empty-view",
             message,
-            "turn it, or leave out [camera] to have the scene framed",
+            "turn it, or remove [camera], and the program frames the scene",
         );
     }
 
@@ -115,7 +115,7 @@ pub fn inspect_view(
         hit.is_some_and(|hit| hit.t < within && scene.surface_point(&hit, 0.0).ng.dot(direction) > 0.0)
     };
     if cells().all(|cell| is_back(uniform_sphere(cell))) {
-        let message = "the camera is inside of a body: on all sides it sees the backs of surfaces, near by";
+        let message = "the camera is inside a body: on all sides it sees the backs of near surfaces";
         return finding("camera-inside", message.into(), "move it");
     }
     None

@@ -43,7 +43,7 @@ pub struct Material {
     /// Of [`Gloss::Ggx`], [`Gloss::Metallic`] and of a body's transmission, in [0, 1]: the root of the facets' `α`. 0
     /// is smooth.
     pub roughness: f32,
-    /// How much longer than wide highlights of facets are, in [0, 1]: the roughness along the tangent, over that across it, is the inverse root
+    /// Elongation of highlights, in [0, 1]: the roughness along the tangent, over that across it, is the inverse root
     /// of `1 − 0.9 anisotropy` (Burley 2012, "Physically Based Shading at Disney").
     pub anisotropy: f32,
     /// Angle from ∂p/∂u to the tangent about the normal, degrees.
@@ -191,7 +191,7 @@ impl Material {
         }
     }
 
-    /// Radiance of the front side, or what its texture is multiplied by: one that would be multiplied by nothing counts alone.
+    /// Radiance of the front side, or what its texture is multiplied by: a texture without a constant is not multiplied.
     pub fn emission_factor(&self) -> Spectrum {
         match self.maps.emission {
             Some(_) if self.emission.is_black() => Spectrum::ONE,
@@ -208,7 +208,7 @@ impl Material {
         (reflected + self.transmission).max_component()
     }
 
-    /// Divides all lobes by what they scatter, where that is more than there is.
+    /// Divides all lobes by their sum, where it is above 1.
     pub(crate) fn scale_to_one(&mut self) {
         let scattered = self.scattered();
         if scattered > 1.0 {

@@ -10,9 +10,9 @@ parameters! {
     pub struct BackgroundOptions, heading "", values background_values {
         /// Background of camera rays: light, transparent, gradient or a colour
         ///
-        /// `light` shows the lights themselves, such as an environment; `transparent` makes an alpha channel; `gradient` is a backdrop that darkens towards the
-        /// top, of radiance 0.8 or, as `gradient:COLOUR`, of another one. A colour is `white`, `black`, a number or three, linear, or `#rrggbb`, sRGB. Reflections
-        /// and glass see the lights all the same.
+        /// `light` shows the lights, such as an environment; `transparent` makes an alpha channel; `gradient` is a backdrop that darkens towards the
+        /// top, of radiance 0.8, or of another one as `gradient:COLOUR`. A colour is `white`, `black`, one or three linear numbers, or `#rrggbb` in sRGB.
+        /// Reflections and glass still see the lights.
         background: Background = Background::Light;
     }
 }

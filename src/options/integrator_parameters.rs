@@ -18,53 +18,52 @@ parameters! {
     pub struct IntegratorOptions, heading "Integrator", values values {
         /// Integrator: the method that finds light
         integrator: IntegratorKind = IntegratorKind::Path;
-        /// Maximum number of scattering events; 0 shows emission alone, none is 1024
+        /// Maximum number of scattering events; 0 shows emission only, none is 1024
         max_depth: MaxDepth = MaxDepth(Some(16));
-        /// Scattering events before Russian roulette may end a path; 1 at least with reuse
+        /// Scattering events before Russian roulette may end a path; at least 1 with reuse
         roulette_depth: u32 = 1;
-        /// Survival by throughput, luminance, constant:P or threshold:T in Russian roulette
+        /// Survival in Russian roulette: throughput, luminance, constant:P or threshold:T
         ///
         /// `throughput` is the largest channel of the throughput, and `luminance` its luminance; both are 0.95 at most. With `constant:P` all paths survive
         /// with the probability P, from above 0 to 1; at 1 `max_depth` alone ends paths. With `threshold:T` a path survives while its largest channel is T or
         /// more, and below with its ratio to T.
         roulette: Survival = Survival::LargestChannel;
-        /// Distribution from which directions are sampled at surfaces
+        /// Distribution of the directions sampled at surfaces
         ///
         /// `perturbed-qmc` (by the cosine) and `perturbed-qmc-uniform` take low-discrepancy points of the cube that lie in the ball, and move each on a disk.
         /// `fibonacci` takes spherical Fibonacci points, by the cosine.
         directions: Directions = Directions::Bsdf;
-        /// Points in the cube of which perturbed-qmc makes directions
+        /// Points in the cube from which perturbed-qmc makes directions
         direction_points: CubePoints = CubePoints::Halton;
-        /// Radius of the disks of perturbed-qmc; 0 leaves points, 1 is a point's share
+        /// Radius of the disks of perturbed-qmc; 0 moves no point, 1 covers its area
         ///
-        /// A disk of size 1 is as large as the part of the sphere that one point owns.
+        /// A disk of radius 1 is as large as the area of the sphere divided by the number of points.
         direction_perturbation: f32 = 1.0, in Range::FromTo(0.0, 16.0);
         /// Random rotation of the points of perturbed-qmc in each pixel; off is biased
         ///
-        /// With `off` all pixels have the same points, which `direction_perturbation` moves: at 0 their error is a pattern.
+        /// With `off` all pixels use the same points, and `direction_perturbation` moves them. At 0 the error is a pattern.
         direction_scrambling: Scrambling = Scrambling::On;
-        /// Direct light: sampling lights, following rays (none), or both (mis)
+        /// Direct light: light sampling (light), rays that hit lights (none), or both (mis)
         direct: DirectLight = DirectLight::Mis;
         /// Heuristic of multiple importance sampling
         mis: Heuristic = Heuristic::Power;
-        /// Choice of lights: by visibility, place or power, uniform, all, or auto
+        /// Light selection: by visibility, place or power, uniform, all, or auto
         ///
-        /// `place` weighs each light by what it would send there if nothing were between. `visibility` learns, before the first sample, what of the sky
-        /// and of other lights is seen from each part of the scene. `auto` is `visibility` in rooms that see a sky, if lights are weighed by MIS; else
-        /// `place` among more than two lights and `power` among fewer. `all` samples every lamp at
-        /// every vertex: connected triangles that emit are one lamp.
+        /// `place` weighs each light by its unoccluded contribution. `visibility` learns, before the first sample, which parts of the sky and which other
+        /// lights each part of the scene sees. `auto` is `visibility` in rooms that see a sky, if `direct` is `mis`; else `place` with more than two lights
+        /// and `power` with fewer. `all` samples every lamp at every vertex: connected emitting triangles are one lamp.
         light_selection: SelectionMode = SelectionMode::Auto;
-        /// Samples of the widest lamp at each vertex where all are sampled
+        /// Samples of the widest lamp at each vertex, for light selection all
         ///
-        /// With `light_selection = "all"`: other lamps take samples in proportion to the root of their area, one at least, and skies as many as the widest lamp.
+        /// Other lamps take at least one sample, in proportion to the root of their area. Skies take as many as the widest lamp.
         lamp_samples: u32 = 1, in Range::FromTo(1, 64);
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
         /// Path reuse between pixels of a tile
         reuse: PathReuse = PathReuse::Pixels;
-        /// Maximum luminance of a sample's light after the first bounce; makes it biased
+        /// Maximum luminance of a sample's light after the first bounce; biased
         ///
-        /// Light of more than one scattering is scaled down to this luminance, sample by sample, which takes out fireflies and some light with them.
+        /// Indirect light above this luminance is scaled down, sample by sample. This removes fireflies and some light.
         clamp_indirect: Clamp = Clamp(None);
         /// Light samples at the first vertex of a path; 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
@@ -76,49 +75,50 @@ parameters! {
         ///
         /// With `chance` a lobe is chosen by its albedo, and the path ends with the probability that remains.
         absorption: Absorption = Absorption::Weight;
-        /// Probability that a vertex of one-sample takes direct light rather than indirect
+        /// Probability that a vertex of one-sample takes direct light, not indirect light
         direct_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
         /// Rays that leave each vertex of distributed
         branching: u32 = 4, in Range::AtLeast(1);
-        /// Maximum number of scattering events of distributed, besides max_depth
+        /// Maximum number of scattering events of distributed, in addition to max_depth
         tree_depth: u32 = 4, in Range::FromTo(1, 1024);
-        /// Distance in scene units within which surfaces occlude, for ao
-        ao_distance: f32, default "by the room; in the open diameter of the scene", in Range::Above(0.0);
-        /// Photon paths per iteration of sppm and vcm; of photon-map in all
+        /// Distance in scene units within which surfaces occlude, in ao
+        ao_distance: f32, default "from the size of the room; outdoors the diameter of the scene", in Range::Above(0.0);
+        /// Photon paths per iteration of sppm and vcm; total of photon-map
         photons: u32, default "number of pixels; vcm: 65536 at most", in Range::FromTo(1, 1 << 26);
-        /// Search radius of photons in scene units; of sppm and vcm the first one
-        photon_radius: f32, default "sppm: three pixels; vcm: one; photon-map: by the scene", in Range::Above(0.0);
+        /// Search radius of photons in scene units; initial radius of sppm and vcm
+        photon_radius: f32, default "sppm: three pixels; vcm: one; photon-map: from the scene", in Range::Above(0.0);
         /// Radius reduction factor of sppm and vcm; 1 keeps the radius
         ///
-        /// After iteration i, counted from 1, r² shrinks by (i + α) / (i + 1): smaller values trade blur for noise.
+        /// After iteration i, counted from 1, r² shrinks by (i + α) / (i + 1). Smaller values give less blur and more noise.
         photon_alpha: f32 = 2.0 / 3.0, in Range::AboveTo(0.0, 1.0);
-        /// Photons of one density estimate of photon-map, the nearest ones
+        /// Number of nearest photons in a density estimate of photon-map
         photon_count: u32 = 64, in Range::FromTo(2, 1 << 16);
         /// Final gather rays of photon-map
         gather_rays: u32 = 4, in Range::FromTo(1, 100);
-        /// Error bound of a record of irradiance-cache: Ward's a
+        /// Error bound a of a record of irradiance-cache, by Ward
         cache_error: f32 = 0.3, in Range::AboveTo(0.0, 1.0);
-        /// Rays from which a record of irradiance-cache is made, about
+        /// Approximate number of rays of a record of irradiance-cache
         cache_rays: u32 = 1024, in Range::FromTo(16, 1 << 20);
-        /// What debug shows
+        /// Property of the first surface that debug shows
         ///
-        /// `uv` shows fractional parts of texture coordinates as red and green, and blue where there are none. `depth` goes from white to black through the scene's bounding box. `light-count` counts lights from which light arrives, `ray-cost` the rays of a sample of `path`.
+        /// `uv` shows fractional parts of texture coordinates as red and green; blue means none. `depth` goes from white to black through the scene's
+        /// bounding box. `light-count` counts the visible lights, `ray-cost` the rays of a sample of `path`.
         debug_view: DebugView = DebugView::Normals;
         /// Direct light of Metropolis methods: by ordinary path tracing or by the chains
         ///
-        /// So are lamps that are seen in mirrors and through glass.
+        /// The same choice applies to lamps seen in mirrors and through glass.
         metropolis_direct: MetropolisDirect = MetropolisDirect::Ordinary;
-        /// Target of Markov chains: light relative to the place's, or its luminance
+        /// Target of Markov chains: luminance, or luminance relative to the surroundings
         ///
-        /// `relative` divides the light of a path by that of a rough picture at its place, so that dark places get as many paths as bright ones.
+        /// `relative` divides the light of a path by a rough picture at its pixel, so dark regions get as many paths as bright ones.
         metropolis_target: MetropolisTarget = MetropolisTarget::Relative;
-        /// Markov chains per iteration, which share a mutation per pixel
-        chains: u32, default "a chain per 256 mutations, 16 or more", in Range::AtLeast(1);
-        /// Samples of bdpt per iteration, at whose paths chains start
-        bootstrap: u32, default "a sample per 8 mutations, 512 or more", in Range::AtLeast(1);
+        /// Markov chains per iteration; together they make one mutation per pixel
+        chains: u32, default "one per 256 mutations, at least 16", in Range::AtLeast(1);
+        /// Samples of bdpt per iteration, from which chains start
+        bootstrap: u32, default "one per 8 mutations, at least 512", in Range::AtLeast(1);
         /// Share of large steps among the mutations of pssmlt
         large_step_probability: f32 = 0.3, in Range::FromTo(0.0, 1.0);
-        /// Largest small step of pssmlt, as a share of the range of a random number
+        /// Maximum small step of pssmlt, as a share of the range of a random number
         mutation_size: f32 = 1.0 / 64.0, in Range::AboveTo(0.0, 0.5);
     }
 }

@@ -25,7 +25,7 @@ parameters! {
     pub struct FilterOptions, heading "", values filter {
         /// Pixel filter
         ///
-        /// Samples are placed by it.
+        /// Sample positions follow the filter (importance sampling).
         filter: FilterKind = FilterKind::Box;
         /// Radius of the pixel filter in pixels
         filter_radius: f32, default "0.5 of box, 1 of tent, 2 of mitchell, else 1.5", in Range::Above(0.0);
@@ -35,9 +35,9 @@ parameters! {
 parameters! {
     /// How PNG files show the picture.
     pub struct ToneOptions, heading "", values tone_values {
-        /// Exposure of PNG files in stops, each of which doubles the light, or auto
+        /// Exposure of PNG files: a number of stops, or auto
         ///
-        /// From -64 to 64. `auto` meters the picture, see "Output".
+        /// From -64 to 64; each stop doubles the light. `auto` meters the picture.
         exposure: Exposure = Exposure::Stops(0.0), default "0; auto for a bare OBJ";
         /// Tone curve of PNG files; srgb clips
         tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";
@@ -47,14 +47,14 @@ parameters! {
 parameters! {
     /// Samples, and what computes them.
     pub struct SamplingOptions, heading "", values sampling {
-        /// Samples per pixel; with --noise at most
+        /// Samples per pixel (with --noise the maximum)
         samples: u32 = 64, default "64; with --noise: 16384", in Range::AtLeast(1), flag "spp";
         /// Seed of the random numbers, 64 bits
         seed: u64 = 0;
         /// Source of random numbers
         ///
-        /// `sobol`: each decision of a pixel's paths has Owen-scrambled Sobol points of its own; `cmj` is correlated multi-jittered, `orthogonal`
-        /// are orthogonal arrays.
+        /// `sobol` uses separate Owen-scrambled Sobol points for each decision of a pixel's paths; `cmj` is correlated multi-jittered sampling, `orthogonal`
+        /// uses orthogonal arrays.
         sampler: SamplerKind = SamplerKind::Sobol;
         /// Ray-tracing backend, of those built in (see --version)
         backend: Backend = Backend::ALL[0], default "the first of those built in";
@@ -64,7 +64,7 @@ parameters! {
         denoise: Denoising = Denoising::Off, default "off; without a name: oidn", bare "oidn";
         /// Radius in pixels of the denoisers gaussian, bilateral and nlm
         ///
-        /// The standard deviation of `gaussian` and `bilateral`, half the width of the window of `nlm`.
+        /// This is the standard deviation of `gaussian` and `bilateral`, and half the window of `nlm`.
         denoise_radius: f32, default "0.7 of gaussian, 1.5 of bilateral, 7 of nlm", in Range::FromTo(0.1, 50.0);
     }
 }

@@ -6,10 +6,10 @@ use crate::denoise::Denoiser;
 parameters! {
     /// Samples, noise level and denoiser together.
     pub struct QualityOptions, heading "", values values {
-        /// Samples, noise level and denoiser together; --spp, --noise and --denoise beat it
+        /// Sets samples, noise level and denoiser; --spp, --noise, --denoise override it
         ///
-        /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01. The denoiser is `oidn` where it is built in, else
-        /// `atrous`. `samples` and `denoise` of the scene file beat its `quality`; the flag `--quality` beats all three.
+        /// `draft`: 4 samples; `good`: 16; `final`: up to 2048, until the relative error is 0.01. The denoiser is `oidn` if it is built in, else
+        /// `atrous`. `samples` and `denoise` of the scene file override its `quality`; the flag `--quality` overrides all three.
         quality: Quality, default "good for a bare OBJ, else none";
     }
 }

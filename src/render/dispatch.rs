@@ -20,7 +20,7 @@ pub trait SampleIntegrator<S>: Sync {
     /// Traces samples and tells groups of lights apart.
     fn samples_by_group(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByGroup>]);
 
-    /// Traces samples and tells light paths apart.
+    /// Traces samples and separates light paths.
     fn samples_by_path(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample<ByPath>]);
 
     /// Traces samples into any sinks.
@@ -64,7 +64,7 @@ fn trace<R: Gathered, S: Sampler>(
 /// An integrator that is compiled for the picture's own samples too: `fast`, the same as `any` but for how it reaches the backend.
 #[derive(Debug)]
 pub struct Monomorphic<I, J> {
-    /// Traces samples of pictures whose lights are not told apart.
+    /// Traces samples of pictures without light groups.
     pub fast: I,
     /// Traces all others.
     pub any: J,

@@ -58,7 +58,7 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
                 break;
             }
         }
-        // A film that does not tell lights apart pays nothing for it.
+        // A film without light groups has no cost for it.
         let done = match groups_of(film, integrator) {
             0 => iteration::<Spectrum, _, _>(integrator, (sampler, filter), film, index, observer),
             _ => iteration::<ByGroup, _, _>(integrator, (sampler, filter), film, index, observer),
@@ -76,7 +76,7 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Groups of lights that `film` tells apart: its first parts, before strategies and light paths.
+/// Groups of lights that `film` separates: its first parts, before strategies and light paths.
 fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
     film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
@@ -201,7 +201,7 @@ fn iteration<R: Gathered, I: IterationIntegrator, S: Sampler>(
 #[derive(Clone, Copy)]
 struct IterationTarget<'a> {
     filter: &'a Filter,
-    /// Groups of lights that are told apart: the first parts of the light, before strategies, weighed and alone.
+    /// Groups of lights that are distinguished: the first parts of the light, before strategies, weighed and alone.
     groups: usize,
     /// Parts before the classes of paths.
     before_paths: usize,

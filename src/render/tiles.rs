@@ -61,7 +61,7 @@ pub(super) fn advance<S: Sampler>(
     observer: &impl Observer,
 ) -> Option<Statistics> {
     let before = tile.clone();
-    // A film that does not tell lights apart pays nothing for it.
+    // A film without light groups has no cost for it.
     let done = match (tile.light_paths(), tile.parts()) {
         (Some(_), _) => advance_gathering::<ByPath, _>(integrator, sampler, tile, end, observer),
         (None, 0) => advance_gathering::<Spectrum, _>(integrator, sampler, tile, end, observer),

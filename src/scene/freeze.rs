@@ -294,7 +294,7 @@ impl Scene {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
             false => Vec::new(),
         });
-        // Nobody else has them yet.
+        // No other owner has them yet.
         Arc::make_mut(&mut self.meshes).push(mesh);
         self.shapes.push(Shape {
             material,

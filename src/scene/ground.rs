@@ -2,7 +2,7 @@
 //!
 //! A camera ray that meets it sees the background times the share of light that arrives there: `E / E₀`, of the irradiance `E` with the scene and of
 //! `E₀` without it. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` gives the factor to the share.
-//! Where nothing is near, the share is 1 in the mean and the ground cannot be told from the background.
+//! Where nothing is near, the share is 1 in the mean and the ground looks like the background.
 //!
 //! - The path tracer counts the direct light that is missing, `E − E₀`, and not that which arrives: a point from which nothing is near shows the background
 //!   without any noise. Samples may then be negative, and their mean is not, but for noise. Next to a lamp of finite size this is not done: what the lamp

@@ -171,7 +171,7 @@ impl Scene {
             .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
     }
 
-    /// Which lights are told apart.
+    /// Which lights are distinguished.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
     }

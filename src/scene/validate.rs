@@ -132,7 +132,7 @@ pub enum BuildError {
         /// What it should be.
         rule: &'static str,
     },
-    /// More groups of lights than are told apart.
+    /// More groups of lights than are distinguished.
     #[error("more than {} light groups", LightGroups::MOST - 1)]
     TooManyLightGroups,
     /// More meshes, triangles or lights than 32-bit ids can name.
@@ -231,7 +231,7 @@ pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
     let rule = if name.is_empty() {
         "the name is empty"
     } else if name == LightGroups::DEFAULT {
-        "this is the name of the group of all lights that are in no other"
+        "this name is reserved for lights without a group"
     } else if !name.chars().all(is_allowed) {
         "a name may have letters A to Z and a to z, digits and underscores only"
     } else if name.len() > MAX_GROUP_NAME {
@@ -253,10 +253,10 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
         return bad("is flattened, or its placement is not finite");
     }
     if determinants().any(|d| d < 0.0) && determinants().any(|d| d > 0.0) {
-        return bad("is turned inside out on its way");
+        return bad("turns inside out during its motion");
     }
     if placement.is_moving() && !(2..=Placement::MAX_STEPS).contains(&placement.steps().len()) {
-        return bad("has too few or too many steps on its way");
+        return bad("has too few or too many steps of motion");
     }
     let bounds = placement.bounds(bounds);
     let within = |p: Vec3| p.abs().cmple(Vec3::splat(MAX_COORDINATE)).all();

@@ -23,7 +23,10 @@ impl Backend {
     /// That it is not built in.
     pub(super) fn absence(self) -> InvalidSetting {
         let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
-        let help = format!("there is {}; others need a build with their features", names.join(", "));
+        let help = format!(
+            "built in: {}; others need a build with their features",
+            names.join(", ")
+        );
         InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
     }
 

@@ -14,7 +14,7 @@ impl Session {
         match MemoryLimit::refusal(None, 0, more) {
             None => Ok(()),
             Some(refusal) => Err(Error::Failed(format!(
-                "the render takes about {} beside its scene: {refusal}\n  help: allow more, or render a smaller picture or a --crop",
+                "the render takes about {} besides its scene: {refusal}\n  help: allow more, or render a smaller picture or a --crop",
                 in_words(more)
             ))),
         }

@@ -127,7 +127,7 @@ impl Parts {
 
 impl Joined {
     /// Writes the picture to all `outputs`, and says what went wrong with them; EXR files hold the sums as well where it is a part.
-    #[must_use = "what could not be written is not there"]
+    #[must_use = "the errors name the files that were not written"]
     pub fn write(&self, outputs: &[(Format, Output)]) -> Vec<FileError> {
         let with_error = self.metadata.settings.contains(" noise=");
         let image = self.state.develop(with_error, self.metadata.features.as_ref());
@@ -150,10 +150,7 @@ fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
     };
     difference.map_or(Ok(()), |difference| {
         Err(other.error(
-            format!(
-                "not a part of the picture that {} is of: {difference}",
-                first.path.display()
-            ),
+            format!("belongs to another picture than {}: {difference}", first.path.display()),
             "merge parts of one scene with the same settings, seed, program and backend",
         ))
     })
@@ -195,8 +192,8 @@ impl Whole {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
             gap = Some(part.error(
-                "this part is not finished".into(),
-                "render the rest of it by --resume, or merge what there is by --allow-gaps",
+                "this part is unfinished".into(),
+                "finish it with --resume, or merge it with --allow-gaps",
             ));
         }
         // Edges of crops cut the picture into cells, in each of which all pixels are in the same parts.
@@ -217,7 +214,7 @@ impl Whole {
                     if b.start < a.end {
                         return Err(pair[1].error(
                             format!(
-                                "samples {}..{} of pixel {},{} are in {} too",
+                                "samples {}..{} of pixel {},{} are also in {}",
                                 b.start,
                                 b.end.min(a.end),
                                 corner.x,
@@ -233,8 +230,7 @@ impl Whole {
                 for samples in ends.chain(std::iter::once(wanted.end..wanted.end)) {
                     if samples.start > next && gap.is_none() {
                         gap = Some(Error::Failed(format!(
-                            "samples {next}..{} of pixels {},{} to {},{} are in no part\n  help: render them \
-                             (--samples {next}..{}), or merge what there is by --allow-gaps",
+                            "samples {next}..{} of pixels {},{} to {},{} are missing from all parts\n  help: render them (--samples {next}..{}), or merge with --allow-gaps",
                             samples.start, x[0], y[0], x[1], y[1], samples.start
                         )));
                     }

@@ -64,7 +64,7 @@ pub struct Session {
     /// Made when it is first asked for.
     scene_hash: OnceLock<String>,
     warnings: Vec<Warning>,
-    /// What tells light paths apart, where they are told apart.
+    /// What separates light paths, where they are distinguished.
     paths: Option<Arc<LightPaths>>,
     /// What was guessed of the camera, if anything was.
     camera_guess: Option<CameraGuess>,
@@ -293,7 +293,7 @@ impl Session {
         Prepared::new(self.settings.resolution, self.settings.seed)
     }
 
-    /// What tells light paths apart, where they are told apart.
+    /// What separates light paths, where they are distinguished.
     pub(crate) fn paths(&self) -> Option<&Arc<LightPaths>> {
         self.paths.as_ref()
     }
@@ -347,7 +347,7 @@ pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     pool.map_err(|error| Error::Failed(format!("cannot start {threads} threads: {error}")))
 }
 
-/// What tells light paths apart, where `settings` want that.
+/// What separates light paths, where `settings` want that.
 fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
     match settings.paths() {
         Ok(paths) => Ok(paths.map(Arc::new)),
@@ -355,7 +355,7 @@ fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
     }
 }
 
-/// An error where the lights of a scene that has no groups are to be told apart.
+/// An error where the lights of a scene that has no groups are to be distinguished.
 fn check_groups(settings: &Settings, scene: &Scene) -> Result<(), Error> {
     if settings.aovs.contains(&Aov::Lights) && scene.light_groups().is_empty() {
         let help = "give a [[light]] a `group`, or add a [[light_group]]";

@@ -113,9 +113,9 @@ impl<'a> Renderer<'a> {
         if build != BUILD {
             return refused(
                 format!(
-                    "build {build} of this program wrote this checkpoint; this is build {BUILD}, whose bits may differ"
+                    "build {build} of this program wrote this checkpoint; this is build {BUILD}, whose results may differ in their last bits"
                 ),
-                "resume it with the program that wrote it (embrasure --version tells its build), or render anew to another --checkpoint",
+                "resume it with the build that wrote it (embrasure --version prints the build), or start again with another --checkpoint",
             );
         }
         let film = &checkpoint.film;
@@ -133,16 +133,16 @@ impl<'a> Renderer<'a> {
         };
         if let Some(difference) = difference {
             return refused(
-                format!("this checkpoint is of another render: {difference} (there and here)"),
-                "render as before, or name another --checkpoint",
+                format!("this checkpoint belongs to another render: {difference} (checkpoint and now)"),
+                "use the earlier settings, or name another --checkpoint",
             );
         }
         let most = film.tiles().iter().map(|tile| tile.next_sample()).max().unwrap_or(0);
         let wanted = settings.samples().end;
         if most > wanted {
             return refused(
-                format!("this checkpoint has {most} samples a pixel already, {wanted} are wanted"),
-                "ask for as many or for more: samples are not taken out",
+                format!("this checkpoint already has {most} samples per pixel, more than the requested {wanted}"),
+                "ask for as many or more: samples cannot be removed",
             );
         }
         let mut state = RenderState::of_checkpoint(checkpoint)?;
@@ -150,7 +150,7 @@ impl<'a> Renderer<'a> {
         Ok(state)
     }
 
-    /// Has `state` tell light paths apart, where that is wanted.
+    /// Has `state` separate light paths, where that is wanted.
     fn tell_paths(&self, state: &mut RenderState) {
         if let Some(paths) = self.session.paths() {
             state.film.tell_paths(paths);
@@ -295,8 +295,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// Writes `image`, that of `state`, to all `outputs`, and says what went wrong with them; EXR files of a part hold its sums as
-    /// well, so that [`Parts`](super::Parts) can be joined. A picture of no sample is not written, and what was there stays.
-    #[must_use = "what could not be written is not there"]
+    /// well, so that [`Parts`](super::Parts) can be joined. A picture without samples is not written, and an existing file is kept.
+    #[must_use = "the errors name the files that were not written"]
     pub fn write(
         &self,
         state: &RenderState,

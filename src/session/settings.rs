@@ -84,7 +84,7 @@ pub(super) fn has_alpha(described: &str) -> bool {
 }
 
 impl Default for Settings {
-    /// Of a scene file that says nothing.
+    /// Of a scene file without settings.
     fn default() -> Self {
         Self::new(&SceneOptions::default(), CameraSettings::default())
     }
@@ -209,7 +209,7 @@ impl Settings {
         }
         if self.aovs.contains(&Aov::Lights) && !method.gathers_light() {
             let does = match method.kind() {
-                IntegratorKind::IrradianceCache => "tells no lights apart",
+                IntegratorKind::IrradianceCache => "cannot separate light groups",
                 _ => "gathers no light",
             };
             let value = format!("lights: --integrator {} {does}", method.name());
@@ -224,7 +224,7 @@ impl Settings {
             return refused("aov", value, format!("use one of {}", names.join(", ")));
         }
         if self.aovs.contains(&Aov::Points) && !method.has_points() {
-            let value = format!("points: --integrator {} interpolates between none", method.name());
+            let value = format!("points: --integrator {} has no photons or records", method.name());
             return refused("aov", value, "use photon-map or irradiance-cache".into());
         }
         if self.aovs.contains(&Aov::Strategies) {
@@ -256,17 +256,18 @@ impl Settings {
         if let Some(Range { start, end }) = self.part {
             let value = format!("{start}..{end}");
             if start >= end {
-                return refused("samples", value, "use the first sample, and one past the last".into());
+                return refused(
+                    "samples",
+                    value,
+                    "write the first sample and one past the last, as in 64..128".into(),
+                );
             }
             if self.noise.is_some() {
-                let help = "where noise decides on the number of samples there are no parts".into();
+                let help = "--noise decides the number of samples, so the picture cannot be split by samples".into();
                 return refused("samples", value, help);
             }
             if start % BLOCK != 0 || (end % BLOCK != 0 && end != self.spp) {
-                let help = format!(
-                    "parts start and end at multiples of {BLOCK}, or end where the whole picture does (--spp), so that \
-                     they give the bits of one render"
-                );
+                let help = format!("parts start and end at multiples of {BLOCK}; the last part may end at --spp");
                 return refused("samples", value, help);
             }
         }
@@ -369,7 +370,7 @@ impl Settings {
         }
     }
 
-    /// What tells light paths apart; `None` where they are not told apart.
+    /// The classifier of light paths, if there is one.
     ///
     /// # Errors
     ///

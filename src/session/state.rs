@@ -50,7 +50,7 @@ impl RenderState {
     /// What was read.
     pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
         let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
-            FileError::new(&checkpoint.path, format!("its statistics make no sense: {error}")).help("render it anew")
+            FileError::new(&checkpoint.path, format!("its statistics are invalid: {error}")).help("render it anew")
         })?;
         Ok(Self {
             film: checkpoint.film,
@@ -87,7 +87,7 @@ impl RenderState {
     }
 
     /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them. A picture of no sample is not written:
-    /// what was there stays.
+    /// an existing file is kept.
     pub(super) fn write(
         &self,
         image: &Image,

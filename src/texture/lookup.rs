@@ -150,7 +150,7 @@ impl Texture {
     }
 
     /// Whether all texels that lookups in the picture itself may see from `low` to `high` are black; never where these are too many to look at,
-    /// or too far away to be told apart.
+    /// or too far away to be distinguished.
     pub fn is_black_within(&self, low: Vec2, high: Vec2) -> bool {
         if self.max_value == 0.0 {
             return true;

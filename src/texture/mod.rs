@@ -1,4 +1,4 @@
-//! Textures: keeping texels (`samples`, `levels`), filtered lookups (`lookup`) and placement (`mapping`, `wrap`). Knows no file formats.
+//! Textures: keeping texels (`samples`, `levels`), filtered lookups (`lookup`) and placement (`mapping`, `wrap`). File formats are elsewhere.
 //!
 //! `io/read_picture.rs` reads the samples of a file, and `io/texture.rs` keeps those that the texture is for. Samples stay as compact as the file has
 //! them and are decoded at each lookup: 8 bits by a table, floats as halves where that loses nothing.

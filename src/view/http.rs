@@ -33,7 +33,7 @@ pub(super) type Refusal = (u16, &'static str, String);
 /// A refusal for what is no request, or takes too long.
 pub(super) fn read_request(stream: &mut TcpStream) -> Result<Request, Refusal> {
     let refused = |words: String| (400, "Bad Request", words);
-    let failed = |error: io::Error| refused(format!("the request could not be read: {error}"));
+    let failed = |error: io::Error| refused(format!("cannot read the request: {error}"));
     stream.set_read_timeout(Some(PATIENCE)).map_err(failed)?;
     let start = Instant::now();
     let mut head = Vec::new();
@@ -89,7 +89,13 @@ fn parse(head: &[u8]) -> Result<Request, Refusal> {
     if is_upgrade {
         request.socket_key = match (version, key) {
             (Some("13"), Some(key)) => Some(key.into()),
-            _ => return Err((426, "Upgrade Required", "only version 13 of WebSocket is known".into())),
+            _ => {
+                return Err((
+                    426,
+                    "Upgrade Required",
+                    "only version 13 of WebSocket is supported".into(),
+                ));
+            }
         };
     }
     Ok(request)
@@ -119,7 +125,7 @@ pub(super) fn is_own_origin(origin: Option<&str>, host: &str) -> bool {
     origin.is_none_or(|origin| origin.strip_prefix("http://") == Some(host))
 }
 
-/// Writes an answer and ends the connection. Pages may load nothing but what comes from here, and tell nobody their address, which has the token.
+/// Writes an answer and ends the connection. Pages may load nothing but what comes from here, and send no referrer: their address has the token.
 ///
 /// # Errors
 ///

@@ -144,7 +144,7 @@ pub(super) fn set(
         options.background = changed?;
         settings.background = options.background.background();
     } else {
-        return Err(format!("there is no parameter {key} to set while a render is viewed"));
+        return Err(format!("the viewer has no parameter {key}"));
     }
     Ok(())
 }

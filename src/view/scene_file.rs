@@ -25,7 +25,7 @@ fn with_camera(text: &str, camera: &CameraView) -> Result<String, String> {
     let section = document.entry("camera").or_insert(Item::Table(Table::new()));
     let section = section
         .as_table_like_mut()
-        .ok_or("`camera` is no section; correct it first")?;
+        .ok_or("`camera` is not a section; correct it first")?;
     // What places the camera otherwise cannot stand beside a position, nor an f-number beside the radius of the lens.
     for key in ["view", "orbit", "focus_at", "f_stop", "sensor_height"] {
         section.remove(key);

@@ -1,4 +1,4 @@
-//! The server: accepts connections, checks who asks, and answers with the page, its WebSocket, or the picture as a file.
+//! The server: accepts connections, checks the origin of requests, and answers with the page, its WebSocket, or the picture as a file.
 
 use super::http::{Refusal, Request, answer, is_known_host, is_own_origin, read_request};
 use super::hub::{Hub, Mail, SaveFormat};
@@ -156,15 +156,15 @@ impl Server {
     fn route(&self, request: &Request) -> Result<Route, Refusal> {
         let forbidden = |words: &str| Err((403, "Forbidden", words.to_string()));
         if !is_known_host(&request.host, self.address.ip()) {
-            return forbidden("This server answers to localhost and to addresses alone, not to other names.");
+            return forbidden("This server answers only to localhost and to IP addresses.");
         }
         if !is_own_origin(request.origin.as_deref(), &request.host) {
-            return forbidden("Pages of other servers may not ask here.");
+            return forbidden("Requests from pages of other servers are refused.");
         }
         let (path, query) = request.target.split_once('?').unwrap_or((&request.target, ""));
         let mut parts = path.splitn(3, '/').skip(1);
         if !is_same(parts.next().unwrap_or_default(), &self.token) {
-            return forbidden("The link is not the one that this render has printed: open that one.");
+            return forbidden("This link is not valid: open the link that the render has printed.");
         }
         let Some(name) = parts.next() else {
             return Ok(Route::Home);
@@ -175,9 +175,9 @@ impl Server {
             ("picture.png", None) => Ok(Route::Picture(SaveFormat::Png(tone_of(query)))),
             (name, None) => match page::file(name) {
                 Some((kind, text)) => Ok(Route::File(kind, text)),
-                None => Err((404, "Not Found", "There is nothing of that name.".into())),
+                None => Err((404, "Not Found", "There is no such page.".into())),
             },
-            _ => Err((404, "Not Found", "There is no socket of that name.".into())),
+            _ => Err((404, "Not Found", "There is no such socket.".into())),
         }
     }
 }
@@ -190,7 +190,7 @@ enum Route {
     Socket(String),
 }
 
-/// Compares all bytes, so that the time taken says nothing of the first that differs.
+/// Compares all bytes, so that the time taken does not depend on the first difference.
 fn is_same(given: &str, token: &str) -> bool {
     let differs = given.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     given.len() == token.len() && differs == 0

@@ -24,7 +24,7 @@ const SHOWING: Duration = Duration::from_secs(30);
 /// Commands a second, and how many may come at once.
 const RATE: f64 = 400.0;
 const BURST: f64 = 800.0;
-/// Messages in a row that make no sense, before the page is closed.
+/// Maximum number of consecutive invalid messages before the page is closed.
 const MAX_NONSENSE: u32 = 200;
 
 /// Serves a page until it is closed or the hub is over.
@@ -102,7 +102,7 @@ impl Page<'_> {
         self.wait_for_allowance();
         let read = match &message {
             Message::Text(text) => Command::read(text.as_str()),
-            Message::Binary(_) => Err("not understood: a binary message".into()),
+            Message::Binary(_) => Err("binary messages are not supported".into()),
             // The library answers these.
             _ => return Ok(()),
         };
@@ -116,7 +116,7 @@ impl Page<'_> {
             Err(words) => {
                 self.nonsense += 1;
                 if self.nonsense > MAX_NONSENSE {
-                    self.close(CloseCode::Policy, "too many messages that make no sense");
+                    self.close(CloseCode::Policy, "too many invalid messages");
                     return Err(Error::ConnectionClosed);
                 }
                 let text = serde_json::json!({ "type": "error", "text": words }).to_string();

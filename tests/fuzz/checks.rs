@@ -386,7 +386,7 @@ fn triangles(loaded: &Loaded) -> u64 {
     let empty = loaded
         .warnings
         .iter()
-        .find_map(|w| w.text.split("triangles left out, because they have no area: ").nth(1));
+        .find_map(|w| w.text.split("triangles without area, skipped: ").nth(1));
     let count = empty.and_then(|words| words.rsplit(' ').next());
     loaded.scene.triangle_count() + count.map_or(0, |n| n.parse().expect("a number"))
 }

@@ -27,7 +27,7 @@ fn triangles(loaded: &Loaded) -> u64 {
     let empty = loaded
         .warnings
         .iter()
-        .find_map(|w| w.text.split("triangles left out, because they have no area: ").nth(1))
+        .find_map(|w| w.text.split("triangles without area, skipped: ").nth(1))
         .and_then(|w| w.rsplit(' ').next());
     loaded.scene.triangle_count() + empty.map_or(0, |n| n.parse().unwrap())
 }

@@ -292,7 +292,8 @@ fn wrong_backgrounds_and_grounds_are_refused() {
     for name in ["light", "bdpt", "pssmlt", "vcm", "mlt"] {
         let said = run("", &format!("--integrator {name} --background white"), 2);
         assert!(
-            said.contains("shows the lights alone") && said.contains("path, naive, one-sample, area, whitted"),
+            said.contains("shows only the background `light`")
+                && said.contains("path, naive, one-sample, area, whitted"),
             "{said}"
         );
         let said = run("", &format!("--integrator {name} --ground"), 2);

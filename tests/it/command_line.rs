@@ -652,7 +652,7 @@ fn a_color_may_be_a_single_number() {
     append(folder.path(), "a.mtl", "Kd 0.25 0.5\n");
     let said = refused(folder.path(), &["render", "s.toml"], 1);
     assert!(
-        said.contains("a.mtl:8:4: material `floor`: Kd is `0.25 0.5`, which is no colour"),
+        said.contains("a.mtl:8:4: material `floor`: Kd: `0.25 0.5` is not a colour"),
         "{said}"
     );
 }
@@ -892,7 +892,7 @@ fn keys_of_a_scene_file_can_be_set() {
         ),
         (
             "render s.toml --set image",
-            &["--set image: no key with a value", "render.max_depth=8"],
+            &["--set image: expected KEY=VALUE", "render.max_depth=8"],
         ),
         ("render a.obj --set image.width=0", &["--set image.width=0: "]),
     ] {

@@ -277,7 +277,7 @@ fn files_of_other_renderers_are_developed() {
     );
     let said = refused(at, &split("develop depth.exr -o x.png"), 1);
     assert!(
-        said.contains("depth.exr: has no layer of colours") && said.contains("of Z, odd"),
+        said.contains("depth.exr: has no layer with colours") && said.contains("of Z, odd"),
         "{said}"
     );
     done(at, &split("develop -q depth.exr --channel odd -o x.png"));

@@ -323,7 +323,7 @@ fn single_keys_of_the_camera_are_enough() {
     for (keys, expected) in [
         (
             "view = \"side\"",
-            "no view `side`; there are auto, front, back, left, right, top, iso, inside",
+            "unknown view `side`; choose from auto, front, back, left, right, top, iso, inside",
         ),
         ("orbit = [1]", "azimuth and elevation in degrees are expected"),
         ("orbit = [0, 100]", "the elevation between -90 and 90"),

@@ -265,7 +265,7 @@ fn caustics_make_records_doubtful() {
         let folder = folder(&[]);
         let args = split("--integrator irradiance-cache --spp 1 --size 96x72 -o x.exr");
         let output = done(folder.path(), &joined(&["render", scene.to_str().unwrap()], &args));
-        words(&output).contains("of the records of irradiance have most of their light from a few of their rays")
+        words(&output).contains("of the irradiance records get most of their light from a few rays")
     };
     assert!(warns("ring-caustic.toml"));
     assert!(!warns("cornell-box.toml"));
@@ -405,7 +405,7 @@ fn values_that_cannot_be_are_refused() {
         ("--cache-error nan", "--cache-error nan"),
         ("--cache-error 1.5", "at most 1"),
         ("--cache-rays 15", "from 16"),
-        ("--aov lights", "tells no lights apart"),
+        ("--aov lights", "cannot separate light groups"),
     ] {
         let said = refused(folder.path(), &joined(&split("render s.toml"), &split(flags)), 2);
         assert!(said.contains(words) && said.contains("help:"), "{said}");

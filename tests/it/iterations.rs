@@ -121,7 +121,7 @@ fn noise_levels_end_iterations() {
 fn what_cannot_be_is_refused_at_once() {
     let folder = scene();
     for (args, words) in [
-        ("--integrator bdpt --pixel 1,1", "belongs to no single sample"),
+        ("--integrator bdpt --pixel 1,1", "no sample belongs to one pixel"),
         ("--integrator path --aov strategies", "--integrator bdpt"),
         ("--integrator light --aov strategies", "--integrator bdpt"),
         ("--integrator bdpt --aov strategies --max-depth 7", "--max-depth of 6"),

@@ -275,7 +275,7 @@ fn methods_may_differ_in_any_setting() {
     assert!(differs("") != differs("--orbit 20,40 --fov 30"));
 }
 
-/// An interrupt ends any method within a second, and what was rendered before is written, without errors.
+/// An interrupt ends any method within a second, and the estimators that were complete are written, without errors.
 #[test]
 fn an_interrupt_writes_what_there_is() {
     for methods in [

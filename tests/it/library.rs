@@ -293,7 +293,10 @@ fn builds_are_told_apart() {
         assert!(error.contains(word), "{error}");
     }
     let error = read_checkpoint(&path("unknown.exr")).unwrap_err().to_string();
-    assert!(error.contains("which build") && error.contains("help:"), "{error}");
+    assert!(
+        error.contains("does not name the build") && error.contains("help:"),
+        "{error}"
+    );
     let error = Parts::describe(&[path("own.exr"), path("other.exr")])
         .unwrap_err()
         .to_string();

@@ -519,7 +519,7 @@ fn mistakes_are_named_with_their_line() {
         (
             format!("{sun}group = \"default\"\n"),
             5,
-            "group of all lights that are in no other",
+            "reserved for lights without a group",
         ),
         (
             format!("{sun}group = \"{}\"\n", "x".repeat(24)),
@@ -528,7 +528,7 @@ fn mistakes_are_named_with_their_line() {
         ),
         (format!("{sun}group = 3\n"), 5, "expected a string"),
         (crowd, 80, "more than 15 light groups"),
-        (group("\"default\"", "[\"lamp\"]"), 2, "group of all lights"),
+        (group("\"default\"", "[\"lamp\"]"), 2, "reserved for lights"),
         (group("\"a\"", "[]"), 3, "without materials"),
         (
             group("\"a\"", "[\"lamp\", \"lamp\"]"),

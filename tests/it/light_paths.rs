@@ -458,7 +458,7 @@ fn what_cannot_be_told_apart_is_refused() {
             "--integrator sppm --aov P,bounces",
             "use one of path, naive, direct, bdpt",
         ),
-        ("--aov direct,glossy", "no such channels"),
+        ("--aov direct,glossy", "unknown channels"),
         ("--aov lpe:a=LSX", "`X` at character 3"),
         ("--aov lpe:a=CDL,lpe:a=CGL", "stands for CDL and for CGL"),
         ("--aov bounces:2,bounces:3", "ask for bounces once"),

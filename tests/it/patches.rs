@@ -131,12 +131,9 @@ fn wrong_patches_are_told_with_what_is_right() {
     let folder = scene();
     let at = folder.path();
     for (value, expected) in [
-        (
-            "Metal",
-            &["no material and key with a value", "'Floor*.roughness=0.2'"][..],
-        ),
-        ("Metal=1", &["no material and key with a value"]),
-        (".roughness=1", &["no material and key with a value"]),
+        ("Metal", &["expected NAME.KEY=VALUE", "'Floor*.roughness=0.2'"][..]),
+        ("Metal=1", &["expected NAME.KEY=VALUE"]),
+        (".roughness=1", &["expected NAME.KEY=VALUE"]),
         ("Metal.roughness=2", &["roughness is 2", "a number from 0 to 1"]),
         (
             "Metal.roughnes=0.2",
@@ -146,7 +143,7 @@ fn wrong_patches_are_told_with_what_is_right() {
         ("Metal.diffuse=red", &["expected a number or three numbers"]),
         ("Metal.diffuse=[1,2]", &["found 2"]),
         ("Metal.diffuse_map=true", &["false for no texture"]),
-        ("Metal.patch=true", &["`patch` is a key of [material.NAME] alone"]),
+        ("Metal.patch=true", &["`patch` belongs in [material.NAME] only"]),
         (
             "Metal.model=shiny",
             &["unknown model `shiny`", "phong, blinn, ggx, mirror"],
@@ -186,7 +183,7 @@ fn wrong_patches_are_told_with_what_is_right() {
         ),
         (
             "[patch.Metal]\npatch = true\n",
-            &["t.toml:21:", "`patch` is a key of [material.NAME] alone"],
+            &["t.toml:21:", "`patch` belongs in [material.NAME] only"],
         ),
         ("[patch.Metal]\nroughness = 2\n", &["t.toml:21:13", "roughness is 2"]),
         (

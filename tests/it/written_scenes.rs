@@ -281,13 +281,13 @@ fn init_writes_what_renders_alike() {
     done(at, &split("init models/a.obj"));
     assert!(at.join("a.toml").is_file());
     for (line, expected) in [
-        ("init scenes/a.toml", "this is a scene file already"),
+        ("init scenes/a.toml", "this is already a scene file"),
         (
             "init models/a.obj -o x.obj",
             "the name of a .toml scene file is expected",
         ),
         ("init models/gone.obj", "no such file"),
-        ("init models/lib/a.mtl", "not a scene by its name"),
+        ("init models/lib/a.mtl", "the name of a scene ends in .toml or .obj"),
     ] {
         let out = run(at, &split(line));
         assert!(

@@ -155,7 +155,7 @@ fn the_page_shows_and_steers_a_render() {
     fs::write(&mtl, text).unwrap();
     browser.wait(
         &tab,
-        "document.getElementById('message').textContent.includes('loaded anew')",
+        "document.getElementById('message').textContent.includes('reloaded')",
     );
     browser.wait(&tab, COMPLETE);
 
@@ -186,7 +186,7 @@ fn pages_elsewhere_are_refused() {
     let tab = browser.open(&wrong, [400, 300]);
     browser.wait(
         &tab,
-        "document.body.innerText.includes('not the one that this render has printed')",
+        "document.body.innerText.includes('open the link that the render has printed')",
     );
 }
 

@@ -109,8 +109,8 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
 }
 
 const CULLS: &str = "does not hit triangles from behind: it was built with backface culling";
-const OVERRUNS: &str = "writes past the end of a hit: it was built with other levels of instances than its headers say";
-const ERRS: &str = "gives a wrong hit: it was built otherwise than its headers say";
+const OVERRUNS: &str = "writes past the end of a hit: its instance levels differ from those in its headers";
+const ERRS: &str = "gives a wrong hit: its build differs from its headers";
 
 impl Trial {
     fn query(&self) -> RTCRayHit {

@@ -8,9 +8,10 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The rays are those of a render. A disagreement is explained where the ray passes an edge, or a plane, or an end of its interval
-more closely than roundings can tell; the exit code is 1 where one is not. --readers compares the readers of OBJ and MTL files
-instead; `embrasure help readers` lists the known differences.
+The rays come from a render. A disagreement is explained if the ray passes an edge, a plane or an
+end of its interval within the bounds of rounding errors. An unexplained disagreement gives exit
+code 1. --readers compares the two readers of OBJ and MTL files instead; `embrasure help readers`
+lists the known differences.
 Examples:
   embrasure audit scenes/cornell-box.toml
   embrasure audit room.obj --rays 100000000 -o room-audit.json
@@ -20,11 +21,11 @@ pub(in crate::cli) struct AuditArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Compare the own reader of the scene's OBJ and MTL files with tobj
+    /// Compare the program's own reader of OBJ and MTL files with tobj
     #[arg(long, conflicts_with_all = ["rays", "replay", "backend", "against", "size", "seed"])]
     pub readers: bool,
 
-    /// About so many rays, spread evenly over the image
+    /// Approximate number of rays, spread evenly over the image
     #[arg(long, value_name = "N", default_value = "1000000")]
     pub rays: std::num::NonZeroU64,
 
@@ -44,7 +45,7 @@ pub(in crate::cli) struct AuditArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 
-    /// The one to check it against [default: another one that is built in]
+    /// The backend to check it against [default: another one that is built in]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub against: Option<Backend>,
 

@@ -8,8 +8,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Rays are those of a render with default settings. They are recorded, then traced again with nothing else in between:
-`render / replay` is the cost of a render in units of its ray tracing.
+The rays come from a render with default settings. They are recorded, then traced again without
+shading: `render / replay` is the cost of a render in units of its ray tracing.
 Examples:
   embrasure bench scenes/cornell-box.toml
   embrasure bench scenes/cornell-box.toml bunny.obj --size 256x256 --json")]
@@ -22,7 +22,7 @@ pub(in crate::cli) struct BenchArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// This ray-tracing backend only [default: all that are built in, besides brute]
+    /// Measure only this ray-tracing backend [default: all that are built in, except brute]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 
@@ -30,11 +30,11 @@ pub(in crate::cli) struct BenchArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Measurements of which the median is taken
+    /// Number of measurements; the result is their median
     #[arg(long, value_name = "N", default_value = "7")]
     pub repeat: std::num::NonZeroUsize,
 
-    /// Threads, besides one [default: all]
+    /// Threads of the second measurement; the first uses one [default: all]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

@@ -6,14 +6,14 @@ use crate::guess::{Orbit, View};
 use crate::math::{Vec2, Vec3};
 use crate::session::CameraSettings;
 
-/// Where the picture is taken from; what is not said, by flags or the scene file, is guessed.
+/// Camera flags. What neither flags nor the scene file set is guessed.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct CameraArgs {
-    /// View: front, back, left, right, top, iso, inside, or auto, which chooses [default: auto]
+    /// View: front, back, left, right, top, iso or inside; auto chooses one [default: auto]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new(), conflicts_with_all = ["position", "orbit"])]
     view: Option<View>,
 
-    /// Camera at azimuth AZ and elevation EL in degrees, at distance D [default: the scene fills the image]
+    /// Camera at azimuth AZ and elevation EL, degrees, at distance D [default: the scene fills the image]
     #[arg(long, value_name = "AZ,EL[,D]", value_parser = parse_orbit, allow_hyphen_values = true, conflicts_with = "position")]
     orbit: Option<Orbit>,
 
@@ -53,7 +53,7 @@ pub(in crate::cli) struct CameraArgs {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     aperture_rotation: Option<f32>,
 
-    /// Distance along the view axis to the plane in focus [default: that of --look-at]
+    /// Distance along the view axis to the plane in focus [default: distance of --look-at]
     #[arg(long, value_name = "R", allow_hyphen_values = true)]
     focus_distance: Option<f32>,
 

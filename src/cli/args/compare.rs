@@ -8,10 +8,12 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Images are .exr, or PNG and the like, which are decoded by the sRGB curve. Where both have `variance` channels, as this program writes them, a
-significance test decides whether they differ by more than their noise. Errors of pssmlt, mlt, sppm, photon-map and irradiance-cache reach over many
-pixels, so less is tested there; the output says what is left out. The exit code is 1 where the images differ, where a value is not finite, or where a
-limit is passed; with limits these alone decide.
+Images are EXR files, or PNG, JPEG, TGA, BMP and HDR pictures; 8-bit and 16-bit pictures are decoded
+by the sRGB curve. If both images have `variance` channels, as files of this program do, a
+significance test decides whether they differ by more than their noise. Errors of pssmlt, mlt, sppm,
+photon-map and irradiance-cache spread over many pixels, so fewer tests apply to them; the output
+names the tests that are left out. The exit code is 1 if the images differ, if a value is not
+finite, or if a limit is exceeded. With --max-relmse or --max-flip only these limits decide.
 Examples:
   embrasure compare reference.exr image.exr
   embrasure compare reference.exr image.exr -o difference.png
@@ -39,11 +41,11 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long, value_name = "X")]
     pub max_flip: Option<f64>,
 
-    /// Picture of the difference to write, .png
+    /// Write a picture of the difference to this .png
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 
-    /// Content of that picture: error (relative difference of luminance), flip, or z (difference over its standard deviation)
+    /// Content of the picture: error (relative difference of luminance), flip, or z (difference over its standard deviation)
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,
 }

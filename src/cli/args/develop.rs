@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Without --exposure and --tone a picture is shown as its render showed it, where the file says so.
+Without --exposure and --tone, the exposure and tone curve stored in the file apply.
 Examples:
   embrasure develop room.exr -o room.png --exposure auto --tone agx
   embrasure develop room.exr --list
@@ -18,10 +18,10 @@ Examples:
   embrasure develop cycles.exr --channel ViewLayer.Combined --denoise -o clean.exr -o clean.png
   embrasure develop room.exr --crop 100,50,300,200 --scale 2 -o detail.png")]
 pub(in crate::cli) struct DevelopArgs {
-    /// EXR file, of this program or another one
+    /// EXR file, from this program or another one
     pub input: PathBuf,
 
-    /// Picture to write, .png (display, or data in false colours) or .exr (linear values); repeatable
+    /// Picture to write, .png (display, or data in false colours) or .exr (linear); repeatable
     #[arg(short, long, value_name = "FILE", required_unless_present = "list")]
     pub output: Vec<PathBuf>,
 
@@ -59,7 +59,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Print nothing but errors
+    /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -15,10 +15,10 @@ pub(in crate::cli) struct ExplainArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Name of a material that the scene uses
+    /// Name of a material in the scene
     pub material: String,
 
-    /// Write here: .exr or .png a sphere of it, .svg polar plots of its lobes; may be repeated
+    /// File to write: .exr or .png for a sphere of the material, .svg for polar plots of its lobes; repeatable
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -30,7 +30,7 @@ pub(in crate::cli) struct ExplainArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Samples a pixel of the sphere
+    /// Samples per pixel of the sphere
     #[arg(long, value_name = "N", default_value = "64")]
     pub spp: std::num::NonZeroU32,
 

@@ -9,7 +9,7 @@ pub(in crate::cli) struct ExrArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
     pub compression: Option<Compression>,
 
-    /// Layers of EXR files to hold as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all of these; others stay
+    /// Layers of EXR files to store as half floats: picture (R G B A), raw, albedo, N, P, uv, motion, error, lights, or all; others stay
     /// float32 [default: none]
     #[arg(long, value_name = "LAYER,...", value_delimiter = ',')]
     pub half: Vec<String>,
@@ -31,7 +31,7 @@ impl ExrArgs {
                 None if name == "all" => format.half.extend(layers),
                 None => {
                     return Err(CliError::Usage(format!(
-                        "--half {name}: no layer that may be held as half floats\n  help: use some of {}, or all",
+                        "--half {name}: this layer cannot be stored as half floats\n  help: choose from {}, or use all",
                         layers.join(", ")
                     )));
                 }

@@ -48,7 +48,7 @@ fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
     }
     let range = match parameter.range() {
         range if range.is_empty() => range,
-        range => format!(", {range}"),
+        range => format!("; {range}"),
     };
     let arg = Arg::new(parameter.flag())
         .long(parameter.flag())
@@ -115,7 +115,7 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
             let help = format!("{suggestion}choose among {}", known.join(", "));
             Error::raw(
                 ErrorKind::ValueValidation,
-                format!("{flag}{name}: no such name\n  help: {help}\n"),
+                format!("{flag}{name}: unknown name\n  help: {help}\n"),
             )
         })
     }

@@ -3,11 +3,11 @@ use crate::description::SceneFile;
 /// Whether there is a ground.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub(in crate::cli) struct GroundArgs {
-    /// Add a ground that only catches shadows; `[ground]` of the scene file places it
+    /// Add a ground that shows only shadows; `[ground]` of the scene file places it
     #[arg(long, conflicts_with = "no_ground")]
     pub ground: bool,
 
-    /// Render without a ground, whatever the scene file says
+    /// Remove the ground of the scene file
     #[arg(long)]
     pub no_ground: bool,
 }

@@ -15,7 +15,7 @@ Examples:
   embrasure help missing-texture
   embrasure help schema > scene.schema.json")]
 pub(in crate::cli) struct HelpArgs {
-    /// A command, a page of the reference (without a topic, all are listed), a code that `check` reports, or schema
+    /// A command, a page of the reference, a code that `check` reports, or schema; without a topic, list all
     #[arg(value_parser = TopicParser, hide_possible_values = true)]
     pub topic: Option<String>,
 }
@@ -45,7 +45,7 @@ impl TypedValueParser for TopicParser {
         }
         let near = nearest(&name, topics.iter().map(String::as_str))
             .map_or(String::new(), |near| format!("did you mean {near}? "));
-        let refusal = format!("no topic is called `{name}`\n  help: {near}`embrasure help` lists all topics\n");
+        let refusal = format!("unknown topic `{name}`\n  help: {near}`embrasure help` lists all topics\n");
         Err(Error::raw(ErrorKind::ValueValidation, refusal))
     }
 

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The file renders what the OBJ does. Materials are patches that are commented out, each with its numbers and textures.
+The scene file gives the same picture as the OBJ. Each material is a patch with its numbers and
+textures, commented out.
 Examples:
   embrasure init room.obj
   embrasure init models/room.obj -o scenes/room.toml")]
@@ -19,7 +20,7 @@ pub(in crate::cli) struct InitArgs {
     #[arg(short, long, value_name = "FILE", value_parser = parse_scene_output)]
     pub output: Option<PathBuf>,
 
-    /// Replace a file that is there
+    /// Replace an existing file
     #[arg(long)]
     pub force: bool,
 

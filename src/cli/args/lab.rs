@@ -16,10 +16,14 @@ use std::path::PathBuf;
 /// Equal samples with --spp, equal time with --time.
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Writes PREFIX.png (the pictures; with several numbers of --spp or --time a row for each estimator), PREFIX.csv and PREFIX.md (relMSE, seconds,
-efficiency = 1 / (relMSE x seconds)), and PREFIX-curves.csv and PREFIX-curves.svg (relMSE at 1, 4, 16, 64, ... samples).
-Without --reference the last estimator that is unbiased and finds all light (path, naive, bdpt, pssmlt or mlt) renders one, in 64 times its time: with
---time 10s some 11 minutes. An interrupt writes what was rendered before it; without a reference there are no errors.
+Files:
+  PREFIX.png              pictures; several values of --spp or --time give a row per estimator
+  PREFIX.csv, PREFIX.md   relMSE, seconds, and efficiency = 1 / (relMSE x seconds)
+  PREFIX-curves.csv, .svg relMSE at 1, 4, 16, 64, ... samples
+Without --reference, the last unbiased estimator that finds all light (path, naive, one-sample,
+bdpt, pssmlt or mlt) renders the reference. This takes 64 times its time: with --time 10s about
+11 minutes. An interrupt writes the estimators that are complete; it writes no errors if the
+reference is incomplete.
 Examples:
   embrasure lab scenes/cornell-box.toml --size 256x256 --html box.html
   embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 1,4,16
@@ -29,15 +33,15 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare in place of the ladder, with any of their settings, such as path,bdpt,path:sampler=halton
+    /// Integrators to compare in place of the ladder, each with optional settings, such as path,bdpt,path:sampler=halton
     #[arg(long, value_name = "NAME[:KEY=VALUE]...,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
     pub methods: Vec<MethodFlag>,
 
-    /// Write a sheet of path's picture and the light of 0 to 5 bounces by itself, in place of a comparison
+    /// Write a sheet with the picture of path and the light of each bounce from 0 to 5, in place of a comparison
     #[arg(long, conflicts_with_all = ["methods", "time", "reference", "html"])]
     pub bounces: bool,
 
-    /// Samples a pixel of every estimator; with several, such as 1,10,100, a column each [default: 64]
+    /// Samples per pixel of every estimator; several values, such as 1,10,100, give a column each [default: 64]
     #[arg(
         long,
         value_name = "N,...",
@@ -47,11 +51,11 @@ pub(in crate::cli) struct LabArgs {
     )]
     pub spp: Vec<u32>,
 
-    /// Time for every estimator, such as 10s or 2m; with several, such as 1s,4s, a column each
+    /// Time for every estimator, such as 10s or 2m; several values, such as 1s,4s, give a column each
     #[arg(long, value_name = "DUR,...", value_delimiter = ',', value_parser = parse_duration)]
     pub time: Vec<f64>,
 
-    /// Reference, an EXR file [default: the last unbiased estimator at 64 times its samples]
+    /// Reference EXR file [default: the last unbiased estimator at 64 times its samples]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
@@ -59,7 +63,7 @@ pub(in crate::cli) struct LabArgs {
     #[arg(short, long, value_name = "PREFIX")]
     pub output: Option<PathBuf>,
 
-    /// Write a page for browsers, which needs no network: pictures, error maps, curves and the table
+    /// Write one self-contained HTML page: pictures, error maps, curves and the table
     #[arg(long, value_name = "FILE")]
     pub html: Option<PathBuf>,
 
@@ -67,7 +71,7 @@ pub(in crate::cli) struct LabArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Maximum number of scattering events; 0 shows emission alone, none is 1024 [default: 16]
+    /// Maximum number of scattering events; 0 shows emission only, none is 1024 [default: 16]
     #[arg(long, value_name = "N", value_parser = value_parser::<MaxDepth>)]
     pub max_depth: Option<MaxDepth>,
 
@@ -132,7 +136,7 @@ fn parse_method(text: &str) -> Result<MethodFlag, String> {
         let near = nearest(kind, known.iter().copied());
         let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
         format!(
-            "no integrator is called `{kind}`\n  help: {near}choose among {}",
+            "unknown integrator `{kind}`\n  help: {near}choose among {}",
             known.join(", ")
         )
     })?;
@@ -147,7 +151,7 @@ fn parse_method(text: &str) -> Result<MethodFlag, String> {
     for part in parts {
         let Some((key, value)) = part.split_once('=') else {
             return Err(format!(
-                "`{part}` is no key with a value\n  help: write {kind}:KEY=VALUE, such as {kind}:sampler=halton"
+                "`{part}`: expected KEY=VALUE\n  help: write {kind}:KEY=VALUE, such as {kind}:sampler=halton"
             ));
         };
         let (key, value) = (key.trim().replace('-', "_"), value.trim());
@@ -182,7 +186,7 @@ impl MethodFlag {
                 let near = nearest(key, known.iter().copied());
                 let near = near.map_or(String::new(), |known| format!("did you mean {known}? "));
                 Err(format!(
-                    "no parameter is called `{key}`\n  help: {near}choose among {}",
+                    "unknown parameter `{key}`\n  help: {near}choose among {}",
                     known.join(", ")
                 ))
             }
@@ -213,7 +217,7 @@ mod tests {
             ("path:spp=4", "use --spp"),
             ("path:integrator=bdpt", "use --methods"),
             ("path:sobol", "path:KEY=VALUE"),
-            ("path:", "no key with a value"),
+            ("path:", "expected KEY=VALUE"),
             ("", "choose among path"),
         ] {
             let error = parse_method(text).unwrap_err();

@@ -17,7 +17,7 @@ pub(in crate::cli) struct LightFlags {
     #[arg(long, value_name = "FILE|COLOUR|studio|sky", value_parser = parse_env, help_heading = "Light")]
     pub env: Option<EnvFlag>,
 
-    /// Add a sun: azimuth, elevation in degrees; irradiance [default: 3]
+    /// Add a sun: azimuth and elevation in degrees, irradiance [default: 3]
     #[arg(
         long,
         value_name = "AZ,EL[,STRENGTH]",
@@ -27,7 +27,7 @@ pub(in crate::cli) struct LightFlags {
     )]
     pub sun: Option<SunFlag>,
 
-    /// Add soft light from the camera's upper left; its irradiance [default: 2]
+    /// Add a soft light from the camera's upper left, with this irradiance [default: 2]
     #[arg(
         long,
         value_name = "STRENGTH",

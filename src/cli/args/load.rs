@@ -12,7 +12,7 @@ pub(in crate::cli) struct LoadArgs {
     #[command(flatten)]
     pub parameters: Flags<LoadParameters>,
 
-    /// Maximum memory, such as 8G or 500M; a render that needs more is refused [default: what is available]
+    /// Maximum memory, such as 8G or 500M; a render that needs more is an error [default: the available memory]
     #[arg(long, value_name = "SIZE", value_parser = parse_bytes)]
     pub max_memory: Option<u64>,
 
@@ -20,7 +20,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Change materials: a name or glob, a key and its value, such as 'Floor*.roughness=0.2'; repeatable
+    /// Change materials by name or pattern, such as 'Floor*.roughness=0.2'; repeatable
     #[arg(id = "patches", long = "material", value_name = "GLOB.KEY=VALUE")]
     pub patches: Vec<String>,
 
@@ -32,7 +32,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long)]
     pub strict: bool,
 
-    /// Use less memory and more time; chosen automatically where --max-memory needs it
+    /// Use less memory and more time; automatic if --max-memory requires it
     #[arg(long)]
     pub compact: bool,
 }

@@ -8,13 +8,14 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Parts come from `render` with --samples, --crop or both, by -o or --checkpoint. They must be of one picture: the same scene, settings, seed,
-program and backend. No sample may be missing or occur twice.
+Parts come from `render` with --samples, --crop or both, written by -o or --checkpoint. All parts
+must have the same scene, settings, seed, program and backend. No sample may be missing or occur
+twice.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
   embrasure merge a.exr b.exr -o room.exr -o room.png
-  embrasure merge a.exr b.exr --checkpoint ab.exr            (a part again, of many)")]
+  embrasure merge a.exr b.exr --checkpoint ab.exr            (a larger part)")]
 pub(in crate::cli) struct MergeArgs {
     /// EXR files that hold parts
     #[arg(required = true, value_name = "PART")]
@@ -30,7 +31,7 @@ pub(in crate::cli) struct MergeArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Write the joined sums to this EXR file, to merge or resume them; without -o they may be a part
+    /// Write the joined sums to this EXR file, to merge or resume it later; without -o the sums may be incomplete
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 

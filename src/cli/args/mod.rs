@@ -147,7 +147,7 @@ fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
 pub(super) enum Command {
     /// Render a scene to EXR and PNG files
     Render(Box<RenderArgs>),
-    /// Render one scene by every estimator of the ladder, and compare them
+    /// Render one scene with every estimator of the ladder, and compare them
     Lab(Box<LabArgs>),
     /// Check a ray-tracing backend against another one, ray by ray
     Audit(AuditArgs),
@@ -155,43 +155,47 @@ pub(super) enum Command {
     Bench(BenchArgs),
     /// Join parts of a render, sample ranges or crops: bit-identical to a single render
     Merge(MergeArgs),
-    /// Make pictures of an EXR file: exposure, tone, denoising, any channel, crop and scale
+    /// Make pictures from an EXR file: exposure, tone, denoising, any channel, crop and scale
     Develop(DevelopArgs),
-    /// List what is in a scene: meshes, triangles, materials, lights, bounds, memory
+    /// List the contents of a scene: meshes, triangles, materials, lights, bounds, memory
     #[command(after_help = "\
 Examples:
   embrasure info scenes/cornell-box.toml
   embrasure info room.obj --json")]
     Info(SceneArgs),
-    /// Show a render in a browser: walk through the scene, tune it, look at its paths
+    /// Show a render in a browser: move the camera, edit materials, inspect paths
     #[cfg(feature = "view")]
     View(Box<ViewArgs>),
-    /// Show cameras to choose from, each with the flags that give it
+    /// Show cameras to choose from, each with its flags
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material
     Init(InitArgs),
     /// Report errors, warnings and assumptions of a scene's files: file:line:column
     #[command(after_help = "\
-The exit code is 1 where something is wrong, 0 where there are warnings and notes alone.
+The exit code is 1 if there is an error; warnings and notes give 0.
 Examples:
   embrasure check scenes/cornell-box.toml
   embrasure check room.obj --json")]
     Check(SceneArgs),
-    /// Describe what a material does with light, and render a sphere of it
+    /// Describe how a material reflects light, and render a sphere of it
     Explain(ExplainArgs),
     /// Record the paths of a pixel: vertices, densities, weights, contributions
     Paths(Box<PathsArgs>),
     /// Show the points of a sampler: projections, discrepancy, convergence of known integrals
     Points(PointsArgs),
-    /// Measure how far an image is from a reference, and test whether by more than noise
+    /// Measure the difference between an image and a reference, and test it against noise
     Compare(CompareArgs),
+<<<<<<< HEAD
     /// Render cases whose answers are known exactly, and report which are right
     Selftest(SelftestArgs),
     /// Print the script that makes a shell complete commands and flags
+=======
+    /// Print the completion script for a shell
+>>>>>>> words
     Completions(CompletionsArgs),
-    /// Print the manual page, or write those of all commands
+    /// Print the manual page, or write the pages of all commands
     Man(ManArgs),
-    /// Print the help of a command, a page of the reference, or what a code of `check` means
+    /// Print the help of a command, a page of the reference, or the meaning of a code of `check`
     Help(HelpArgs),
 }
 

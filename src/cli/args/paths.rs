@@ -10,8 +10,9 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The contributions add up to the light of the sample in the pixel, as `render` has it. Of methods whose light falls on any pixel, such as bdpt and mlt,
-a sample is an iteration: all its samples and chains are traced, and those that light the pixel are kept.
+The contributions add up to the light of the sample in the pixel, as `render` computes it. With
+methods whose light falls on any pixel, such as bdpt and mlt, a sample is an iteration: the command
+traces all its samples and chains, and keeps those that add light to the pixel.
 Examples:
   embrasure paths scenes/cornell-box.toml --pixel 256,300 -o paths.svg
   embrasure paths scenes/cornell-box.toml --pixel 128,150 --size 256x256 --integrator bdpt --samples 0..4 -o paths.obj -o paths.json")]
@@ -27,11 +28,11 @@ pub(in crate::cli) struct PathsArgs {
     #[arg(long, value_name = "K", default_value = "0", conflicts_with = "samples")]
     pub sample: u32,
 
-    /// Samples A to B-1 in place of one
+    /// Record samples A to B-1 in place of one
     #[arg(long, value_name = "A..B", value_parser = parse_range)]
     pub samples: Option<[u32; 2]>,
 
-    /// Write here: .svg two views, .obj lines in space, .json all numbers; may be repeated
+    /// File to write: .svg for two views, .obj for lines in space, .json for all numbers; repeatable
     #[arg(short, long, value_name = "FILE", value_parser = parse_paths_output)]
     pub output: Vec<PathBuf>,
 

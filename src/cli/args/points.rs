@@ -39,7 +39,8 @@ impl Named for PointSet {
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Projections are pairs of numbers that a path draws. Convergence is the error of integrals that are known, at each power of two.
+Projections show pairs of numbers that a path draws. Convergence is the error of known integrals at
+each power of two.
 Examples:
   embrasure points sobol -n 256 -o sobol.svg
   embrasure points perturbed-qmc -n 512 -o directions.svg
@@ -49,11 +50,11 @@ pub(in crate::cli) struct PointsArgs {
     #[arg(value_name = "SAMPLER", value_parser = NameParser::<PointSet>::new())]
     pub set: PointSet,
 
-    /// Number of points, 16384 at most
+    /// Number of points, at most 16384
     #[arg(short = 'n', long = "points", value_name = "N", default_value = "256", value_parser = clap::value_parser!(u32).range(1..=MAX_POINTS))]
     pub count: u32,
 
-    /// Write a picture of points and convergence here, an .svg
+    /// Write a picture of points and convergence to this .svg
     #[arg(short, long, value_name = "FILE.svg", value_parser = parse_svg_output)]
     pub output: Option<PathBuf>,
 
@@ -61,7 +62,7 @@ pub(in crate::cli) struct PointsArgs {
     #[arg(long, value_name = "SEED", default_value = "0")]
     pub seed: u64,
 
-    /// Print JSON, coordinates of all points included
+    /// Print JSON, with the coordinates of all points
     #[arg(long)]
     pub json: bool,
 }

@@ -24,17 +24,17 @@ Examples:
   embrasure render bunny.obj --size 800x600 --spp 256
   embrasure render room.obj --position 0,1,4 --look-at 0,1,0 --fov 50 -o room.png
   embrasure render room.toml --spp 4096 --checkpoint room-state.exr --resume -o room.exr
-  embrasure render room.toml --spp 4096 --samples 1024..2048 -o room-2.exr   (a part for embrasure merge)")]
+  embrasure render room.toml --spp 4096 --samples 1024..2048 -o room-2.exr   (a part)")]
 pub(in crate::cli) struct RenderArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr; .png too of a bare OBJ; nothing where
-    /// --samples go to a --checkpoint]
+    /// Image to write, .exr (linear float32) or .png (display); repeatable [default: SCENE's stem + .exr; a bare OBJ also
+    /// gets a .png; --samples with --checkpoint gets none]
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
-    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp is then the maximum [default: off]
+    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp becomes the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
@@ -42,7 +42,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time_limit: Option<f64>,
 
-    /// Take only samples A to B-1 of --spp, multiples of 64: a part for `embrasure merge`
+    /// Render only samples A to B-1 of --spp, multiples of 64: a part for `embrasure merge`
     #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "noise")]
     pub samples: Option<[u32; 2]>,
 
@@ -54,7 +54,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration, requires = "checkpoint")]
     pub checkpoint_interval: Option<f64>,
 
-    /// Resume from --checkpoint, if the file is there; a larger --spp adds samples
+    /// Resume from --checkpoint if the file exists; a larger --spp adds samples
     #[arg(long, requires = "checkpoint")]
     pub resume: bool,
 
@@ -66,9 +66,10 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files: P (position), uv, motion, points (photons, records of irradiance), id, cryptomatte, lights (a layer for each light group), strategies (of bdpt, to a
-    /// --max-depth of 6), or all of these (without strategies); parts of the light: emission, direct, indirect, diffuse_direct, diffuse_indirect (also
-    /// specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as 'lpe:caustics=LS+DE'
+    /// Further channels of EXR files: P (position), uv, motion, points (photons or irradiance records), id, cryptomatte, lights (a layer for each
+    /// light group), strategies (bdpt, --max-depth up to 6), or all (without strategies); light paths: emission, direct, indirect,
+    /// diffuse_direct, diffuse_indirect (also specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as
+    /// 'lpe:caustics=LS+DE'
     #[arg(long, value_name = "NAME,...")]
     pub aov: Vec<String>,
 
@@ -76,8 +77,8 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Render only these pixels: half-open, origin top left. Integrators that trace paths from lights, and irradiance-cache, still do the work of the
-    /// whole image
+    /// Render only these pixels: half-open, origin top left. Integrators that trace paths from lights, and irradiance-cache, still
+    /// compute the light of the whole image
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 
@@ -134,15 +135,15 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, requires = "pixel")]
     pub json: bool,
 
-    /// Write the scene as it is rendered, flags included, to a .toml scene file
+    /// Write the rendered scene, with all flags applied, to a .toml scene file
     #[arg(long, value_name = "FILE", value_parser = parse_scene_output)]
     pub dump_scene: Option<PathBuf>,
 
-    /// Write statistics to FILE as JSON; - is the standard output
+    /// Write statistics to FILE as JSON; - means standard output
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
 
-    /// Warnings to print: all, one line for each kind (summary), or none
+    /// Warnings to print: all, summary (one line for each kind), or none
     #[arg(long, value_name = "NAME", value_parser = NameParser::<ShownWarnings>::new(), default_value = "summary")]
     pub warnings: ShownWarnings,
 

@@ -1,4 +1,4 @@
-//! Refusals of flags that there are not: what to write instead.
+//! Errors of unknown flags, with the known flag to write instead.
 //!
 //! People come from other renderers with flags of theirs. These have a table, since the names that look most like them mean other things: `--camera` is no
 //! `--cache-rays`.

@@ -16,8 +16,10 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The page is part of the program and loads nothing from elsewhere. The link has a random part, which other users of this machine cannot guess.
-Over ssh: start with --port 8123 there, run `ssh -L 8123:127.0.0.1:8123 HOST` here, and open the link here.
+The page is part of the program and loads nothing from the network. The link contains a random
+token that other users of this machine cannot guess.
+Over ssh: start the viewer on the remote machine with --port 8123. On your machine run
+`ssh -L 8123:127.0.0.1:8123 HOST` and open the link.
 Examples:
   embrasure view scenes/cornell-box.toml
   embrasure view room.obj --size 960x540 --port 8123 --no-open")]
@@ -29,11 +31,11 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub port: Option<u16>,
 
-    /// Print the link and open no browser
+    /// Print the link, but open no browser
     #[arg(long)]
     pub no_open: bool,
 
-    /// Address to listen on; other machines that reach it, and have the link, can steer the render
+    /// Address to listen on; other machines that reach it can control the render if they have the link
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
     pub listen: IpAddr,
 
@@ -41,7 +43,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long)]
     pub exit_when_closed: bool,
 
-    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp is then the maximum [default: off]
+    /// Stop at this estimated relative error, such as 0.02 or 2%; --spp becomes the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]
     pub noise: Option<f64>,
 
@@ -53,7 +55,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 
-    /// Print the link alone; warnings and errors all the same
+    /// Print only the link, warnings and errors
     #[arg(short, long)]
     pub quiet: bool,
 

@@ -16,7 +16,7 @@ pub(in crate::cli) struct ViewsArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Write a contact sheet of the views here, a .png [default: the flags are printed alone]
+    /// Write a contact sheet of the views to this .png [default: print only the flags]
     #[arg(short, long, value_name = "SHEET.png")]
     pub output: Option<PathBuf>,
 
@@ -24,7 +24,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Samples a pixel [default: 16]
+    /// Samples per pixel [default: 16]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub spp: Option<u32>,
 
@@ -32,7 +32,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 
-    /// Render and build threads, 64 for each processor at most [default: one for each]
+    /// Render and build threads, at most 64 for each processor [default: one for each]
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
 

@@ -227,10 +227,10 @@ impl Measure<'_> {
     /// Renders once, and keeps the rays.
     fn record<A: Dispatch>(&self, accel: &A) -> Recording {
         let settings = self.session.settings();
-        let (world, nobody) = (self.session.world(accel), Progress::new(0, true));
+        let (world, progress) = (self.session.world(accel), Progress::new(0, true));
         settings
             .method()
-            .prepare((world, &self.prepared), &settings.random_numbers(), &nobody);
+            .prepare((world, &self.prepared), &settings.random_numbers(), &progress);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
             let any: &dyn Accel = accel;
@@ -317,8 +317,8 @@ impl Measure<'_> {
         let world = (self.session.world(accel), &self.prepared);
         let sampler = settings.random_numbers();
         let method = settings.method();
-        let nobody = Progress::new(0, true);
-        black_box(method.render(world, &sampler, &mut film, SAMPLES.end, None, &nobody));
+        let progress = Progress::new(0, true);
+        black_box(method.render(world, &sampler, &mut film, SAMPLES.end, None, &progress));
     }
 }
 

@@ -11,7 +11,7 @@ use crate::io::Figure;
 ///
 /// # Errors
 ///
-/// Scores of images that say nothing of their noise.
+/// Scores of images without variance channels.
 pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
     let size = pair.window.size();
     let figure = |pixels, legend| Figure {
@@ -39,7 +39,7 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
                 .noisy()
                 .and_then(|[reference, image]| pixel_scores(pair.window, reference, image));
             let Some(scores) = scores else {
-                let message = "--map z: one of the images says nothing of its noise\n  help: use --map error or flip";
+                let message = "--map z: one of the images has no variance channels\n  help: use --map error or flip";
                 return Err(CliError::Failed(message.into()));
             };
             const RANGE: f32 = 6.0;

@@ -151,7 +151,7 @@ fn scale_name(scale: Scale) -> &'static str {
 /// Why there is no verdict on pictures whose noise consists of so few samples.
 fn heavy_tails(rare: f64) -> String {
     format!(
-        "heavy tails: not testable at this count; nearly all noise is that of about {rare:.0} rare samples, {MIN_RARE} at least are needed; take more samples a pixel"
+        "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"
     )
 }
 
@@ -161,17 +161,15 @@ fn left_out(verdict: &Significance) -> Option<String> {
         _ if verdict.extremes.is_empty() => verdict.rare.map(heavy_tails),
         CommonErrors::None | CommonErrors::Tile => verdict.rare.map(|rare| {
             format!(
-                "left out: pixels, tiles and regions; heavy tails: nearly all noise is that of about {rare:.0} rare samples, which most tiles have not seen"
+                "left out: pixels, tiles and regions; heavy tails: nearly all noise comes from about {rare:.0} rare samples, and most tiles have none of them"
             )
         }),
         CommonErrors::Sample => Some(
-            "left out: regions; pixels of one sample have errors in common, so tiles and the whole are judged more mildly; \
-             means of several seeds tell more"
+            "left out: regions; the pixels of one sample have errors in common, so the tests of tiles and of the whole are weaker; to find more, compare means of several seeds"
                 .into(),
         ),
         CommonErrors::Picture => Some(
-            "left out: pixels, tiles and regions; all samples look at the same photons or records, whose errors are in no variance; \
-             means of several seeds tell more"
+            "left out: pixels, tiles and regions; all samples use the same photons or records, and no variance includes their errors; to find more, compare means of several seeds"
                 .into(),
         ),
     }

@@ -36,7 +36,7 @@ impl Pair {
                 a.x,
                 a.y
             );
-            let help = "compare images of one size; of a crop the EXR keeps the full image's window";
+            let help = "compare images of one size; an EXR file of a crop keeps the window of the full image";
             return Err(FileError::new(image, message).help(help).into());
         }
         let window = first.window.intersection(second.window);

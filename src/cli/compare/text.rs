@@ -72,7 +72,7 @@ impl Comparison<'_> {
         pictures.into_iter().filter_map(|(path, picture)| {
             let bias = picture.bias.as_ref()?;
             Some(format!(
-                "{} is biased by {bias}: a difference may be that bias, and no sign of an error",
+                "{} is biased by {bias}: a difference may be this bias and not an error",
                 path.display()
             ))
         })
@@ -80,9 +80,9 @@ impl Comparison<'_> {
 
     fn flip_words(&self) -> String {
         match self.flip.exposures {
-            None => "LDR-FLIP, mean; 0 looks alike, 1 is the most".into(),
+            None => "LDR-FLIP, mean; 0 looks alike, 1 is the maximum".into(),
             Some(e) => format!(
-                "HDR-FLIP, mean, of {} exposures from {:+.2} to {:+.2} stops; 0 looks alike, 1 is the most",
+                "HDR-FLIP, mean, of {} exposures from {:+.2} to {:+.2} stops; 0 looks alike, 1 is the maximum",
                 e.count, e.start, e.stop
             ),
         }
@@ -101,9 +101,9 @@ impl Comparison<'_> {
         }
         let Some(verdict) = self.verdict.as_ref().filter(|verdict| !verdict.extremes.is_empty()) else {
             let why = match (self.outcome, self.pair.noisy()) {
-                (Outcome::Unknown, None) => ": one of them says nothing of its noise (variance.R, .G, .B)",
+                (Outcome::Unknown, None) => ": one of them has no variance channels (variance.R, .G, .B)",
                 (Outcome::Unknown, Some(_)) => {
-                    ": what they say of their noise is not enough; take 2 samples a pixel or more, and of photon-map and irradiance-cache 160x160 pixels or more"
+                    ": too few samples or pixels; take 2 samples per pixel or more, and 160x160 pixels or more with photon-map and irradiance-cache"
                 }
                 _ => "",
             };
@@ -149,7 +149,7 @@ impl Comparison<'_> {
                     scale_name(e.scale)
                 );
             }
-            (Outcome::Differs, _) => outln!("  verdict: differs: there are values that are not finite"),
+            (Outcome::Differs, _) => outln!("  verdict: differs: some values are not finite"),
             (outcome, _) => outln!("  verdict: {} ({p})", outcome.words()),
         }
     }

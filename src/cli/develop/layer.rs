@@ -214,8 +214,8 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     let all = all(layers);
     let Some(name) = name else {
         let picture = all.iter().find(|layer| layer.is_picture).cloned();
-        let message = "has no layer of colours".to_string();
-        return picture.ok_or_else(|| (message, format!("name a layer by --channel, of {}", names(&all))));
+        let message = "has no layer with colours".to_string();
+        return picture.ok_or_else(|| (message, format!("choose a layer with --channel: {}", names(&all))));
     };
     if let Some(layer) = all.iter().find(|layer| layer.title() == name) {
         return Ok(layer.clone());
@@ -493,6 +493,6 @@ mod tests {
             ["R", "G", "B"]
         );
         let none = layers(&["Z"]);
-        assert!(find(&none, None).unwrap_err().1.contains("of Z"));
+        assert!(find(&none, None).unwrap_err().1.ends_with(": Z"));
     }
 }

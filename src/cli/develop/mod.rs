@@ -159,7 +159,7 @@ fn denoiser(args: &DevelopArgs, found: &Layer) -> Result<Option<Denoiser>, CliEr
     };
     match wanted.denoiser() {
         Some(_) if found.kind != Kind::Colors => Err(CliError::Usage(format!(
-            "--denoise {}: {} is no picture of light\n  help: leave out --denoise, or name a layer of colours by --channel",
+            "--denoise {}: {} is not a layer of light\n  help: remove --denoise, or choose a layer of light with --channel",
             wanted.text(),
             found.title()
         ))),

@@ -169,7 +169,7 @@ fn print_albedos(albedos: &[(f32, Spectrum)]) {
         let most = albedo.max_component();
         let verdict = if most <= MAX_ALBEDO { "kept" } else { "GAINED" };
         outln!(
-            "  {:<13} {verdict}: {most:.3} of it is scattered at most, at {angle}°",
+            "  {:<13} {verdict}: at most {most:.3} of the light is scattered, at {angle}°",
             "energy"
         );
     }

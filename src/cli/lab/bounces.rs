@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// Pictures in a row of the sheet.
 const COLUMNS: usize = 4;
 
-/// Renders `job` with all bounces told apart and writes the sheet to `output`, which is one of `named`.
+/// Renders `job` with all bounces distinguished and writes the sheet to `output`, which is one of `named`.
 pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet: bool) -> Result<(), CliError> {
     let bounces = PathPart::parse("bounces").map_err(|error| CliError::Failed(error.to_string()))?;
     job.settings.light_paths = bounces;

@@ -56,7 +56,7 @@ fn lesson(sentence: &str, paper: Paper) -> Lesson {
 const RUNGS: [(&str, &str, Paper); 8] = [
     (
         "naive: emit or reflect",
-        "A path counts only the lights that it meets by chance; at each surface a coin decides between emission and reflection.",
+        "A path finds lights only by chance. At each surface a coin decides between emission and reflection.",
         KAJIYA,
     ),
     (
@@ -66,32 +66,32 @@ const RUNGS: [(&str, &str, Paper); 8] = [
     ),
     (
         "+ cosine directions",
-        "Directions are drawn in proportion to the cosine, which is then no part of the variance any more: importance sampling.",
+        "Importance sampling: directions are drawn in proportion to the cosine, which then adds no variance.",
         COOK,
     ),
     (
         "+ Russian roulette",
-        "Paths that carry little light end by chance, and those that survive count more: a sample is noisier, and many more fit into the time.",
+        "Russian roulette: paths that carry little light end by chance, and the survivors weigh more. A sample is noisier, but many more fit into the time.",
         ARVO,
     ),
     (
         "+ light sampling",
-        "Each surface sends a shadow ray to a point drawn on a light: next-event estimation.",
+        "Next-event estimation: each surface sends a shadow ray to a random point on a light.",
         SHIRLEY,
     ),
     (
         "+ MIS",
-        "Light sampling and the rays that meet lights are weighed against each other by the balance heuristic: multiple importance sampling.",
+        "Multiple importance sampling: the balance heuristic weighs light sampling against rays that hit a light.",
         VEACH,
     ),
     (
         "+ BSDF, power",
-        "Directions are drawn from the BSDF of the surface, so that glossy surfaces find what they mirror; weights are those of the power heuristic.",
+        "Directions are drawn from the BSDF, so glossy surfaces find the lights that they reflect. Weights follow the power heuristic.",
         VEACH,
     ),
     (
         "best: + shared paths",
-        "Pixels of a tile share their paths: each takes in the light that its neighbours have found from their second vertex on.",
+        "Path reuse: each pixel connects to the second vertices of its neighbours' paths, and shares the light found from there.",
         BEKAERT,
     ),
 ];

@@ -275,7 +275,7 @@ fn named_error(contender: &Contender, error: CliError) -> CliError {
 fn no_reference(contenders: &[Contender]) -> CliError {
     let names: Vec<&str> = contenders.iter().map(|contender| contender.name.as_str()).collect();
     CliError::Usage(format!(
-        "--methods {}: none of them is sure to find all light of this scene without bias, so that none makes a reference\n  \
+        "--methods {}: none of these finds all light of this scene without bias, so none can render the reference\n  \
          help: give --reference FILE, or add a method such as bdpt or path",
         names.join(",")
     ))
@@ -302,11 +302,11 @@ impl Comparison {
         };
         let during = match self.runs.iter().find(is_missing) {
             Some((contender, _)) => format!("interrupted during `{}`", contender.name),
-            None => "interrupted while the reference was made".into(),
+            None => "interrupted during the reference".into(),
         };
         let errors = match self.reference {
-            Some(_) => "what was rendered before is written",
-            None => "what is written has no errors in it",
+            Some(_) => "the estimators that were complete are written",
+            None => "the files have no errors against a reference",
         };
         format!("{during}: {errors}")
     }

@@ -1,7 +1,7 @@
 //! Names of the pictures of a render that has no `-o`: the scene's stem in the current folder, with `.exr`, and with `.png` before it for a bare OBJ.
 //!
 //! The name of a bare OBJ is often that of its texture too. A picture beside which such a file lies gets another name: files that the scene reads, and
-//! files that this program did not write, are never replaced by a name that nobody typed.
+//! files that this program did not write, are never replaced by a default name.
 
 use crate::io::FileId;
 use std::ffi::OsString;
@@ -68,7 +68,7 @@ fn why_not(path: &Path, read: &[FileId]) -> Option<String> {
         return Some(format!("{name} is a file that this scene reads"));
     }
     let is_foreign = path.metadata().is_ok_and(|data| data.is_file() && data.len() > 0) && !is_own(path);
-    is_foreign.then(|| format!("{name} is there and was not written by this program"))
+    is_foreign.then(|| format!("{name} exists and was not written by this program"))
 }
 
 /// Whether this program wrote the picture at `path`: its header says so.

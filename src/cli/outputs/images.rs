@@ -43,7 +43,7 @@ pub(in crate::cli) fn images_of_render(
     let paths = if !args.output.is_empty() {
         args.output.clone()
     } else if args.samples.is_some() && args.checkpoint.is_some() {
-        // A part that is kept: nobody has asked for a picture of it.
+        // A part that is kept, without a picture.
         Vec::new()
     } else if job.scene.is_file() || args.samples.is_some() {
         default_names::of_scene_file(&args.scene)
@@ -55,7 +55,7 @@ pub(in crate::cli) fn images_of_render(
     let warning = reason.map(|reason| {
         let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
         format!(
-            "{reason}: the pictures are {}\n  help: name others by -o",
+            "{reason}: the pictures are {}\n  help: choose other names with -o",
             names.join(" and ")
         )
     });

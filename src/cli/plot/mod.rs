@@ -56,7 +56,7 @@ pub(super) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// The mark of a curve: its shape tells curves apart as its colour does.
+/// The mark of a curve: shape and colour both distinguish curves.
 pub(super) fn mark(text: &mut String, index: usize, x: f64, y: f64) {
     let color = color(index);
     let shape = match index % 4 {

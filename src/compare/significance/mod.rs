@@ -6,7 +6,7 @@
 //! channel is too large for low-discrepancy points.
 //!
 //! Some methods have photons, records or chains that reach across tiles (`CommonErrors`; the renderer writes the attribute `embrasure.commonErrors`).
-//! Where samples are independent iterations (`pssmlt`, `mlt`, `sppm`), pixels are judged as ever, and tiles as if all errors of their pixels were
+//! Where samples are independent iterations (`pssmlt`, `mlt`, `sppm`), pixels are judged as usual, and tiles as if all errors of their pixels were
 //! one. Where all samples use one map (`photon-map`, `irradiance-cache`), no variance is right. The whole is then judged by its tiles as if there
 //! were few of them.
 
@@ -77,7 +77,7 @@ pub struct Significance {
 pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
-    /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances tell nothing, as after one sample.
+    /// Of pictures of the pixels of `window`. `None` where they are not that, or where their variances are unknown, as after one sample.
     ///
     /// All tests are one family: each scale has an equal share of the chance of a false alarm, and within a scale each test (Šidák 1967).
     /// Variances that are too large, such as those of low-discrepancy samples, only make alarms rarer.

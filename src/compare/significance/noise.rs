@@ -92,7 +92,7 @@ impl Pixels {
             let tile = grid.tile_of(at);
             let values = [0, 1].map(|k| sources[k].values[i]);
             let freedom = (f64::min(sources[0].samples[i], sources[1].samples[i]) - 1.0).max(1.0);
-            // Where nothing is known of a pixel's noise it says nothing of its tile.
+            // A pixel with unknown noise does not count for its tile.
             if sources.iter().all(|source| is_known(&source.variance[i])) {
                 tiles[tile].add(&values, freedom);
             }

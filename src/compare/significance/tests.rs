@@ -139,7 +139,7 @@ fn shared_errors_are_allowed_for() {
     let pairs: Vec<(Picture, Picture)> = (0..40).map(|_| (shared(), shared())).collect();
     let mut next = pairs.iter().cloned();
     assert!(alarms(40, 0.05, || next.next().unwrap()) <= 9);
-    // So they are not where that is not said.
+    // So they are not without that attribute.
     let mut next = pairs.into_iter().map(|(mut a, mut b)| {
         (a.1.common, b.1.common) = (CommonErrors::None, CommonErrors::None);
         (a, b)

@@ -120,7 +120,7 @@ impl Loader<'_> {
                 .map(|name| format!("`{name}`"))
                 .collect();
             let help = match nearest.as_slice() {
-                [] => "its name must be that of a `usemtl` line".to_string(),
+                [] => "use a name from a `usemtl` line".to_string(),
                 [one] => format!("did you mean {one}?"),
                 [others @ .., last] => format!("did you mean {} or {last}?", others.join(", ")),
             };
@@ -130,7 +130,7 @@ impl Loader<'_> {
         for (name, why) in idle.iter().take(MAX_NAMED) {
             let message = format!("material `{}` is in a light group, but {why}", name.get_ref());
             let warning = file.error(name.span(), message);
-            self.warn("idle-light-group", warning.help("correct the name, or take it out"));
+            self.warn("idle-light-group", warning.help("correct or remove the name"));
         }
         self.warn_of_more("idle-light-group", "no light comes from", idle.len());
     }

@@ -374,17 +374,17 @@ fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
             "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
         }
         BuildError::UnknownIrradiance | BuildError::TooManyLightsOfGround { .. } => {
-            "render without it (--no-ground), or light the scene by an environment or by directional lights"
+            "use --no-ground, or light the scene with an environment or directional lights"
         }
         BuildError::BadPlacement { .. } => "correct the placement, or scale the object's own coordinates",
-        _ => "leave some of it out",
+        _ => "split the scene, or remove a part of it",
     })
 }
 
 fn report_findings(file: &SceneFile, report: &SceneReport, materials: &[MaterialSource], findings: &mut Findings) {
     if report.degenerate_triangles > 0 {
         let count = report.degenerate_triangles;
-        let error = file.whole(format!("triangles left out, because they have no area: {count}"));
+        let error = file.whole(format!("triangles without area, skipped: {count}"));
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();

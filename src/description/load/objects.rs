@@ -95,7 +95,11 @@ impl Loader<'_> {
                     last.mesh.triangles == mesh.triangles && last.mesh.positions.len() == mesh.positions.len()
                 });
                 let Some(last) = last else {
-                    let message = format!("{} has other faces than {}", close.display(), path.display());
+                    let message = format!(
+                        "the faces of {} differ from those of {}",
+                        close.display(),
+                        path.display()
+                    );
                     let error = self.file.error(name.span(), message);
                     return Err(error.help("both must have the same faces in the same order; only vertices may move"));
                 };

@@ -38,7 +38,7 @@ impl Loader<'_> {
                 FoundTexture::AsNamed(path) => {
                     if case_differs(folder, &statement.file, &path) || statement.file.contains('\\') {
                         let found = request.remark(&format!("is found as {}", path.display()));
-                        let help = "write its name as it is: other programs and systems may not find it";
+                        let help = "write the name exactly as the file is called; other systems may not find it";
                         self.findings.add(Severity::Note, "other-case", found.help(help));
                     }
                     path
@@ -46,8 +46,8 @@ impl Loader<'_> {
                 FoundTexture::Elsewhere(path) => {
                     let name = (request.place.file.clone(), statement.file.clone());
                     if self.found_elsewhere.insert(name) {
-                        let found = request.remark(&format!("is not there; {} is taken", path.display()));
-                        let found = found.help("write its name as it is, relative to the file that names it");
+                        let found = request.remark(&format!("is missing there; {} is used", path.display()));
+                        let found = found.help("write its path relative to the file that names it");
                         self.findings.add(Severity::Warning, "found-elsewhere", found);
                     }
                     path
@@ -66,10 +66,10 @@ impl Loader<'_> {
                 None => {
                     let is_folder = folder.join(&statement.file).is_dir();
                     let (what, help) = match is_folder {
-                        true => ("is a directory", "name a picture in it".into()),
+                        true => ("is a directory", "name a picture file".into()),
                         false => ("is missing", search.help()),
                     };
-                    let missing = request.remark(&format!("{what}; the material's constant counts alone"));
+                    let missing = request.remark(&format!("{what}; the material's constant is used"));
                     self.lacks("missing-texture", missing.help(help));
                     if statement.slot == MapSlot::Diffuse && material.diffuse == Spectrum::ONE {
                         material.diffuse = default_material("").diffuse;
@@ -116,7 +116,7 @@ impl Loader<'_> {
                 };
                 let instead = match severity {
                     Severity::Error => "",
-                    _ => "; the material's constant counts alone",
+                    _ => "; the material's constant is used",
                 };
                 let mut unread = request.remark(&format!("cannot be used{instead}: {place}: {message}"));
                 unread.help.clone_from(&error.help);

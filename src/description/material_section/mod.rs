@@ -47,13 +47,13 @@ pub struct MaterialSection {
     pub clearcoat: Option<Spanned<f32>>,
     /// Roughness of the clear coat.
     pub clearcoat_roughness: Option<Spanned<f32>>,
-    /// Factor of what fibres scatter.
+    /// Factor of the light scattered by fibres.
     pub sheen: Option<Spanned<ColorValue>>,
     /// Index of refraction of a metal, by channel; with `k`.
     pub eta: Option<Spanned<ColorValue>>,
     /// Extinction coefficient of a metal, by channel; with `eta`.
     pub k: Option<Spanned<ColorValue>>,
-    /// Factor of what passes the surface.
+    /// Factor of the transmitted light.
     pub transmission: Option<Spanned<ColorValue>>,
     /// Index of refraction, of `transmission` and of a `blinn` or `ggx` reflection.
     pub ior: Option<Spanned<f32>>,

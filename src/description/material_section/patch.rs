@@ -202,7 +202,7 @@ impl MaterialSection {
     }
 }
 
-/// A texture that a material did not have counts alone: the constant of its `slot` was the value itself. The emission stays, since it says how bright a
+/// A texture that a material did not have is not multiplied: the constant of its `slot` was the value itself. The emission stays, since it says how bright a
 /// lamp is.
 fn unlock(material: &mut Material, slot: MapSlot, values: &Values) {
     match slot {

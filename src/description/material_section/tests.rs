@@ -179,9 +179,9 @@ fn keys_that_do_not_go_together_are_errors() {
         ("transmission = 1.0\nabbe = 2.0", "abbe is 2"),
         (
             "transmission = 1.0\nroughness = 0.5\nabbe = 30.0",
-            "`abbe` is of smooth glass",
+            "`abbe` needs smooth glass",
         ),
-        ("diffuse = 1.0\nabbe = 30.0", "`abbe` is of smooth glass"),
+        ("diffuse = 1.0\nabbe = 30.0", "`abbe` needs smooth glass"),
         ("transmission = 1.0\nabsorption = [0, -1, 0]", "absorption is"),
         ("transmission = 1.0\nabsorption_depth = 0", "absorption_depth is 0"),
     ] {
@@ -335,7 +335,7 @@ fn patches_change_what_they_say() {
     };
     assert_eq!(glass.material, expected);
 
-    // Textures: a new one counts alone, one that is replaced keeps its constant, and `false` takes one away.
+    // Textures: a new one is not multiplied, one that is replaced keeps its constant, and `false` takes one away.
     let new = patched(glossy, "diffuse_map = \"a.png\"\nroughness_map = \"r.png\"").unwrap();
     assert_eq!((new.material.diffuse, new.material.roughness), (Spectrum::ONE, 1.0));
     let both = patched(glossy, "diffuse_map = \"a.png\"\ndiffuse = 0.25").unwrap();

@@ -120,8 +120,8 @@ impl Named<'_> {
     }
 
     pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {
-        let message = "`abbe` is of smooth glass that is nothing else";
-        let help = "leave it out, or give a transmission that is not thin, without roughness, other lobes and textures";
+        let message = "`abbe` needs smooth glass without other lobes";
+        let help = "remove it, or use a transmission that is not thin, without roughness, other lobes or textures";
         self.error(place, message, help)
     }
 

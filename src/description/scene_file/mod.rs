@@ -99,7 +99,7 @@ impl SceneFile {
                 return (FileError::new(path, message).help(help), None);
             };
             if let Some((section, name)) = overrides.dotted_material(&text, start) {
-                message = format!("[{section}.{name}]: TOML takes a dot for the beginning of a key");
+                message = format!("[{section}.{name}]: TOML reads the dot as a separator of keys");
                 help = format!("quote a name with dots: [{section}.\"{name}\"]");
             }
             let error = match overrides.at(start) {
@@ -112,7 +112,7 @@ impl SceneFile {
         match &file.version {
             Some(version) if *version.get_ref() == 1 => {}
             Some(version) => {
-                let message = format!("version {} of the scene format is not known", version.get_ref());
+                let message = format!("unknown version {} of the scene format", version.get_ref());
                 let error = file.error(version.span(), message);
                 return Err((error.help("this program reads version = 1"), None));
             }
@@ -179,7 +179,7 @@ impl SceneFile {
         self.render
             .read("render", &self.source, &mut options.render_mut(), &[TEXTURE_DIR])?;
         if let Some((None, span)) = self.render.strings(TEXTURE_DIR) {
-            let error = self.error(span.clone(), format!("{TEXTURE_DIR} is no name of a folder"));
+            let error = self.error(span.clone(), format!("{TEXTURE_DIR} is not the name of a folder"));
             return Err((
                 error.help("write a folder, or a list: [\"maps\", \"textures\"]"),
                 span.start,
@@ -261,10 +261,10 @@ impl SceneFile {
 
 fn read_overrides(path: &Path, set: &[String], text: &str) -> Result<Overrides, FileError> {
     Overrides::new(set, text.len()).map_err(|written| {
-        let error = FileError::new(path, format!("--set {written}: no key with a value"));
-        error.of_flag().help(
-            "write a key of the scene file and its value, such as render.max_depth=8 or 'camera.position=[0, 1, 4]'",
-        )
+        let error = FileError::new(path, format!("--set {written}: expected KEY=VALUE"));
+        error
+            .of_flag()
+            .help("KEY is a key of the scene file, as in render.max_depth=8 or 'camera.position=[0, 1, 4]'")
     })
 }
 
@@ -272,7 +272,7 @@ fn read(path: &Path) -> Result<String, FileError> {
     let bytes = read_bytes(path, "the scene file").map_err(|error| error.help_if_none("check the path"))?;
     String::from_utf8(bytes).map_err(|e| {
         let (text, end) = (String::from_utf8_lossy(e.as_bytes()), e.utf8_error().valid_up_to());
-        let error = FileError::new(path, "what begins here is no text in UTF-8");
+        let error = FileError::new(path, "invalid UTF-8 from here on");
         error.at(Position::of_byte(&text, end)).help("save the file as UTF-8")
     })
 }

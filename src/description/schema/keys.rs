@@ -100,9 +100,9 @@ fn transform() -> Value {
         "type": "object",
         "additionalProperties": false,
         "properties": {
-            "translate": { "type": "array", "items": number(), "minItems": 3, "maxItems": 3, "description": "Scene units; applied last" },
-            "rotate": { "type": "array", "items": number(), "minItems": 3, "maxItems": 3, "description": "Degrees about the fixed x, y and z axes, in that order" },
-            "scale": { "anyOf": [number(), vector()], "description": "One factor, or one for each axis; applied first" },
+            "translate": { "type": "array", "items": number(), "minItems": 3, "maxItems": 3, "description": "Translation in scene units; applied last" },
+            "rotate": { "type": "array", "items": number(), "minItems": 3, "maxItems": 3, "description": "Rotation in degrees about the fixed x, y and z axes, in that order" },
+            "scale": { "anyOf": [number(), vector()], "description": "Scale: one factor, or one for each axis; applied first" },
         },
     })
 }
@@ -123,7 +123,7 @@ fn texture() -> Value {
         "height": { "type": "number", "default": 1, "description": "Factor of heights" },
     });
     properties["scale"]["description"] = json!("Repetitions of the picture in a unit of u and v");
-    properties["offset"]["description"] = json!("Place of the surface's (0, 0) in the picture");
+    properties["offset"]["description"] = json!("Position of the surface's (0, 0) in the picture");
     either(&[
         string(),
         json!({ "enum": [false] }),
@@ -154,7 +154,7 @@ keys! {
     /// `[camera]`
     CAMERA {
         "view": views(), "Side from which the scene is seen";
-        "orbit": orbit(), "Azimuth and elevation of the camera in degrees, and its distance if that is not to fit the scene";
+        "orbit": orbit(), "Azimuth and elevation of the camera in degrees, and its distance; by default the scene fills the image";
         "position": vector(), "Centre of the lens, scene units";
         "look_at": vector(), "Point in the middle of the image";
         "up": vector(), "Direction that is up in the image; default 0 1 0, or guessed with the camera";
@@ -162,7 +162,7 @@ keys! {
         "lens_radius": at_least(0.0), "Radius of the lens, scene units; 0 is a pinhole";
         "f_stop": above(0.0), "F-number of the lens, in place of lens_radius";
         "sensor_height": above(0.0), "Height of the sensor in scene units, for f_stop; default 0.024";
-        "aperture_blades": json!({ "type": "integer", "minimum": BLADES[0], "maximum": BLADES[1] }), "Straight blades of the lens's opening; default a disk";
+        "aperture_blades": json!({ "type": "integer", "minimum": BLADES[0], "maximum": BLADES[1] }), "Straight blades of the aperture; default a disk";
         "aperture_rotation": number(), "Angle of the first corner between the blades, degrees";
         "focus_distance": above(0.0), "Distance along the view axis to the plane in focus; default that of look_at";
         "focus_at": list(2, number()), "Point of the image, in pixels, that is in focus";
@@ -179,8 +179,8 @@ keys! {
         "matrix": matrix(), "Placement as four rows of four for column vectors, the last 0 0 0 1";
         "transform_close": transform(), "Placement at time 1, if the object moves";
         "matrix_close": matrix(), "Placement at time 1 as four rows of four";
-        "obj_close": string(), "OBJ file of the same faces with the vertices where they are at time 1";
-        "instances": either(&[string(), json!({ "type": "array", "items": matrix() })]), "Places of copies: a list of matrices, or a file with one a line";
+        "obj_close": string(), "OBJ file with the same faces and the vertices at time 1";
+        "instances": either(&[string(), json!({ "type": "array", "items": matrix() })]), "Placements of copies: a list of matrices, or a file with one per line";
     }
     /// `[material.NAME]` and `[patch.GLOB]`
     MATERIAL {
@@ -191,19 +191,19 @@ keys! {
         "exponent": at_least(0.0), "Exponent of phong and blinn; default 10";
         "roughness": from_to(0.0, 1.0), "Roughness of ggx and of a transmission that is not thin: the root of the facets' alpha";
         "metallic": from_to(0.0, 1.0), "Share of metal";
-        "anisotropy": from_to(0.0, 1.0), "How much longer than wide highlights of facets are";
-        "anisotropy_rotation": number(), "Degrees about the normal from the direction of growing u to that of long highlights";
-        "clearcoat": from_to(0.0, 1.0), "Factor of what a coat of index 1.5 over all else reflects";
+        "anisotropy": from_to(0.0, 1.0), "Elongation of highlights";
+        "anisotropy_rotation": number(), "Degrees about the normal from the direction of increasing u to that of the longest highlight";
+        "clearcoat": from_to(0.0, 1.0), "Factor of the reflection of a coat with index 1.5 over all other lobes";
         "clearcoat_roughness": from_to(0.0, 1.0), "Roughness of the coat";
-        "sheen": color(from_to(0.0, 1.0)), "Factor of what fibres scatter";
+        "sheen": color(from_to(0.0, 1.0)), "Factor of the light scattered by fibres";
         "eta": color(above(0.0)), "Index of refraction of a metal by channel; with k";
         "k": color(at_least(0.0)), "Extinction coefficient of a metal by channel; with eta";
-        "transmission": color(at_least(0.0)), "Factor of what passes the surface";
+        "transmission": color(at_least(0.0)), "Factor of the transmitted light";
         "ior": above(0.0), "Index of refraction behind the surface; default 1.5";
         "abbe": at_least(5.0), "Abbe number of smooth glass, whose ior is that at 587.56 nm; default no dispersion";
-        "absorption": color(at_least(0.0)), "Absorption coefficient inside of a body, per scene unit; default 0";
-        "absorption_depth": above(0.0), "Way through a body, in scene units, on which transmission is what light keeps";
-        "thin": boolean(), "true: thin dielectric, which light leaves in its old direction";
+        "absorption": color(at_least(0.0)), "Absorption coefficient inside a body, per scene unit; default 0";
+        "absorption_depth": above(0.0), "Distance through a body, in scene units, after which transmission is the remaining light";
+        "thin": boolean(), "true: thin dielectric, which light passes without a change of direction";
         "emission": color(at_least(0.0)), "Radiance of the front, W·sr⁻¹·m⁻²";
         "opacity": from_to(0.0, 1.0), "Opacity; default 1";
         "diffuse_map": texture(), "Texture that multiplies diffuse";
@@ -219,10 +219,10 @@ keys! {
     /// `[ground]`
     GROUND {
         "point": list(3, from_to(-1e10, 1e10)), "Point of the ground; default just below the scene's lowest point along up";
-        "normal": vector(), "Side of the ground that catches shadows; default up";
-        "up": vector(), "Direction against which things fall; default 0 1 0";
+        "normal": vector(), "Side of the ground that shows shadows; default up";
+        "up": vector(), "Upward direction; default 0 1 0";
         "radius": from_to(1e-9, 1e10), "Radius, scene units; default 50 times that of the scene";
-        "albedo": color(from_to(0.01, 1.0)), "Albedo for all rays but those of the camera; default 0.5";
+        "albedo": color(from_to(0.01, 1.0)), "Albedo for all rays except camera rays; default 0.5";
     }
     /// `[[light_group]]`
     LIGHT_GROUP {
@@ -232,7 +232,7 @@ keys! {
     /// `[[light]]`, of any type
     LIGHT {
         "type": string(), "Type of the light";
-        "group": group(), "Name of the light group that the light is in";
+        "group": group(), "Name of the light group";
         "position": list(3, from_to(-1e15, 1e15)), "Position of a point or spot light; middle of a sphere, a disk or a rectangle";
         "intensity": color(at_least(0.0)), "Intensity of a point or spot light, W/sr";
         "direction": vector(), "Direction in which a directional or spot light travels; normal of the side of a disk or a rectangle that emits";
@@ -247,7 +247,7 @@ keys! {
         "sun": azimuth_and_elevation(), "Azimuth and elevation of a sky's sun, degrees; default -45 45";
         "turbidity": from_to(2.0, 10.0), "Haze of a sky; default 3";
         "up": vector(), "Up in a sky or a studio, and along the height of a rectangle; default 0 1 0";
-        "front": number(), "Azimuth at which the camera stands in a studio, degrees; default 0";
+        "front": number(), "Azimuth of the front of a studio, where the camera stands, degrees; default 0";
         "size": list(2, above(0.0)), "Width and height of a rectangle";
         "radius": above(0.0), "Radius of a sphere or a disk";
     }

@@ -40,7 +40,7 @@ fn schema() -> Value {
             "material": named(material, "Materials that replace those of MTL files, by name"),
             "patch": named(patch, "Changes of materials, by globs of their names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
-            "ground": section("A plane that catches shadows", keys::GROUND, &[]),
+            "ground": section("A plane that shows only shadows", keys::GROUND, &[]),
             "light_group": list(section("Group of emitting materials", keys::LIGHT_GROUP, &["name", "materials"]), 0, "Light groups"),
         },
     })
@@ -122,7 +122,7 @@ fn described(parameter: &Parameter) -> Value {
     match number.or(is_name.then(|| json!(default))) {
         Some(value) => schema["default"] = value,
         None if default.is_empty() => {}
-        None => words += &format!(". Default: {default}"),
+        None => words = format!("{}. Default: {default}", words.trim_end_matches('.')),
     }
     schema["description"] = json!(words);
     schema
@@ -130,13 +130,13 @@ fn described(parameter: &Parameter) -> Value {
 
 fn texture_dir() -> Value {
     json!({
-        "description": "Folder, or list of folders, in which textures are looked for that are not where they are named",
+        "description": "Folder, or list of folders, to search for missing textures",
         "anyOf": [{ "type": "string" }, { "type": "array", "items": { "type": "string" } }],
     })
 }
 
 fn camera() -> Value {
-    let mut camera = section("Where the picture is taken from", keys::CAMERA, &[]);
+    let mut camera = section("Camera", keys::CAMERA, &[]);
     camera["allOf"] = json!([
         not_both("position", "view"),
         not_both("position", "orbit"),
@@ -146,7 +146,7 @@ fn camera() -> Value {
 }
 
 fn object() -> Value {
-    let mut object = section("Object: an OBJ file, and where it stands", keys::OBJECT, &["obj"]);
+    let mut object = section("Object: an OBJ file and its placement", keys::OBJECT, &["obj"]);
     object["allOf"] = json!([
         not_both("transform", "matrix"),
         not_both("transform_close", "matrix_close")

@@ -16,7 +16,7 @@ const MAX_STATES: usize = 1 << 12;
 /// Transitions of each class by kind of event, and the parts that it is in.
 pub(super) type Classes = (Vec<[u8; KINDS]>, Vec<u64>);
 
-/// The classes of paths that `expressions` tell apart.
+/// The classes of paths that `expressions` distinguish.
 pub(super) fn classes(expressions: &[Positions]) -> Result<Classes, LightPathError> {
     let states = States::new(expressions).ok_or_else(too_many)?;
     let class_of = states.minimised();
@@ -34,7 +34,7 @@ pub(super) fn classes(expressions: &[Positions]) -> Result<Classes, LightPathErr
 
 fn too_many() -> LightPathError {
     LightPathError::new(
-        format!("these parts together tell more than {MAX_CLASSES} classes of paths apart"),
+        format!("these channels distinguish more than {MAX_CLASSES} classes of paths"),
         "ask for fewer bounces or fewer expressions in one render",
     )
 }
@@ -82,7 +82,7 @@ impl States {
         Some(states)
     }
 
-    /// The class of each state: those are in one that no events tell apart. Classes are numbered by their first states.
+    /// The class of each state: those are in one that no events separate. Classes are numbered by their first states.
     fn minimised(&self) -> Vec<usize> {
         // The starts stay apart.
         let of_state = |state: usize| (state.min(LIGHTS.len()), self.parts[state]);

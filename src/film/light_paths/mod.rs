@@ -27,7 +27,7 @@ pub const MAX_CLASSES: usize = 64;
 /// Maximum number of parts.
 pub const MAX_PATH_PARTS: usize = 40;
 
-/// What light comes from, as expressions tell it apart.
+/// Source of the light, as expressions distinguish it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathLight {
     /// Environments and other lights at infinity, and a background.
@@ -38,7 +38,7 @@ pub enum PathLight {
     Point,
 }
 
-/// The parts of a picture that are told apart by paths, and the automaton that does it.
+/// The parts of a picture that are distinguished by paths, and the automaton that does it.
 #[derive(Clone, Debug)]
 pub struct LightPaths {
     layers: Vec<String>,
@@ -57,8 +57,8 @@ impl LightPaths {
     pub fn new(parts: &[PathPart]) -> Result<Self, LightPathError> {
         if parts.len() > MAX_PATH_PARTS {
             return Err(LightPathError::new(
-                format!("{} parts of light paths are too many", parts.len()),
-                format!("ask for {MAX_PATH_PARTS} at most, such as by fewer bounces"),
+                format!("{} light path channels are too many", parts.len()),
+                format!("ask for at most {MAX_PATH_PARTS}, for example with fewer bounces"),
             ));
         }
         let expressions = parts.iter().map(PathPart::positions).collect::<Result<Vec<_>, _>>()?;

@@ -17,11 +17,11 @@ const NAMED: [(&str, &str); 9] = [
     ("transmission_indirect", "C<T[GS]>.+L"),
 ];
 
-/// Light of more bounces than are told apart.
+/// Light of more bounces than are distinguished.
 const REST: &str = "bounce.rest";
-/// Number of bounces that `bounces` tells apart.
+/// Number of bounces that `bounces` separates.
 const USUAL_BOUNCES: u32 = 5;
-/// Maximum number of bounces that are told apart.
+/// Maximum number of bounces that are distinguished.
 const MAX_BOUNCES: u32 = 20;
 /// Longest name of an expression.
 const MAX_NAME: usize = 23;
@@ -55,7 +55,7 @@ impl PathPart {
     ///
     /// # Errors
     ///
-    /// An unknown name, a count that is too large, or an expression that makes no sense.
+    /// An unknown name, a count that is too large, or an invalid expression.
     pub fn parse(name: &str) -> Result<Vec<Self>, LightPathError> {
         if let Some((known, expression)) = NAMED.iter().find(|(known, _)| *known == name) {
             return Ok(vec![Self::new(*known, *expression)]);
@@ -65,9 +65,9 @@ impl PathPart {
         }
         if let Some(bounce) = name.strip_prefix("bounce.") {
             if name == REST {
-                let help = "ask for bounces or bounces:N, which have it";
+                let help = "ask for bounces or bounces:N, which include it";
                 return Err(LightPathError::new(
-                    "which bounces are the rest depends on the others",
+                    "the rest is defined only beside other bounces",
                     help,
                 ));
             }
@@ -101,7 +101,7 @@ impl PathPart {
         if let Some((part, known)) = clash {
             return Err(LightPathError::new(
                 format!(
-                    "{} stands for {} and for {}",
+                    "{} is defined twice, as {} and as {}",
                     part.layer, known.expression, part.expression
                 ),
                 "give each expression a name of its own, and ask for bounces once",
@@ -166,7 +166,7 @@ impl PathPart {
         if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_letter) {
             let help = format!("use 1 to {MAX_NAME} letters, digits and _");
             return Err(LightPathError::new(
-                format!("`{}` is no name for a layer", name.escape_default()),
+                format!("`{}` is not a layer name", name.escape_default()),
                 help,
             ));
         }
@@ -186,7 +186,7 @@ fn bounces(text: &str) -> Result<u32, LightPathError> {
     let count = text.parse().ok().filter(|&count| count <= MAX_BOUNCES);
     count.ok_or_else(|| {
         LightPathError::new(
-            format!("`{}` is no number of bounces", text.escape_default()),
+            format!("`{}` is not a number of bounces", text.escape_default()),
             format!("use 0 to {MAX_BOUNCES}"),
         )
     })

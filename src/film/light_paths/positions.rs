@@ -108,10 +108,7 @@ impl Builder {
                 let index = self.symbols.len();
                 if index == Set::BITS as usize {
                     return Err(LightPathError::new(
-                        format!(
-                            "the expression stands for more than {} events one after the other",
-                            Set::BITS
-                        ),
+                        format!("the expression is longer than {} events", Set::BITS),
                         "use smaller counts",
                     ));
                 }

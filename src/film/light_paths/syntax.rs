@@ -93,11 +93,7 @@ impl Parser<'_> {
     /// An error at what is next.
     fn unexpected(&self, help: impl Into<String>) -> LightPathError {
         let message = match self.rest.first() {
-            Some(&(place, c)) => format!(
-                "`{}` at character {} does not belong there",
-                c.escape_default(),
-                place + 1
-            ),
+            Some(&(place, c)) => format!("unexpected `{}` at character {}", c.escape_default(), place + 1),
             None => format!("the expression ends too early, after character {}", self.length),
         };
         LightPathError::new(message, help)
@@ -218,14 +214,14 @@ impl Parser<'_> {
             };
             if sort(symbols).is_none() {
                 self.rest = before;
-                return Err(self.unexpected("a set has scattering events, or lights, and not both"));
+                return Err(self.unexpected("a set has either scattering events or lights"));
             }
         }
         self.take();
         let all = sort(symbols).unwrap_or(symbols);
         match is_complement {
             false => Ok(symbols),
-            true if all == symbols => Err(self.unexpected("the set before has nothing: leave something out of [^…]")),
+            true if all == symbols => Err(self.unexpected("the set before is empty: remove a symbol from [^…]")),
             true => Ok(all & !symbols),
         }
     }

@@ -194,7 +194,7 @@ fn mistakes_are_named_with_their_place() {
         ("C[D", "ends too early, after character 3"),
         ("C[DL]", "`L` at character 4"),
         ("C[]L", "`]` at character 3"),
-        ("C[^DGS]L", "leave something out"),
+        ("C[^DGS]L", "remove a symbol"),
         ("C(DL", "ends too early"),
         ("CD)L", "`)` at character 3"),
         ("C|*L", "`*` at character 3"),
@@ -203,7 +203,7 @@ fn mistakes_are_named_with_their_place() {
         ("CD{0}L", "`}` at character 5"),
         ("CD{101}L", "counts are 100"),
         ("CD{,3}L", "`,` at character 4"),
-        ("C(.{50}){50}L", "more than 128 events"),
+        ("C(.{50}){50}L", "longer than 128 events"),
         ("CV L", "`V` at character 2"),
         ("CD\nΩL", "`\\u{3a9}` at character 4"),
     ] {
@@ -248,15 +248,15 @@ fn names_are_checked() {
     for (name, words) in [
         ("lpe:", "needs a name"),
         ("lpe:CL", "needs a name"),
-        ("lpe:=CL", "no name for a layer"),
-        ("lpe:a b=CL", "no name for a layer"),
-        ("lpe:a.b=CL", "no name for a layer"),
-        ("lpe:12345678901234567890abcd=CL", "no name for a layer"),
-        ("bounces:", "no number of bounces"),
-        ("bounces:21", "no number of bounces"),
-        ("bounces:x", "no number of bounces"),
-        ("bounce.-1", "no number of bounces"),
-        ("bounce.rest", "depends on the others"),
+        ("lpe:=CL", "is not a layer name"),
+        ("lpe:a b=CL", "is not a layer name"),
+        ("lpe:a.b=CL", "is not a layer name"),
+        ("lpe:12345678901234567890abcd=CL", "is not a layer name"),
+        ("bounces:", "is not a number of bounces"),
+        ("bounces:21", "is not a number of bounces"),
+        ("bounces:x", "is not a number of bounces"),
+        ("bounce.-1", "is not a number of bounces"),
+        ("bounce.rest", "beside other bounces"),
         ("glossy", "no such part"),
     ] {
         let error = PathPart::parse(name).expect_err(name).to_string();
@@ -296,7 +296,7 @@ fn names_are_checked() {
     );
 }
 
-/// All named parts at once are told apart by few classes, and each class is in as many parts as it should be.
+/// All named parts at once are distinguished by few classes, and each class is in as many parts as it should be.
 #[test]
 fn named_parts_divide_all_paths() {
     let names: Vec<&str> = PathPart::names()

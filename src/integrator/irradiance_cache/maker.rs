@@ -56,7 +56,7 @@ impl RecordSite {
 }
 
 impl<A: Accel> RecordMaker<'_, A> {
-    /// Number of scatterings as [`IrradianceCache`](super::IrradianceCache) tells them apart.
+    /// Number of scatterings that [`IrradianceCache`](super::IrradianceCache) distinguishes.
     pub fn layer(&self, place: &RecordSite) -> u32 {
         layer(self.path.max_depth, place.depth)
     }

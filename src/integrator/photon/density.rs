@@ -64,7 +64,7 @@ impl<'v, R: Gathered> Density<'v, R> {
     // ANCHOR_END: estimate
 
     /// The light that is scattered, where `paths` paths left what there is within a disk of squared radius `squared`; nothing where that is a point, about
-    /// which photons tell nothing.
+    /// which photons give no estimate.
     // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> R {
         let density = 1.0 / (PI * squared * paths as f32);

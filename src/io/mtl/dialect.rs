@@ -6,7 +6,7 @@ pub enum MtlDialect {
     /// clear.
     #[default]
     Auto,
-    /// The letter of the format: `Ks` and `Ns` are a Phong lobe, `Tr` is 1 − d and counts where there is no `d`.
+    /// The literal reading: `Ks` and `Ns` are a Phong lobe, `Tr` is 1 − d and counts where there is no `d`.
     Spec,
     /// Blender: `Ks` and `Ns` stand for the specular level and the roughness of its principled surface.
     Blender,

@@ -233,7 +233,7 @@ fn guesses_are_told_where_they_change_something() {
     assert!(told[0].contains("--mtl-dialect spec"), "{told:?}");
     let (_, _, told) = read(&blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), MtlDialect::Auto);
     assert!(
-        told[0].contains("written as Blender does, though no comment says so"),
+        told[0].contains("recognised as a file of Blender by its habits"),
         "{told:?}"
     );
     for (dialect, count) in [(MtlDialect::Spec, 0), (MtlDialect::Blender, 0)] {

@@ -130,12 +130,12 @@ impl MapStatement {
                     words.next();
                     map.ignored.push("-colorspace");
                 }
-                _ => return Err(format!("`{option}` is no option of a texture")),
+                _ => return Err(format!("unknown texture option `{option}`")),
             }
         }
         map.file = words.0.trim().to_string();
         if map.file.is_empty() {
-            return Err("the texture's file is missing".into());
+            return Err("the file name of the texture is missing".into());
         }
         Ok(map)
     }

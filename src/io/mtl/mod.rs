@@ -22,7 +22,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use writer::{Reading, Signature};
 
-/// Diffuse reflectance of a surface whose material says nothing about it.
+/// Default diffuse reflectance of a surface.
 const DEFAULT_DIFFUSE: f32 = 0.8;
 /// The material of faces that have none.
 pub(crate) fn default_material(name: &str) -> Material {
@@ -98,7 +98,7 @@ pub(crate) fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings
 pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<String> {
     read_text(path, "the material library")
         .map_err(|error| {
-            let error = error.help_if_none("check who may read it");
+            let error = error.help_if_none("check its permissions");
             findings.add(Severity::Error, "unreadable-file", error);
         })
         .ok()
@@ -205,7 +205,7 @@ impl Library {
         let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());
         for mut section in sections {
-            // A guess is told where the letter of the format says something else.
+            // A guess is reported if the literal reading differs.
             let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
             let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
@@ -220,7 +220,7 @@ impl Library {
                 let message = format!("material `{}`: {}", section.name, remark.words);
                 let error = FileError::new(path, message);
                 let error = match section.line_of(remark.key) {
-                    // A reader that knows no lines
+                    // A reader without line numbers
                     0 => error,
                     line => error.at(Position::line(line)),
                 };
@@ -250,8 +250,7 @@ impl Library {
         }
         if let Some((line, words)) = reading.guess.filter(|_| is_read_otherwise) {
             let error = FileError::new(path, words).at(Position::line(line));
-            let help =
-                "--mtl-dialect spec reads the letter of the format: Ks and Ns as a Phong lobe, Tr as transparency";
+            let help = "--mtl-dialect spec reads the file literally: Ks and Ns as a Phong lobe, Tr as transparency";
             findings.add(Severity::Note, "mtl-dialect", error.help(help));
         }
         materials
@@ -268,7 +267,7 @@ pub(super) enum Effect {
     None,
 }
 
-/// Of a statement that is wrong the word that likely is: the first that is no number, or all there is.
+/// Of a statement that is wrong the word that likely is: the first that is not a number, or the whole.
 fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
     let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
     let mut words = rest.split_whitespace();

@@ -126,7 +126,7 @@ impl Section {
                 let model = rest.parse().ok().filter(|&n: &u32| n <= 10);
                 let complaint = || {
                     (
-                        format!("illum `{rest}` is no illumination model"),
+                        format!("unknown illumination model `{rest}`"),
                         "write a number from 0 to 10",
                     )
                 };
@@ -208,7 +208,7 @@ impl Section {
             );
         }
         if let Some(ns) = self.exponent.filter(|&ns| ns > MAX_EXPONENT) {
-            let words = format!("Ns is {ns}, beyond the {MAX_EXPONENT} of the format; it is taken as it is");
+            let words = format!("Ns is {ns}, above the {MAX_EXPONENT} of the format; it is used unchanged");
             note("exponent-range", "ns", words);
         }
         match self.illum {
@@ -217,7 +217,7 @@ impl Section {
                 note(
                     "illum",
                     "illum",
-                    format!("illum {model} is a mirror, but there is no Ks: it is black"),
+                    format!("illum {model} is a mirror without Ks: it is black"),
                 );
             }
             Some(model @ (4 | 6 | 7)) => {
@@ -225,11 +225,11 @@ impl Section {
                     note(
                         "illum",
                         "illum",
-                        format!("illum {model} is glass, but there is no Tf: it is clear"),
+                        format!("illum {model} is glass without Tf: it is clear"),
                     );
                 }
                 if self.ior.is_none() {
-                    let words = format!("illum {model} is glass, but there is no Ni: it is {DEFAULT_IOR}");
+                    let words = format!("illum {model} is glass without Ni: its index of refraction is {DEFAULT_IOR}");
                     note("illum", "illum", words);
                 }
             }
@@ -237,7 +237,7 @@ impl Section {
                 note(
                     "default-exponent",
                     "ks",
-                    format!("Ks without Ns: it is {DEFAULT_EXPONENT}"),
+                    format!("Ks without Ns: the exponent is {DEFAULT_EXPONENT}"),
                 );
             }
             _ => {}
@@ -294,7 +294,7 @@ impl Section {
             remarks.push(Remark::warning(
                 "no-effect",
                 "ni",
-                "Ni 0 is no index of refraction; it has no effect",
+                "Ni 0 is not an index of refraction; it has no effect",
             ));
         }
         let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
@@ -359,7 +359,7 @@ impl Section {
                 let all = material.diffuse + material.specular + material.transmission;
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
-                    let words = "glass reflects by its index of refraction; Ks is left out";
+                    let words = "glass reflects by its index of refraction; Ks is ignored";
                     remarks.push(Remark::warning("glass-reflection", "ks", words));
                 }
                 if !is_phong || material.specular.is_black() {
@@ -404,7 +404,7 @@ impl Section {
 }
 
 fn counts_alone(key: &str) -> String {
-    format!("{key} is 0 and would make its texture black; the texture counts alone")
+    format!("{key} is 0 and would make its texture black; the texture is used without it")
 }
 
 fn is_share(n: f32) -> bool {
@@ -428,5 +428,5 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, Complaint> {
     };
     let help = "write one number or three, finite and 0 or more";
     let good = color.filter(|c| c.is_valid());
-    good.ok_or_else(|| (format!("{key} is `{rest}`, which is no colour"), help))
+    good.ok_or_else(|| (format!("{key}: `{rest}` is not a colour"), help))
 }

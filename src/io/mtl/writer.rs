@@ -20,7 +20,7 @@ pub(super) enum BlenderExport {
 /// Program that wrote a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Writer {
-    /// An unknown one: the letter of the format counts.
+    /// An unknown one: the file is read literally.
     Unknown,
     Blender(BlenderExport),
     Max,
@@ -88,7 +88,7 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// The letter of the format.
+    /// The literal reading.
     pub const LETTER: Self = Self {
         writer: Writer::Unknown,
         tr: TrMeaning::Transparency,
@@ -124,15 +124,15 @@ impl Reading {
         };
         let line = signature.map_or(1, |s| s.line);
         let guess = is_auto.then(|| match writer {
-            Writer::Unknown if tr == TrMeaning::Opacity => Some(
-                "`Tr` is read as opacity: by the letter of the format, as transparency, it contradicts the rest".into(),
-            ),
+            Writer::Unknown if tr == TrMeaning::Opacity => {
+                Some("`Tr` is read as opacity: as transparency it would contradict the other statements".into())
+            }
             Writer::Unknown => None,
             writer => {
                 let name = writer.name(of_blender.and_then(|s| s.version.as_deref()));
                 let source = match signature {
                     Some(_) => format!("written by {name}"),
-                    None => format!("written as {name} does, though no comment says so"),
+                    None => format!("recognised as a file of {name} by its habits; it has no comment"),
                 };
                 Some(format!("{source}; {}", writer.meaning()))
             }
@@ -166,13 +166,13 @@ impl Writer {
     /// How its statements are read, in words.
     fn meaning(self) -> &'static str {
         match self {
-            Self::Unknown => "the letter of the format counts",
+            Self::Unknown => "the file is read literally",
             Self::Blender(_) => "Ks and Ns are read as specular level and roughness",
             Self::Max => "Ks and Ns are read as specular level and glossiness, and map_Kd replaces Kd",
             Self::Maya => "Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
-            Self::Sketchup => "its constant Ks is left out",
+            Self::Sketchup => "its constant Ks is ignored",
             Self::Cinema4d => "Ks and Ns are read as the highlight of a dielectric",
-            Self::Meshlab => "Tr is read as opacity, and Ks of Ns 0 is left out",
+            Self::Meshlab => "Tr is read as opacity, and Ks with Ns 0 is ignored",
         }
     }
 }

@@ -152,7 +152,7 @@ fn load_libraries(
                     "material library `{}` is missing",
                     library_path(obj, &name).display()
                 ));
-                let help = "put the file there; until then its materials are replaced by the default one";
+                let help = "put the file there; until then the default material replaces its materials";
                 findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
                 continue;
             };
@@ -162,10 +162,10 @@ fn load_libraries(
                     n => format!(", the first of {n} files whose names differ by case"),
                 };
                 let other_case = remark(format!(
-                    "material library `{name}` is called `{}`{others}",
+                    "the file of material library `{name}` is called `{}`{others}",
                     path.display()
                 ));
-                let help = "write its name as it is: other systems may not find it";
+                let help = "write the name exactly as the file is called; other systems may not find it";
                 findings.add(Severity::Warning, "other-case", other_case.help(help));
             } else if name.contains('\\') {
                 let error = remark(format!("material library `{name}` is found as `{}`", path.display()));

@@ -103,7 +103,7 @@ pub(super) fn parse(
     // most.
     let corners: usize = outline.sections.iter().map(Section::corner_count).sum();
     if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
-        let message = "the file has more vertices and faces than 32-bit indices can name";
+        let message = "the file has too many vertices or faces for 32-bit indices";
         return Err(FileError::new(path, message).help("cut it into several files"));
     }
     Ok(outline)
@@ -308,7 +308,7 @@ impl<'a> Piece<'a> {
     /// The index, counted from 0, of a part of the corner `word`.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
-            let message = format!("`{}` is no face corner", shown(word));
+            let message = format!("`{}` is not a face corner", shown(word));
             return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
         };
         let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
@@ -366,11 +366,11 @@ fn number(word: &str) -> Result<f32, Fault> {
     if let Ok(number) = word.parse() {
         return Ok(number);
     }
-    // How Microsoft's C library writes what is no number: 1.#QNAN0, -1.#IND00, -nan(ind)
+    // How Microsoft's C library writes values that are not numbers: 1.#QNAN0, -1.#IND00, -nan(ind)
     if word.contains(".#") || word.contains("nan(") {
         return Ok(f32::NAN);
     }
-    let message = format!("`{}` is no number", shown(word));
+    let message = format!("`{}` is not a number", shown(word));
     Err(Fault::new(word, message, "write a decimal number"))
 }
 
@@ -379,7 +379,7 @@ fn not_finite(rest: &str) -> Fault {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
     let word = word.unwrap_or(rest);
-    let message = format!("`{}` is no finite number", shown(word));
+    let message = format!("`{}` is not a finite number", shown(word));
     Fault::new(word, message, "write a finite coordinate")
 }
 

@@ -16,7 +16,7 @@ pub(super) enum Remark {
     BadNormal,
     /// Texture coordinates that are not finite.
     BadUv,
-    /// A smoothing group that is no number.
+    /// A smoothing group that is not a number.
     BadSmoothing,
 }
 
@@ -61,10 +61,10 @@ impl Remarks {
     /// All of it.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
         let words = [
-            ("short-face", "faces of fewer than 3 corners are left out".to_string()),
+            ("short-face", "faces of fewer than 3 corners are skipped".to_string()),
             (
                 "long-face",
-                format!("faces of more than {MAX_CLIPPED} corners are cut as if they were convex"),
+                format!("faces of more than {MAX_CLIPPED} corners are triangulated as if they were convex"),
             ),
             (
                 "bad-normal",

@@ -31,10 +31,10 @@ macro_rules! kinds {
 
 kinds! {
     PolygonCut, "polygon-cut", "polygons that are not convex are cut by clipping ears; tobj cuts all polygons as fans";
-    SmoothingGroup, "smoothing-group", "smoothing groups give normals where the file has none; tobj knows no smoothing groups";
+    SmoothingGroup, "smoothing-group", "smoothing groups give normals where the file has none; tobj does not support smoothing groups";
     MixedCorners, "mixed-corners", "corners without texture coordinates or normals stand beside corners with them; tobj's lists lose their order there";
     BadNormal, "bad-normal", "normals that are zero or not finite count as missing; tobj takes them as they are";
-    Continuation, "continued-line", "a \\ at the end of a line continues it; tobj knows no continued lines";
+    Continuation, "continued-line", "a \\ at the end of a line continues it; tobj does not support continued lines";
     TrailingComment, "comment", "comments may follow a statement; tobj reads them as a part of it";
     ByteOrderMark, "byte-order-mark", "a byte-order mark is skipped; tobj loses the first statement";
     Encoding, "encoding", "texts that are not in UTF-8 are read; tobj refuses them";
@@ -53,12 +53,12 @@ kinds! {
     NumberWord, "number-word", "values such as 1.#QNAN count as missing; tobj refuses them";
     OldFace, "fo", "fo is another word for f; tobj does not know it";
     Polyline, "polyline", "lines (l) have no effect; tobj makes triangles of those of three points and more";
-    ShortFace, "short-face", "faces of fewer than three corners have no effect, whatever they say; tobj refuses those that make no sense";
+    ShortFace, "short-face", "faces of fewer than three corners have no effect; tobj refuses invalid ones";
     GreyColor, "grey-colour", "a colour may be one number; tobj panics";
-    AmbientWords, "ambient", "Ka and map_Ka have no effect, whatever they say; tobj refuses what is no colour or name";
+    AmbientWords, "ambient", "Ka and map_Ka have no effect; tobj refuses values that are not a colour or a name";
     NumberOptions, "number-options", "options may stand before a number (d -halo 0.5); tobj refuses them";
     WrongStatement, "wrong-statement", "a statement that is wrong is refused with its line; tobj takes it";
-BeforeMaterial, "before-material", "statements before the first newmtl have no effect, whatever they say; tobj refuses those that make no sense";
+BeforeMaterial, "before-material", "statements before the first newmtl have no effect; tobj refuses invalid ones";
 }
 
 /// Lines in which a difference is found.

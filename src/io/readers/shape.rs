@@ -232,7 +232,7 @@ impl Shape<'_> {
     ) -> Result<(), Difference> {
         let own = &triangle[corner];
         if !are_same(&own.p.to_array(), &of_tobj.p.to_array()) {
-            // A wrong `v` is 0 for the own reader; what tobj takes is no number then.
+            // A wrong `v` is 0 for the own reader; tobj's value is not a number then.
             match !of_tobj.p.is_finite() && self.wrong.is_wrong() {
                 true => notes.is_wrong = true,
                 false => return Err(Difference::Position),

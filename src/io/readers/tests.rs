@@ -140,7 +140,7 @@ fn differences_of_libraries_are_explained() {
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n\n"));
-    // Neither reader takes what is no number.
+    // Neither reader takes a word that is not a number.
     let reports = compared(
         format!("mtllib a.mtl\n{SQUARE}f 1 2 3\n").as_bytes(),
         "newmtl a\nNs x\n",

@@ -161,7 +161,7 @@ fn refused(path: &Path, refusal: &str) -> FileError {
 fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -> Option<Materials> {
     if !path.metadata().is_ok_and(|metadata| !metadata.is_dir()) {
         let missing = FileError::new(&path, "this material library is missing");
-        let help = "put the file there; until then its materials are replaced by the default one";
+        let help = "put the file there; until then the default material replaces its materials";
         findings.add(options.severity_of_lack(), "missing-library", missing.help(help));
         return None;
     }

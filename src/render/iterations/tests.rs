@@ -61,7 +61,7 @@ fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     (outcome, counting.0.into_inner())
 }
 
-/// A stop costs the iteration, and is heeded within its pieces; a pause waits for the iteration's end, however often it is asked for.
+/// A stop costs the iteration, and takes effect within its pieces; a pause waits for the iteration's end, however often it is asked for.
 #[test]
 fn iterations_are_not_lost_by_pauses() {
     let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));

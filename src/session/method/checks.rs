@@ -10,7 +10,7 @@ use crate::session::{Error, InvalidSetting};
 
 /// Rays to the last vertices of one branching sample at most: seconds.
 const MAX_BRANCHES: f64 = 1e7;
-/// Scattering events at most where the strategies of all lengths are told apart.
+/// Scattering events at most where the strategies of all lengths are distinguished.
 const MAX_STRATEGIES_DEPTH: u32 = 6;
 /// Light samples at a vertex from which on a choice among lamps is surely better.
 const MANY_SAMPLES: u32 = 32;
@@ -98,7 +98,7 @@ impl Method {
     pub(crate) fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let is_round = |light: &Light| matches!(light, Light::Sphere(_) | Light::Disk(_));
         if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
-            let words = "--integrator area draws points of triangles, and finds no sphere and disk lights";
+            let words = "--integrator area samples only triangles, and misses sphere and disk lights";
             return Err(Error::Refused(format!("{words}\n  help: use --integrator path")));
         }
         let samples_lights = self.kind() != IntegratorKind::Naive && self.direct() != Some(DirectLight::None);
@@ -107,7 +107,7 @@ impl Method {
             return Ok(None);
         };
         let words = format!(
-            "a {} light cannot be met by following rays, and {} samples no lights",
+            "no ray can hit a {} light, and {} does not sample lights",
             light.kind(),
             if self.kind() == IntegratorKind::Naive {
                 "--integrator naive"
@@ -116,7 +116,7 @@ impl Method {
             }
         );
         if shining().all(|l| l.is_delta()) {
-            let help = "use --integrator path with --direct light or mis, or give the scene a light that has a size";
+            let help = "use --integrator path with --direct light or mis, or give the scene a light with a size";
             return Err(Error::Refused(format!(
                 "{words}: the picture would be black\n  help: {help}"
             )));
@@ -131,7 +131,7 @@ impl Method {
             return Ok(());
         }
         let value = format!(
-            "{}: --integrator {} shows the lights alone",
+            "{}: --integrator {} shows only the background `light`",
             background.text(),
             self.name()
         );
@@ -187,10 +187,10 @@ impl Method {
         let [open, close] = camera.shutter();
         let words = match self.kind() {
             IntegratorKind::IrradianceCache => {
-                "the scene moves while the shutter is open: the irradiance cache stays empty, and the picture is that of paths alone"
+                "the scene moves while the shutter is open: the irradiance cache stays empty, and path tracing computes all light"
             }
             IntegratorKind::PhotonMap => {
-                "the scene moves while the shutter is open: photons of all times light it at each, which blurs shadows and caustics more than they move"
+                "the scene moves while the shutter is open: photons of all times are used together, which blurs shadows and caustics more than their motion does"
             }
             _ => return None,
         };
@@ -219,8 +219,7 @@ impl Method {
         let (rays, count) = (lamps.samples(), lamps.len());
         (rays > MANY_SAMPLES).then(|| {
             format!(
-                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps: --light-selection place traces one, \
-                 towards lamps that matter there"
+                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps: --light-selection place traces one, to a lamp chosen by its importance there"
             )
         })
     }
@@ -251,23 +250,27 @@ impl Method {
         }
     }
 
-    /// Whether the method tells light paths apart.
+    /// Whether the method separates light paths.
     pub(crate) fn tells_paths(&self) -> bool {
         tells_paths(self.kind())
     }
 
-    /// Refuses to tell light paths apart where the method cannot.
+    /// Refuses to separate light paths where the method cannot.
     pub(in crate::session) fn check_light_paths(&self, parts: &[PathPart]) -> Result<(), InvalidSetting> {
         if self.tells_paths() {
             return Ok(());
         }
         let names: Vec<&str> = parts.iter().map(PathPart::layer).collect();
-        let value = format!("{}: --integrator {} tells no paths apart", names.join(","), self.name());
+        let value = format!(
+            "{}: --integrator {} cannot separate light paths",
+            names.join(","),
+            self.name()
+        );
         let help = format!("use one of {}", names_of(tells_paths));
         Err(InvalidSetting::new("aov", value, help))
     }
 
-    /// Refuses to tell strategies apart where there are none, or too many.
+    /// Refuses channels of strategies where there are none, or too many.
     pub(in crate::session) fn check_strategies(&self) -> Result<(), InvalidSetting> {
         let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
         if self.kind() != IntegratorKind::Bidirectional {
@@ -277,7 +280,7 @@ impl Method {
         let value = match self.max_depth().and_then(|MaxDepth(depth)| depth) {
             Some(depth) if depth <= MAX_STRATEGIES_DEPTH => return Ok(()),
             Some(depth) => format!("there are too many with a --max-depth of {depth}"),
-            None => "they have no end without a --max-depth".into(),
+            None => "their number has no limit without a --max-depth".into(),
         };
         let help = format!(
             "use a --max-depth of {MAX_STRATEGIES_DEPTH} at most: that is {} ways to make a path, of 6 channels each",

@@ -2,7 +2,7 @@
 //! correlated (`common_errors`), and how they run (`run`).
 //!
 //! `path` and `direct` are monomorphised per backend for the picture's own samples, because a call that the compiler cannot inline costs some percent
-//! of a ray. All other integrators, and samples whose light groups are told apart, ask for rays by `&dyn Accel`. They are many: compiling each for
+//! of a ray. All other integrators, and samples whose light groups are distinguished, ask for rays by `&dyn Accel`. They are many: compiling each for
 //! every backend, observer and kind of light would take minutes, and a ray is a smaller part of their work. `render/dispatch.rs` has the calls.
 //!
 //! `options/method.rs` lists which integrator reads which parameter. The metadata of files, and the warnings of flags that are not read, come from
@@ -73,7 +73,7 @@ impl Method {
         builder
     }
 
-    /// Whether the method gathers the light of lights, which can then be told apart. Records of irradiance are of all lights together.
+    /// Whether the method gathers the light of lights, which can then be distinguished. Records of irradiance are of all lights together.
     pub(crate) fn gathers_light(&self) -> bool {
         use IntegratorKind::{AmbientOcclusion, Debug, IrradianceCache};
         !matches!(self.kind(), AmbientOcclusion | Debug | IrradianceCache)
@@ -84,7 +84,7 @@ impl Method {
         matches!(self.kind(), IntegratorKind::PhotonMap | IntegratorKind::IrradianceCache)
     }
 
-    /// Names of the method's strategies by vertices from the light and from the camera, in the order in which it tells them apart.
+    /// Names of the method's strategies by vertices from the light and from the camera, in its own order.
     pub(crate) fn strategies(&self) -> Vec<String> {
         match self {
             Self::Bidirectional(settings) => match settings.max_depth {

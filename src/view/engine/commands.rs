@@ -73,7 +73,7 @@ impl Engine<'_> {
             Command::Material { name, key, value } => {
                 let is_plain = !name.contains(['*', '?']) && !key.is_empty();
                 if !is_plain {
-                    self.tell_error(Some(page), "a material is named by its whole name, and a key");
+                    self.tell_error(Some(page), "a change of a material needs its full name and a key");
                     return Change::Nothing;
                 }
                 let start = format!("{name}.{key}=");
@@ -158,7 +158,7 @@ impl Engine<'_> {
         if !self.file.is_file() {
             let name = self.path.display();
             let words = format!(
-                "{name} is a bare OBJ, which has no place for a camera\n  help: make a scene file by `embrasure init {name}`, or copy the camera as flags"
+                "{name} is a bare OBJ, which cannot store a camera\n  help: make a scene file with `embrasure init {name}`, or copy the camera as flags"
             );
             self.tell_error(Some(page), &words);
             return;

@@ -94,7 +94,7 @@ pub(super) struct Engine<'a> {
     /// When the camera moved last, while it moves.
     moved: Option<Instant>,
     jobs: Vec<Job>,
-    /// What mail has asked for and was not heeded yet.
+    /// Requests by mail that were not handled yet.
     pending: Change,
     /// Samples a second, of all pixels.
     rate: f64,
@@ -272,7 +272,7 @@ impl<'a> Engine<'a> {
         }
         self.watch = Watch::new(self.files(session));
         self.greet(session);
-        self.tell(&json!({ "type": "note", "text": "The scene was loaded anew." }));
+        self.tell(&json!({ "type": "note", "text": "The scene was reloaded." }));
         Ok(())
     }
 

@@ -112,7 +112,7 @@ link.addEventListener("status", ({ detail }) => {
   $("progress").value = samples / target;
   $("pause").textContent = phase === "paused" ? "Resume" : "Pause";
   const facts = [
-    ["Samples a pixel", `${part} of ${target}`], ["Samples/s", number(rate)],
+    ["Samples per pixel", `${part} of ${target}`], ["Samples/s", number(rate)],
     ["Noise (relative error)", noise ? `${(100 * noise).toPrecision(2)} %` : "–"],
     ["Render time", duration(seconds)], ["Pages", pages ?? 1],
     ["Received", `${number(link.bytes / 1e6)} MB, ${link.frames} pictures`],

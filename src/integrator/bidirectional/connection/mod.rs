@@ -93,12 +93,12 @@ pub(crate) struct Contribution {
     pub film: Option<Vec2>,
     /// The light that it comes from.
     pub light: LightId,
-    /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are told apart.
+    /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are distinguished.
     pub joint: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
-    /// All events from the light to the camera, where paths are told apart. `paths` are those that the contribution is of.
+    /// All events from the light to the camera, where paths are distinguished. `paths` are those that the contribution is of.
     pub fn events<'p>(&self, paths: &'p Subpaths) -> impl Iterator<Item = ScatteringEvent> + 'p {
         let (s, t) = self.strategy;
         // Without the ends of the whole path and those that are connected
@@ -497,7 +497,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// The event at a vertex that is connected, where paths are told apart: light from the direction `wi` leaves in the direction `wo`.
+    /// The event at a vertex that is connected, where paths are distinguished: light from the direction `wi` leaves in the direction `wo`.
     fn event(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<ScatteringEvent> {
         self.world.paths.map(|_| surface.event(self.world.scene, wo, wi, false))
     }

@@ -1,7 +1,7 @@
 //! Weights of multiple importance sampling over all strategies that make one path.
 //!
 //! A weight compares the density of a strategy with those of all others. Neighbouring strategies differ by one vertex, so each ratio of densities follows
-//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a joint keep their densities, whatever they are joined to:
+//! from the one before (Veach 1997, §10.2). All but the two vertices on either side of a joint keep their densities, for any connection:
 //! each subpath sums the strategies that join nearer to its own end once (`PathVertex::others`), and a weight is then computed in constant time
 //! (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex Connection and Merging").
 //!

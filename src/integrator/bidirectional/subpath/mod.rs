@@ -235,7 +235,7 @@ struct Onwards {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
-    /// Where paths are told apart.
+    /// Where paths are distinguished.
     event: Option<ScatteringEvent>,
     /// Per solid angle; 1 for a delta lobe.
     pdf: f32,

@@ -89,7 +89,7 @@ impl<'a> Surface<'a> {
         (point, scene.frame(&self.hit, &point))
     }
 
-    /// The local frame for a path that comes from the direction `back`: one from a light does not know yet who looks.
+    /// The local frame for a path that comes from the direction `back`: one from a light has no viewer yet.
     pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
         match mode {
             TransportMode::Radiance => self.seen_from(scene, back).1,

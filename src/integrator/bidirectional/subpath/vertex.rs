@@ -30,7 +30,7 @@ pub(crate) struct PathVertex<'a> {
     /// Densities of all strategies that join the path between its end and this vertex, raised by the MIS heuristic, over that of a connection of this vertex
     /// with the one before it. `Connector::sum_camera` and `Connector::sum_light` compute it.
     pub others: f64,
-    /// The event by which the subpath goes on, where paths are told apart.
+    /// The event by which the subpath goes on, where paths are distinguished.
     pub event: Option<ScatteringEvent>,
 }
 

@@ -14,7 +14,7 @@
 //! adds others is paired with the one that does the reverse, and each pair balances by itself: other ways to the same path need no account.
 //!
 //! Deltas of mirrors and glass are in the contribution of a path as in every density, and cancel. A path keeps which of its vertices scatter by delta
-//! lobes. A vertex that reflects has all mirror-like lobes at once, since they cannot be told apart.
+//! lobes. A vertex that reflects has all mirror-like lobes at once, since they cannot be distinguished.
 //!
 //! - Ends that went on by a delta lobe are never cut there: the deterministic step would be taken again.
 //! - A tenth of all mutations replaces the whole path. Its length is as probable as the iteration's seeds say, without the samples that the chain can

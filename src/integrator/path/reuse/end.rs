@@ -25,7 +25,7 @@ pub(super) struct End<'v> {
     pub(super) vertex: Vertex<'v>,
     /// Scattering events before the vertex.
     pub(super) depth: u32,
-    /// Events of the owner before the vertex, where paths are told apart.
+    /// Events of the owner before the vertex, where paths are distinguished.
     pub(super) events: Vec<ScatteringEvent>,
     /// Throughput of the owner at the vertex, and its factor in roulette.
     pub(super) beta: Spectrum,

@@ -23,7 +23,7 @@ pub(super) struct First<'v> {
     pub beta: Spectrum,
     /// Scattering events before the vertex.
     pub depth: u32,
-    /// The events of these, where paths are told apart.
+    /// The events of these, where paths are distinguished.
     pub events: Vec<ScatteringEvent>,
 }
 

@@ -121,7 +121,7 @@ pub(crate) trait Reuse<'v> {
     /// Whether paths may end where others share what is scattered.
     const ENDS_PATHS: bool;
 
-    /// Takes note of a vertex that `path` meets after `depth` scatterings. `events` are those on the way, where paths are told apart.
+    /// Takes note of a vertex that `path` meets after `depth` scatterings. `events` are those on the way, where paths are distinguished.
     #[inline(always)]
     fn meet(
         &mut self,

@@ -36,9 +36,9 @@ impl Section {
                 "tf",
                 match self.illum {
                     _ if self.dissolve.is_given() => "Tf has no effect: d or Tr makes the surface opaque".into(),
-                    Some(0..=2) if !is_physical => format!(
-                        "Tf has no effect: Kd + Ks + Tf is {sum}, and illum {model} mixes what sums to 1 at most"
-                    ),
+                    Some(0..=2) if !is_physical => {
+                        format!("Tf has no effect: Kd + Ks + Tf is {sum}, and illum {model} needs a sum of at most 1")
+                    }
                     _ => format!("Tf has no effect with illum {model}; illum 6 transmits"),
                 },
             );
@@ -46,15 +46,12 @@ impl Section {
         if is_glass && self.filter.is_some() && self.dissolve.d.is_some_and(|d| d < 1.0) {
             lost(
                 "d",
-                format!("d has no effect with illum {model}: Tf says what is transmitted"),
+                format!("d has no effect with illum {model}: Tf sets the transmission"),
             );
         }
         let shines = self.specular.is_some_and(|ks| !ks.is_black()) || self.has_map(MapSlot::Specular);
         if shines && is_physical {
-            lost(
-                "ks",
-                "Ks has no effect with Pr or Pm, whose surface reflects by Ni".into(),
-            );
+            lost("ks", "Ks has no effect with Pr or Pm: Ni sets the reflection".into());
         } else if shines && matches!(self.illum, Some(0 | 1)) {
             lost("ks", format!("Ks has no effect: illum {model} has no highlight"));
         }

@@ -46,7 +46,9 @@ fn libraries_are_found() {
         };
         assert_eq!(file.warnings.len(), expected, "{line}: {:?}", file.warnings);
         assert!(
-            file.warnings.iter().all(|w| w.contains("t.obj:1: material library")),
+            file.warnings
+                .iter()
+                .all(|w| w.contains("t.obj:1: ") && w.contains("material library")),
             "{:?}",
             file.warnings
         );

@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -77,6 +77,18 @@ test-none: setup
 
 test-obvhs: setup
 	$(call with_obvhs,$(call run_set,obvhs))
+
+# The Python module has the features of the program, so that both are made of one compiled library.
+PYTHON_PACKAGES = -p embrasure -p embrasure-python --features "$(foreach f,$(call optional,oidn,HAS_OIDN) $(EXTRA_PYTHON_FEATURES),$(f) $(f:embrasure/%=embrasure-python/%))"
+PYTHON_PROFILE  = release
+
+python: setup ## build the Python module for use in place, with the program: PYTHONPATH=out/python
+	$(CARGO) build --profile $(PYTHON_PROFILE) --locked $(PYTHON_PACKAGES)
+	scripts/python-package $(TARGET)/$(PYTHON_PROFILE)/libembrasure_python.so out/python
+
+test-python: python ## test the Python module against the program, its types and its notebooks, in an environment of its own (.deps/python)
+	scripts/setup-python
+	EMBRASURE_PROGRAM=$(abspath $(TARGET))/$(PYTHON_PROFILE)/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture

@@ -37,6 +37,7 @@ mod plot;
 mod points;
 mod progress;
 mod reference;
+mod request;
 mod run;
 mod stats;
 mod stop;
@@ -46,6 +47,9 @@ mod tev;
 mod view;
 mod views;
 mod warnings;
+
+pub use compare::compared;
+pub use request::Request;
 
 use crate::io::is_guarded;
 use args::{Args, Command};

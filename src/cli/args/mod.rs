@@ -90,7 +90,7 @@ impl Args {
 
     /// Parses `words`. A flag that takes a value takes a negative number too, and its own message says what it refuses: clap would call `-1` a flag, and
     /// advise to write `-- -1`.
-    fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+    pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let negative = |arg: clap::Arg| match arg.get_action().takes_values() && arg.get_long().is_some() {
             true => arg.allow_negative_numbers(true),
             false => arg,

@@ -17,7 +17,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # The crate itself is compiled with little optimisation there, by which tests take a sixth longer: that is less than compiling saves.
 FEATURE_SETS := all none obvhs
 SMALL        := -p embrasure -p embree4-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
-FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
+FLAGS_all     = --workspace --exclude embrasure-oidn --exclude embrasure-python --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
 FLAGS_none   := $(SMALL) --features embrasure/cli
 LIB_none     := accel:: integrator::opacity:: session:: cli::
 FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
@@ -58,12 +58,12 @@ lint: setup ## check formatting, words, clippy and rustdoc; any warning is an er
 	scripts/words
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
-	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings
+	$(CARGO) clippy --workspace --exclude embrasure-python --all-targets --locked --features "$(LINTED)" -- -D warnings
 	$(CARGO) clippy -p embrasure --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(SMALL) --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(FLAGS_none) --all-targets --locked -- -D warnings
 	$(call with_obvhs,$(CARGO) clippy $(FLAGS_obvhs) --lib --test it --locked -- -D warnings)
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked --features "$(LINTED)"
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items --locked --features "$(LINTED)"
 
 test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each feature set
 
@@ -78,17 +78,18 @@ test-none: setup
 test-obvhs: setup
 	$(call with_obvhs,$(call run_set,obvhs))
 
-# The Python module has the features of the program, so that both are made of one compiled library.
-PYTHON_PACKAGES = -p embrasure -p embrasure-python --features "$(foreach f,$(call optional,oidn,HAS_OIDN) $(EXTRA_PYTHON_FEATURES),$(f) $(f:embrasure/%=embrasure-python/%))"
-PYTHON_PROFILE  = release
+# The Python module has the features of the program that `make demo` builds, so that both are made of one compiled library.
+python        = $(subst embrasure/,embrasure-python/,$(1))
+PYTHON_NEEDS = $(call optional,oidn,HAS_OIDN)
 
-python: setup ## build the Python module for use in place, with the program: PYTHONPATH=out/python
-	$(CARGO) build --profile $(PYTHON_PROFILE) --locked $(PYTHON_PACKAGES)
-	scripts/python-package $(TARGET)/$(PYTHON_PROFILE)/libembrasure_python.so out/python
+python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python
+	$(CARGO) build --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))"
+	scripts/python-package $(TARGET)/release/libembrasure_python.so out/python
 
-test-python: python ## test the Python module against the program, its types and its notebooks, in an environment of its own (.deps/python)
+test-python: python ## test the Python module against the program, with its types, notebooks and page, in an environment of its own (.deps/python)
+	$(CARGO) clippy --locked -p embrasure-python --features "$(call python,$(LINTED))" -- -D warnings
 	scripts/setup-python
-	EMBRASURE_PROGRAM=$(abspath $(TARGET))/$(PYTHON_PROFILE)/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
+	EMBRASURE_PROGRAM=$(abspath $(TARGET))/release/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
@@ -141,8 +142,10 @@ dist: setup ## build the fastest program, which runs from any folder, and pack i
 	tar -C out -czf out/$(DIST).tar.gz $(DIST)
 	@echo "-> out/$(DIST).tar.gz"
 
-wheel: dist ## pack the same as a Python wheel, which pip installs without a compiler or root, into out/
-	scripts/wheel out/$(DIST) $(VERSION) out
+wheel: dist ## pack the same and the Python module as a wheel, which pip installs without a compiler or root, into out/
+	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked -p embrasure-python --features "$(call python,$(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS))"
+	scripts/python-package $(TARGET)/dist/libembrasure_python.so out/wheel
+	scripts/wheel out/$(DIST) $(VERSION) out/wheel/embrasure out
 
 deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULLNAME and DEBEMAIL name who packs it
 	rm -rf out/deb

@@ -1,8 +1,24 @@
-from typing import Callable, List, Optional, Tuple
+from typing import Callable, List, Optional, Tuple, final
 
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Bsdf",
+    "Description",
+    "Error",
+    "FileError",
+    "Film",
+    "Mesh",
+    "Rays",
+    "Render",
+    "SettingError",
+    "__version__",
+    "compare",
+    "points",
+    "read",
+    "version_text",
+]
 __version__: str
 
 class Error(Exception): ...
@@ -14,6 +30,7 @@ class FileError(Error):
     column: Optional[int]
     help: Optional[str]
 
+@final
 class Mesh:
     def __new__(
         cls,
@@ -23,16 +40,18 @@ class Mesh:
         uv: Optional[NDArray[np.float32]] = None,
     ) -> Mesh: ...
 
+@final
 class Description:
     @staticmethod
     def load(path: str, keys: List[str]) -> Description: ...
     @staticmethod
     def in_code() -> Description: ...
-    def with_parts(self, keys: List[str], meshes: List[Tuple[str, Mesh, str]]) -> Description: ...
+    def with_parts(self, keys: List[str], meshes: List[Tuple[str, Mesh, Optional[str]]]) -> Description: ...
     def check(self, flags: List[str]) -> None: ...
     @property
     def light_count(self) -> int: ...
 
+@final
 class Film:
     @staticmethod
     def of_colors(colors: NDArray[np.float32], width: int) -> Film: ...
@@ -58,10 +77,12 @@ class Film:
     def png(self, tone: Optional[str] = None, exposure: Optional[str] = None) -> bytes: ...
     def save(self, path: str, tone: Optional[str] = None, exposure: Optional[str] = None) -> None: ...
 
+@final
 class Render:
     def __new__(cls, scene: Description, flags: List[str], pause: Optional[float] = None) -> Render: ...
     def next(self, progress: Optional[Callable[[int, int], object]] = None) -> Optional[Film]: ...
 
+@final
 class Rays:
     def __new__(cls, scene: Description, flags: List[str]) -> Rays: ...
     @property
@@ -92,6 +113,7 @@ class Rays:
         t_max: NDArray[np.float32],
     ) -> NDArray[np.bool_]: ...
 
+@final
 class Bsdf:
     def __new__(cls, scene: Description, name: str) -> Bsdf: ...
     @property

@@ -87,7 +87,7 @@ class Scene:
         self.keys: Dict[str, Any] = dict(keys or {})
         self.settings: Dict[str, Any] = dict(settings)
         self._base = base
-        self._meshes: List[Tuple[str, _native.Mesh, str]] = []
+        self._meshes: List[Tuple[str, _native.Mesh, Optional[str]]] = []
         self._materials: Dict[str, Material] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
         self._rays: Optional[Tuple[_native.Description, List[str], _native.Rays]] = None
@@ -113,7 +113,7 @@ class Scene:
             faces: indices of the corners, counter-clockwise seen from the front: M×3, or M×4 for quadrilaterals, which are cut in two.
             normals: shading normals of the vertices, N×3; without them the mesh is flat.
             uv: texture coordinates of the vertices, N×2, v upwards.
-            material: a `Material`, or the name of one of the scene file; else diffuse grey.
+            material: a `Material`, or the name of one that the scene's files define; else diffuse grey.
             name: of the object.
 
         Returns:
@@ -142,9 +142,9 @@ class Scene:
         self.lights.append(light)
         return light
 
-    def _name_of(self, material: Union[Material, str, None]) -> str:
+    def _name_of(self, material: Union[Material, str, None]) -> Optional[str]:
         if material is None or isinstance(material, str):
-            return material or "default"
+            return material
         if material.name is None:
             number = len(self._materials)
             while f"material-{number}" in self._materials:

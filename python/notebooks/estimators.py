@@ -19,7 +19,7 @@ import numpy as np
 import embrasure as em
 
 scene = em.load("scenes/cornell-box.toml", size=(96, 96))
-reference = em.render(scene, spp=512, seed=100)
+reference = em.render(scene, spp=256, seed=100)
 
 # %%
 films = {}

@@ -17,7 +17,7 @@ import numpy as np
 
 import embrasure as em
 
-scene = em.load("scenes/cornell-box.toml", size=(192, 192))
+scene = em.load("scenes/cornell-box.toml", size=(128, 128))
 film = em.render(scene, spp=16)
 film  # a notebook shows the picture
 
@@ -35,9 +35,9 @@ print("mean radiance", rgb.mean(axis=(0, 1)))
 
 # %%
 deviation = np.sqrt(film.variance).mean()
-better = em.render(scene, spp=64)
+better = em.render(scene, spp=32)
 difference = np.sqrt(((film["rgb"] - better["rgb"]) ** 2).mean())
-print(f"standard deviation by the film {deviation:.4f}, difference from 64 samples {difference:.4f}")
+print(f"standard deviation by the film {deviation:.4f}, difference from 32 samples {difference:.4f}")
 assert difference < 3 * deviation
 
 # %% [markdown]
@@ -62,7 +62,7 @@ waves = np.stack([x, 0.08 * np.cos(9 * radius) * np.exp(-0.6 * radius), z], axis
 index = np.arange(120 * 120).reshape(120, 120)
 quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
 
-made = em.Scene(size=(240, 160), spp=16)
+made = em.Scene(size=(150, 100), spp=8)
 made.add_mesh(waves, quads, material=em.Material(diffuse=[0.02, 0.1, 0.12], model="ggx", specular=[0.4, 0.4, 0.4], roughness=0.2))
 made.add_light("sky", sun=[120, 35])
 made.camera = em.Camera(position=[0, 1.6, 4.5], look_at=[0, 0, 0], vertical_fov=40)

@@ -2,7 +2,7 @@
 
 use crate::errors;
 use crate::job::guarded;
-use crate::scene::{Description, slice};
+use crate::scene::{Description, Rows};
 use embrasure::Error;
 use embrasure::bsdf::TransportMode;
 use embrasure::description::load_scene;
@@ -74,15 +74,13 @@ impl Bsdf {
         wo: PyReadonlyArray2<f32>,
         wi: PyReadonlyArray2<f32>,
     ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>)> {
-        let (wo, wi) = (vectors("wo", &wo)?, vectors("wi", &wi)?);
+        let (wo, wi) = (Rows::<f32, 3>::new("wo", &wo)?, Rows::<f32, 3>::new("wi", &wi)?);
         if wo.len() != wi.len() {
             return Err(PyValueError::new_err("wo and wi: arrays of one length are expected"));
         }
         let (values, densities): (Vec<_>, Vec<_>) = py.detach(|| {
-            let pairs = wo
-                .iter()
-                .zip(wi)
-                .map(|(wo, wi)| self.0.eval_pdf((*wo).into(), (*wi).into()));
+            let pairs = wo.iter().zip(wi.iter());
+            let pairs = pairs.map(|(wo, wi)| self.0.eval_pdf(wo.into(), wi.into()));
             pairs.map(|(f, pdf)| (f.to_array(), pdf)).unzip()
         });
         Ok((colors(py, &values)?, PyArray1::from_vec(py, densities)))
@@ -96,17 +94,16 @@ impl Bsdf {
         wo: PyReadonlyArray2<f32>,
         u: PyReadonlyArray2<f32>,
     ) -> PyResult<Samples<'py>> {
-        let (wo, u) = (vectors("wo", &wo)?, vectors("u", &u)?);
+        let (wo, u) = (Rows::<f32, 3>::new("wo", &wo)?, Rows::<f32, 3>::new("u", &u)?);
         if wo.len() != u.len() {
             return Err(PyValueError::new_err("wo and u: arrays of one length are expected"));
         }
         let samples: Vec<_> = py.detach(|| {
-            let draw = |(wo, u): (&[f32; 3], &[f32; 3])| {
-                let [u_lobe, u, v] = *u;
+            let draw = |(wo, [u_lobe, u, v]): ([f32; 3], [f32; 3])| {
                 self.0
-                    .sample(Vec3::from(*wo), u_lobe, Vec2::new(u, v), TransportMode::Radiance)
+                    .sample(Vec3::from(wo), u_lobe, Vec2::new(u, v), TransportMode::Radiance)
             };
-            wo.iter().zip(u).map(draw).collect()
+            wo.iter().zip(u.iter()).map(draw).collect()
         });
         let triple = |of: fn(&embrasure::bsdf::BsdfSample) -> [f32; 3]| -> Vec<[f32; 3]> {
             samples.iter().map(|s| s.as_ref().map_or([0.0; 3], of)).collect()
@@ -121,11 +118,6 @@ impl Bsdf {
             PyArray1::from_vec(py, deltas.collect()),
         ))
     }
-}
-
-/// The rows of an array of three columns.
-pub fn vectors<'a>(name: &str, array: &'a PyReadonlyArray2<f32>) -> PyResult<&'a [[f32; 3]]> {
-    Ok(slice::<f32, 3>(name, array)?.as_chunks::<3>().0)
 }
 
 fn colors<'py>(py: Python<'py>, values: &[[f32; 3]]) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -1,8 +1,8 @@
 //! Films: developed images with all their channels, and what files say of them.
 
-use crate::bsdf::vectors;
 use crate::errors;
 use crate::job::guarded;
+use crate::scene::Rows;
 use embrasure::color::Tone;
 use embrasure::compare::CommonErrors;
 use embrasure::denoise::Denoiser;
@@ -171,7 +171,7 @@ impl Film {
     /// A film of linear colours alone, row by row from the top.
     #[staticmethod]
     fn of_colors(colors: PyReadonlyArray2<f32>, width: usize) -> PyResult<Self> {
-        let pixels = vectors("colors", &colors)?.to_vec();
+        let pixels: Vec<[f32; 3]> = Rows::new("colors", &colors)?.iter().collect();
         let height = pixels.len() / width.max(1);
         let resolution = UVec2::new(width as u32, height as u32);
         if width * height != pixels.len() || !Rect::full(resolution).is_inside(resolution) {

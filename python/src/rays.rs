@@ -1,13 +1,12 @@
 //! Ray queries over a scene, on arrays.
 
-use crate::bsdf::vectors;
 use crate::errors;
 use crate::job::{Status, guarded, wait};
-use crate::scene::Description;
+use crate::scene::{Description, Rows};
 use embrasure::accel::Accel;
 use embrasure::cli::Request;
 use embrasure::geometry::{Hit, InstanceId, Mesh};
-use embrasure::math::{Ray, Vec3};
+use embrasure::math::Ray;
 use embrasure::scene::Scene;
 use embrasure::{Error, SceneFile, Session};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -205,8 +204,8 @@ impl Rays {
 
 /// Rays in arrays.
 struct RayArrays<'a> {
-    origins: &'a [[f32; 3]],
-    directions: &'a [[f32; 3]],
+    origins: Rows<'a, f32, 3>,
+    directions: Rows<'a, f32, 3>,
     t_min: f32,
     t_max: &'a [f32],
 }
@@ -218,7 +217,7 @@ impl<'a> RayArrays<'a> {
         t_min: f32,
         t_max: &'a PyReadonlyArray1<f32>,
     ) -> PyResult<Self> {
-        let (origins, directions) = (vectors("origins", origins)?, vectors("directions", directions)?);
+        let (origins, directions) = (Rows::new("origins", origins)?, Rows::new("directions", directions)?);
         let t_max = t_max.as_slice()?;
         if directions.len() != origins.len() || (t_max.len() != 1 && t_max.len() != origins.len()) {
             let words = "origins, directions and t_max: arrays of one length are expected";
@@ -240,7 +239,7 @@ impl<'a> RayArrays<'a> {
         Ray {
             t_min: self.t_min,
             t_max: if let [one] = self.t_max { *one } else { self.t_max[i] },
-            ..Ray::new(Vec3::from(self.origins[i]), Vec3::from(self.directions[i]))
+            ..Ray::new(self.origins.row(i).into(), self.directions.row(i).into())
         }
     }
 }

@@ -38,25 +38,43 @@ impl Mesh {
     }
 }
 
-/// The rows of an array of `N` columns, in the order of its memory where that is row by row.
-pub fn rows<T: numpy::Element + Copy, const N: usize>(
-    name: &str,
-    array: &PyReadonlyArray2<T>,
-) -> PyResult<Vec<[T; N]>> {
-    Ok(slice::<T, N>(name, array)?.as_chunks::<N>().0.to_vec())
+/// The rows of an array of `N` columns.
+fn rows<T: numpy::Element + Copy, const N: usize>(name: &str, array: &PyReadonlyArray2<T>) -> PyResult<Vec<[T; N]>> {
+    Ok(Rows::new(name, array)?.iter().collect())
 }
 
-/// The numbers of an array of `N` columns, which lies row by row in memory.
-pub fn slice<'a, T: numpy::Element, const N: usize>(name: &str, array: &'a PyReadonlyArray2<T>) -> PyResult<&'a [T]> {
-    if array.shape()[1] != N {
+/// The rows of an array of `N` columns, which lies row by row in memory.
+#[derive(Clone, Copy)]
+pub struct Rows<'a, T, const N: usize>(&'a [T]);
+
+impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
+    /// Those of `array`, which errors call `name`.
+    pub fn new(name: &str, array: &'a PyReadonlyArray2<T>) -> PyResult<Self> {
         let columns = array.shape()[1];
-        return Err(PyValueError::new_err(format!(
-            "{name}: rows of {N} numbers are expected, not of {columns}"
-        )));
+        if columns != N {
+            let words = format!("{name}: rows of {N} numbers are expected, not of {columns}");
+            return Err(PyValueError::new_err(words));
+        }
+        let in_order = || format!("{name}: an array that lies row by row in memory is expected");
+        let numbers = array.as_slice();
+        numbers.map(Self).map_err(|_| PyValueError::new_err(in_order()))
     }
-    array
-        .as_slice()
-        .map_err(|_| PyValueError::new_err(format!("{name}: an array that lies row by row in memory is expected")))
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.0.len() / N
+    }
+
+    /// Row `i`, which must be one of them.
+    pub fn row(&self, i: usize) -> [T; N] {
+        let start = i * N;
+        std::array::from_fn(|column| self.0[start + column])
+    }
+
+    /// All rows.
+    pub fn iter(self) -> impl Iterator<Item = [T; N]> + use<'a, T, N> {
+        (0..self.len()).map(move |i| self.row(i))
+    }
 }
 
 /// A scene as it is described, before its files are read.
@@ -82,7 +100,12 @@ impl Description {
 
     /// The same scene with these keys, and these meshes: each with its name and that of its material.
     #[pyo3(signature = (keys, meshes))]
-    fn with_parts(&self, py: Python, keys: Vec<String>, meshes: Vec<(String, Py<Mesh>, String)>) -> PyResult<Self> {
+    fn with_parts(
+        &self,
+        py: Python,
+        keys: Vec<String>,
+        meshes: Vec<(String, Py<Mesh>, Option<String>)>,
+    ) -> PyResult<Self> {
         let mut file = self.0.with_keys(&keys).map_err(|error| errors::of_file(py, &error))?;
         let made = meshes.into_iter().map(|(name, mesh, material)| MadeObject {
             name,

@@ -27,7 +27,7 @@ def test_a_matte_surface_is_lamberts() -> None:
     assert np.allclose(matte.eval(wo, wi), np.array([0.8, 0.4, 0.2]) / np.pi, rtol=1e-5)
     assert np.allclose(matte.pdf(wo, wi), wi[:, 2] / np.pi, rtol=1e-4)
     assert np.allclose(matte.albedo, [0.8, 0.4, 0.2]) and not matte.is_delta
-    assert [name for name, _ in matte.lobes] == ["lambert"]
+    assert [name for name, _ in matte.lobes] == ["Lambert"]
     assert matte.eval([0, 0, 1], [0, 0, 1]).shape == (3,) and matte.pdf([0, 0, 1], wi).shape == (100,)
 
 

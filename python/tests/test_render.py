@@ -21,9 +21,13 @@ def channels(path: Path) -> Dict[str, Any]:
         return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
 
+#: Attributes that tell how long the render took, or hold a digest of that.
+OF_TIME = ("renderTime", "embrasure.statistics", "embrasure.stateDigest", "channels")
+
+
 def attributes(path: Path) -> Dict[str, Any]:
     with OpenEXR.File(str(path)) as file:
-        return {name: repr(value) for name, value in file.header().items() if name not in ("channels", "renderTime")}
+        return {name: repr(value) for name, value in file.header().items() if name not in OF_TIME}
 
 
 #: Settings as keywords, and the same as flags.
@@ -34,8 +38,8 @@ CASES: List[Any] = [
         "--spp 2 --size 40x32 --integrator bdpt --max-depth 4 --sampler halton --seed 7".split(),
     ),
     (
-        {"spp": 2, "size": (40, 32), "crop": (3, 5, 30, 20), "aov": ["P", "uv"], "position": (0.1, -0.2, 3.5)},
-        "--spp 2 --size 40x32 --crop 3,5,30,20 --aov P,uv --position 0.1,-0.2,3.5".split(),
+        {"spp": 2, "size": (40, 32), "crop": (3, 5, 30, 20), "aov": ["P", "uv"], "position": (270.5, 300, -700)},
+        "--spp 2 --size 40x32 --crop 3,5,30,20 --aov P,uv --position 270.5,300,-700".split(),
     ),
     (
         {"spp": 2, "size": (24, 24), "denoise": "gaussian", "material": {"white": {"diffuse": [0.1, 0.9, 0.1]}}},
@@ -91,7 +95,7 @@ def test_films_give_arrays(box: Path) -> None:
     assert film.layers == ["rgb", "albedo", "N", "Z", "variance", "samples"]
     assert (film["N"][..., 1] == film["N.Y"]).all() and (film["rgb"][..., 2] == film["B"]).all()
     lengths = np.linalg.norm(film["N"], axis=2)
-    assert ((lengths > 0.5) & (lengths < 1.001)).mean() > 0.9
+    assert lengths.max() < 1.001 and (lengths > 0.99).mean() > 0.3
     assert "Z" in film and "albedo.G" in film and "fog" not in film
     with pytest.raises(KeyError, match="no channel fog: there are rgb, albedo"):
         film["fog"]
@@ -141,8 +145,8 @@ def test_progressive_films_end_with_the_render(box: Path) -> None:
 
 def test_progress_is_told(box: Path) -> None:
     told: List[Any] = []
-    em.render(box, spp=64, size=(200, 200), progress=lambda done, total: told.append((done, total)))
-    assert told[-1] == (64 * 200 * 200, 64 * 200 * 200)
+    em.render(box, spp=16, size=(200, 200), progress=lambda done, total: told.append((done, total)))
+    assert told[-1] == (16 * 200 * 200, 16 * 200 * 200)
     assert told == sorted(told)
 
 

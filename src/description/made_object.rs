@@ -8,6 +8,6 @@ pub struct MadeObject {
     pub name: String,
     /// Its triangles, in world space.
     pub mesh: Arc<Mesh>,
-    /// Name of its material: that of a section `[material.NAME]`, or of none for the default one.
-    pub material: String,
+    /// Name of its material: that of a section `[material.NAME]`, or of a library of the scene's OBJ files; `None` for the default one.
+    pub material: Option<String>,
 }

@@ -302,7 +302,7 @@ impl<'a> Loader<'a> {
             }
         }
         for object in &self.file.made {
-            if let Err(error) = self.add_made(object) {
+            if let Err(error) = self.add_made(object, &objs) {
                 self.wrong("wrong-object", error);
             }
         }

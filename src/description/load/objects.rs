@@ -73,16 +73,27 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Adds a mesh that no file has.
-    pub(super) fn add_made(&mut self, object: &MadeObject) -> Result<(), FileError> {
+    /// Adds a mesh that no file has. Its material may be one of the libraries of `objs`.
+    pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
         self.builder.begin_object(&object.name);
         let group = Group {
-            material: Some(object.material.clone()),
+            material: object.material.clone(),
             line: 0,
             mesh: Mesh::clone(&object.mesh),
         };
-        let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
-        let material = self.material_of(&group, self.file.path().unwrap_or(Path::new("")), &none);
+        let defines = |obj: &ObjFile| {
+            object
+                .material
+                .as_ref()
+                .is_some_and(|name| obj.material(name).is_some())
+        };
+        let material = match objs.iter().find(|(_, obj)| defines(obj)) {
+            Some((path, obj)) => self.material_of(&group, path, obj),
+            None => {
+                let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
+                self.material_of(&group, self.file.path().unwrap_or(Path::new("")), &none)
+            }
+        };
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
             let error = self.file.whole(format!("object `{}`: {error}", object.name));
             error.help("correct its arrays")

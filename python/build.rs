@@ -20,14 +20,14 @@ fn main() {
     }
     // In place, where the libraries of the build are: Embree, which `embree4-sys` has found, and Open Image Denoise.
     match env::var("DEP_EMBREE4_RPATH") {
-        Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg-cdylib=-Wl,-rpath,{folder}"),
+        Ok(folder) if !folder.is_empty() => println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}"),
         _ => {}
     }
     if env::var_os("CARGO_FEATURE_OIDN").is_some() {
         println!("cargo::rerun-if-env-changed=OIDN_DIR");
         let prefix = env::var_os("OIDN_DIR").map(|prefix| Path::new(&prefix).join("lib"));
         if let Some(folder) = prefix.filter(|folder| folder.join("libOpenImageDenoise.so").exists()) {
-            println!("cargo::rustc-link-arg-cdylib=-Wl,-rpath,{}", folder.display());
+            println!("cargo::rustc-link-arg=-Wl,-rpath,{}", folder.display());
         }
     }
 }

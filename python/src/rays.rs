@@ -90,8 +90,9 @@ impl Rays {
     ) -> PyResult<Hits<'py>> {
         let rays = RayArrays::new(&origins, &directions, t_min, &t_max)?;
         let count = rays.len();
-        let mut t = vec![f32::INFINITY; count];
-        let [mut prim, mut geom, mut inst] = [(); 3].map(|()| vec![NONE; count]);
+        // Zeros are pages that the system gives when they are first written, by whichever thread.
+        let mut t = vec![0.0f32; count];
+        let [mut prim, mut geom, mut inst] = [(); 3].map(|()| vec![0i32; count]);
         let [mut weights, mut normals] = [(); 2].map(|()| vec![[0.0f32; 3]; count]);
         self.in_batches(
             py,
@@ -107,6 +108,7 @@ impl Rays {
                     let (((prim, geom), inst), ((t, weights), normals)) = (ids, places);
                     for i in 0..t.len() {
                         let Some(hit) = accel.intersect(&rays.ray(start + task * TASK + i)) else {
+                            (t[i], prim[i], geom[i], inst[i]) = (f32::INFINITY, NONE, NONE, NONE);
                             continue;
                         };
                         t[i] = hit.t;

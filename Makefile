@@ -17,7 +17,7 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 # The crate itself is compiled with little optimisation there, by which tests take a sixth longer: that is less than compiling saves.
 FEATURE_SETS := all none obvhs
 SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
-FLAGS_all     = --workspace --exclude embrasure-oidn --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
+FLAGS_all     = --workspace --exclude embrasure-oidn --exclude embrasure-python --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
 FLAGS_none   := $(SMALL) --features embrasure/cli
 LIB_none     := accel:: integrator::opacity:: session:: cli::
 FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -58,12 +58,12 @@ lint: setup ## check formatting, words, clippy and rustdoc; any warning is an er
 	scripts/words
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
-	$(CARGO) clippy --workspace --all-targets --locked --features "$(LINTED)" -- -D warnings
+	$(CARGO) clippy --workspace --exclude embrasure-python --all-targets --locked --features "$(LINTED)" -- -D warnings
 	$(CARGO) clippy -p embrasure --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(SMALL) --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(FLAGS_none) --all-targets --locked -- -D warnings
 	$(call with_obvhs,$(CARGO) clippy $(FLAGS_obvhs) --lib --test it --locked -- -D warnings)
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --no-deps --document-private-items --locked --features "$(LINTED)"
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items --locked --features "$(LINTED)"
 
 test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each feature set
 
@@ -77,6 +77,19 @@ test-none: setup
 
 test-obvhs: setup
 	$(call with_obvhs,$(call run_set,obvhs))
+
+# The Python module has the features of the program that `make demo` builds, so that both are made of one compiled library.
+python        = $(subst embrasure/,embrasure-python/,$(1))
+PYTHON_NEEDS = $(call optional,oidn,HAS_OIDN)
+
+python: setup ## build the Python module, and the program, for use in place: PYTHONPATH=out/python
+	$(CARGO) build --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))"
+	scripts/python-package $(TARGET)/release/libembrasure_python.so out/python
+
+test-python: python ## test the Python module against the program, with its types, notebooks and page, in an environment of its own (.deps/python)
+	$(CARGO) clippy --locked -p embrasure-python --features "$(call python,$(LINTED))" -- -D warnings
+	scripts/setup-python
+	EMBRASURE_PROGRAM=$(abspath $(TARGET))/release/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
@@ -129,8 +142,10 @@ dist: setup ## build the fastest program, which runs from any folder, and pack i
 	tar -C out -czf out/$(DIST).tar.gz $(DIST)
 	@echo "-> out/$(DIST).tar.gz"
 
-wheel: dist ## pack the same as a Python wheel, which pip installs without a compiler or root, into out/
-	scripts/wheel out/$(DIST) $(VERSION) out
+wheel: dist ## pack the same and the Python module as a wheel, which pip installs without a compiler or root, into out/
+	EMBRASURE_MOVABLE=1 $(CARGO) build --profile dist --locked -p embrasure-python --features "$(call python,$(call optional,oidn,HAS_OIDN) $(call optional,obvhs,HAS_OBVHS))"
+	scripts/python-package $(TARGET)/dist/libembrasure_python.so out/wheel
+	scripts/wheel out/$(DIST) $(VERSION) out/wheel/embrasure out
 
 deb: dist ## pack the same as a package for Debian and Ubuntu into out/; DEBFULLNAME and DEBEMAIL name who packs it
 	rm -rf out/deb

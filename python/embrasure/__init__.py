@@ -1,31 +1,52 @@
-"""Embrasure, a path tracer over Intel Embree: this package brings its command line.
+"""Embrasure, a path tracer over Intel Embree: scenes, renders and ray queries on numpy arrays.
 
-``embrasure`` is in the environment's folder of programs; ``python -m embrasure`` runs the same.
+>>> import embrasure as em
+>>> scene = em.load("scenes/cornell-box.toml")
+>>> film = em.render(scene, spp=16)
+>>> film["rgb"].shape
+(512, 512, 3)
+
+Settings have the names of the command line's flags, with ``_`` for ``-``; the same settings give the same bits as ``embrasure render``. The package
+brings that command line too: ``embrasure`` and ``python -m embrasure``.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-import sysconfig
+from embrasure._bsdf import Bsdf, BsdfSample, bsdf
+from embrasure._compare import Comparison, compare
+from embrasure._film import Film, read
+from embrasure._native import Error, FileError, SettingError, __version__, version_text
+from embrasure._program import program
+from embrasure._rays import Hits, intersect, occluded
+from embrasure._render import SceneWarning, progressive, render
+from embrasure._sampler import Sampler, sampler
+from embrasure._scene import Camera, Light, Material, Scene, load
 
-__all__ = ["program"]
-
-
-def program() -> str:
-    """Path of the program that was installed with this package.
-
-    Raises:
-        FileNotFoundError: the package was installed without it.
-    """
-    name = "embrasure.exe" if os.name == "nt" else "embrasure"
-    schemes = [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
-    user = sysconfig.get_preferred_scheme("user")
-    schemes.append(sysconfig.get_path("scripts", user))
-    # pip install --target puts programs beside the package
-    schemes.append(os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin"))
-    for folder in schemes:
-        path = os.path.join(folder, name)
-        if os.path.isfile(path):
-            return path
-    raise FileNotFoundError(f"no program {name} in {', '.join(schemes)}: install the package again")
+__all__ = [
+    "Bsdf",
+    "BsdfSample",
+    "Camera",
+    "Comparison",
+    "Error",
+    "FileError",
+    "Film",
+    "Hits",
+    "Light",
+    "Material",
+    "Sampler",
+    "Scene",
+    "SceneWarning",
+    "SettingError",
+    "__version__",
+    "bsdf",
+    "compare",
+    "intersect",
+    "load",
+    "occluded",
+    "program",
+    "progressive",
+    "read",
+    "render",
+    "sampler",
+    "version_text",
+]

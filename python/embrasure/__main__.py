@@ -3,7 +3,7 @@
 import os
 import sys
 
-from embrasure import program
+from embrasure._program import program
 
 path = program()
 os.execv(path, [path, *sys.argv[1:]])

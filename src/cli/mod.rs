@@ -37,6 +37,7 @@ mod plot;
 mod points;
 mod progress;
 mod reference;
+mod request;
 mod run;
 mod selftest;
 mod stats;
@@ -47,6 +48,9 @@ mod tev;
 mod view;
 mod views;
 mod warnings;
+
+pub use compare::compared;
+pub use request::Request;
 
 use crate::io::is_guarded;
 use args::{Args, Command};

@@ -14,6 +14,7 @@ mod light_group_section;
 mod light_section;
 mod load;
 mod made_lights;
+mod made_object;
 mod map_section;
 mod material_section;
 mod object_section;
@@ -37,6 +38,7 @@ pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
 pub use load::{
     DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
 };
+pub use made_object::MadeObject;
 pub use map_section::MapSection;
 pub use material_section::{ColorValue, MaterialSection};
 pub use object_section::{Instances, ObjectSection, Scale, TransformSection};

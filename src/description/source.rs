@@ -49,6 +49,11 @@ impl Source {
         self.text = text;
     }
 
+    /// Text of the scene file; empty for a bare OBJ.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// Number of bytes of the text.
     pub fn bytes(&self) -> usize {
         self.text.len()

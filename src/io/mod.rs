@@ -61,7 +61,7 @@ pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use output::Output;
-pub use png::png_bytes;
+pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};
 pub use read_rendering::{Rendering, read_rendering};

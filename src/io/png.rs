@@ -29,23 +29,28 @@ pub(super) fn write_as(
 ) -> io::Result<()> {
     let size = image.crop.size().to_array();
     let texts = [("Software", software), ("embrasure.tone", tone.to_string())];
-    match alpha {
-        None => {
-            let bytes: Vec<u8> = image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
-            encode(writer, size, &bytes, &texts)
-        }
-        Some(alpha) => {
-            let pixels = image.rgb().zip(alpha).flat_map(|(rgb, &alpha)| {
-                // `max` maps NaN to 0.
-                let alpha = f32::max(alpha, 0.0).min(1.0);
-                let straight = if alpha > 0.0 { rgb.map(|v| v / alpha) } else { [0.0; 3] };
-                let [r, g, b] = tone.encode_u8(straight);
-                [r, g, b, (alpha * 255.0).round() as u8]
-            });
-            let bytes: Vec<u8> = pixels.collect();
-            encode_as(writer, png::ColorType::Rgba, size, &bytes, &texts)
-        }
-    }
+    let color = if alpha.is_some() {
+        png::ColorType::Rgba
+    } else {
+        png::ColorType::Rgb
+    };
+    encode_as(writer, color, size, &display_bytes(image, alpha, tone), &texts)
+}
+
+/// `R G B` of `image` as `tone` shows them, whose exposure must be known, in 8 bits for an sRGB display, row by row from the top; where `alpha` is given,
+/// colours are divided by it, and it follows them as a fourth channel.
+pub fn display_bytes(image: &Image, alpha: Option<&[f32]>, tone: &Tone) -> Vec<u8> {
+    let Some(alpha) = alpha else {
+        return image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect();
+    };
+    let pixels = image.rgb().zip(alpha).flat_map(|(rgb, &alpha)| {
+        // `max` maps NaN to 0.
+        let alpha = f32::max(alpha, 0.0).min(1.0);
+        let straight = if alpha > 0.0 { rgb.map(|v| v / alpha) } else { [0.0; 3] };
+        let [r, g, b] = tone.encode_u8(straight);
+        [r, g, b, (alpha * 255.0).round() as u8]
+    });
+    pixels.collect()
 }
 
 /// Writes 8-bit sRGB pixels, row by row from the top, with texts by their keywords.
@@ -53,10 +58,11 @@ pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[
     encode_as(writer, png::ColorType::Rgb, size, bytes, texts)
 }
 
-/// An 8-bit PNG file in memory: sRGB colours with three `channels`, or a grey with one, row by row from the top.
+/// An 8-bit PNG file in memory: sRGB colours with three `channels`, with alpha as a fourth, or a grey with one, row by row from the top.
 pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
     let color = match channels {
         1 => png::ColorType::Grayscale,
+        4 => png::ColorType::Rgba,
         _ => png::ColorType::Rgb,
     };
     let mut file = Vec::new();

@@ -6,7 +6,7 @@ use super::metadata::{BIAS, COMMON_ERRORS, SETTINGS};
 use super::read_picture::{Picture, Samples, Wanted, read_picture};
 use crate::color::srgb;
 use crate::compare::{CommonErrors, Noise};
-use crate::film::{Rect, RgbImage};
+use crate::film::{Image, Rect, RgbImage};
 use crate::math::UVec2;
 use crate::options::Value;
 use ::exr::meta::header::Header;
@@ -34,6 +34,28 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// A rendered image as the picture that its file would hold, where pixels have `common` errors.
+    pub fn of_image(image: &Image, common: CommonErrors) -> Self {
+        let values = |name| image.channel(name).map(|channel| channel.values.as_slice());
+        let variance = ["variance.R", "variance.G", "variance.B"].map(values);
+        let noise = match (variance, values("samples")) {
+            ([Some(r), Some(g), Some(b)], Some(samples)) => Some(Noise {
+                variance: r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect(),
+                samples: samples.to_vec(),
+                common,
+            }),
+            _ => None,
+        };
+        Self {
+            resolution: image.resolution,
+            window: image.crop,
+            image: image.into(),
+            noise,
+            is_display: false,
+            bias: None,
+        }
+    }
+
     /// The pixels of `window` alone, which must be some of those that are there.
     pub fn cropped(&self, window: Rect) -> Self {
         let width = self.window.size().x as usize;

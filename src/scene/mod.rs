@@ -130,7 +130,7 @@ impl Scene {
     }
 
     /// The meshes, for readers that outlive a borrow of the scene.
-    #[cfg_attr(not(all(feature = "embree", feature = "view")), allow(dead_code))]
+    #[cfg_attr(not(feature = "embree"), allow(dead_code))]
     pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
         Arc::clone(&self.meshes)
     }

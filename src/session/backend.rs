@@ -32,7 +32,6 @@ impl Backend {
 
     /// Builds the acceleration structure of `scene` as [`Backend::build`] does, to serve for as long as the scene's meshes stay: light, materials and the
     /// camera may change meanwhile. `None` for a backend that has no structure to keep.
-    #[cfg(feature = "view")]
     pub(super) fn build_kept(
         self,
         scene: &Scene,

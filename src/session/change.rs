@@ -9,17 +9,6 @@ use crate::guess::CameraGuess;
 use std::sync::OnceLock;
 
 impl Session {
-    /// Builds the acceleration structure for all renderers to come, where the backend has one that can be kept.
-    ///
-    /// # Errors
-    ///
-    /// The backend's own, such as memory that is not to be had.
-    pub(crate) fn keep_accel(&mut self) -> Result<(), Error> {
-        self.check_memory()?;
-        self.kept = self.settings.backend.build_kept(&self.scene, &self.pool)?;
-        Ok(())
-    }
-
     /// Whether the scene as it was loaded serves a render of `settings`: backend, threads, and how lights are sampled, belong to it.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {

@@ -193,6 +193,17 @@ impl Session {
         Renderer::build(self)
     }
 
+    /// Builds the acceleration structure for all renderers to come, where the backend has one that can be kept.
+    ///
+    /// # Errors
+    ///
+    /// The backend's own, such as memory that is not to be had.
+    pub fn keep_accel(&mut self) -> Result<(), Error> {
+        self.check_memory()?;
+        self.kept = self.settings.backend.build_kept(&self.scene, &self.pool)?;
+        Ok(())
+    }
+
     /// The acceleration structure: the one that is kept, or a new one.
     fn accel(&self) -> Result<AnyAccel<'_>, Error> {
         match &self.kept {

@@ -7,7 +7,7 @@
 use super::backend::BUILD;
 use super::memory::check_pixels;
 use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, Settings, thread_pool};
-use crate::accel::{Auditor, BackendInfo, Dispatch};
+use crate::accel::{Accel, Auditor, BackendInfo, Dispatch};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::integrator::{SampleTracer, Traced};
@@ -50,6 +50,11 @@ impl<'a> Renderer<'a> {
             build_seconds,
             prepared: session.prepared(),
         }
+    }
+
+    /// The acceleration structure, for ray queries of a program's own.
+    pub fn queries(&self) -> &dyn Accel {
+        self.accel.as_dyn()
     }
 
     /// The acceleration structure.

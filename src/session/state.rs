@@ -88,7 +88,7 @@ impl RenderState {
 
     /// Writes `image` to all `outputs`, with its sums if those are wanted, and says what went wrong with them. A picture of no sample is not written:
     /// an existing file is kept.
-    pub(super) fn write(
+    pub fn write(
         &self,
         image: &Image,
         outputs: &[(Format, Output)],

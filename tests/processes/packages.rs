@@ -82,11 +82,15 @@ fn wheels_hold_what_they_record() {
     let folder = folder(&[("a.txt", "")]);
     let prefix = folder.path().join("prefix");
     script("install", &[Path::new(PROGRAM), &prefix]);
-    script("wheel", &[&prefix, Path::new("1.2.3"), folder.path()]);
+    // The program stands for the extension module, which these tests have not.
+    let modules = folder.path().join("modules");
+    script("python-package", &[Path::new(PROGRAM), &modules]);
+    let package = modules.join("embrasure");
+    script("wheel", &[&prefix, Path::new("1.2.3"), &package, folder.path()]);
     // Python's own reader of archives, and the digests that pip checks
     let check = r#"
 import base64, csv, glob, hashlib, io, sys, zipfile
-[path] = glob.glob(sys.argv[1] + "/embrasure-1.2.3-py3-none-manylinux_2_*.whl")
+[path] = glob.glob(sys.argv[1] + "/embrasure-1.2.3-cp39-abi3-manylinux_2_*.whl")
 archive = zipfile.ZipFile(path)
 rows = list(csv.reader(io.StringIO(archive.read("embrasure-1.2.3.dist-info/RECORD").decode())))
 assert sorted(row[0] for row in rows) == sorted(archive.namelist())
@@ -97,6 +101,7 @@ for name, digest, size in rows:
         assert (digest, size) == ("sha256=" + found, str(len(content))), name
 mode = archive.getinfo("embrasure-1.2.3.data/scripts/embrasure").external_attr >> 16
 assert mode & 0o111, oct(mode)
+assert {"embrasure/__init__.py", "embrasure/_native.abi3.so", "embrasure/py.typed"} <= set(archive.namelist())
 assert any("libembree4" in name for name in archive.namelist()) or not glob.glob(sys.argv[1] + "/prefix/lib/embrasure/lib/*embree*")
 "#;
     let out = Command::new("python3")

@@ -52,7 +52,6 @@ impl Meshes<'_> {
 
 impl EmbreeAccel<'static> {
     /// Builds over the meshes of `scene`, with `threads` threads, and keeps these meshes: the scene may be changed in all else meanwhile.
-    #[cfg_attr(not(feature = "view"), allow(dead_code))]
     pub(crate) fn kept(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
         let placements = scene.instances().iter().map(|i| i.placement.clone()).collect();
         let meshes = scene.shared_meshes();

@@ -4,7 +4,7 @@ use super::flags::NameParser;
 use super::values::parse_chance;
 use crate::options::names::named;
 use clap::Parser;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
@@ -48,6 +48,22 @@ pub(in crate::cli) struct CompareArgs {
     /// Content of the picture: error (relative difference of luminance), flip, or z (difference over its standard deviation)
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,
+}
+
+impl CompareArgs {
+    /// Those of a comparison without limits and picture.
+    pub fn of(reference: &Path, image: &Path, significance: f64) -> Self {
+        Self {
+            reference: reference.into(),
+            image: image.into(),
+            json: true,
+            significance,
+            max_relmse: None,
+            max_flip: None,
+            output: None,
+            map: Map::Error,
+        }
+    }
 }
 
 /// What a picture of a difference shows.

@@ -92,7 +92,7 @@ impl Args {
 
     /// Parses `words`. A flag that takes a value takes a negative number too, and its own message says what it refuses: clap would call `-1` a flag, and
     /// advise to write `-- -1`.
-    fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
+    pub fn of(words: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> Result<Self, clap::Error> {
         let negative = |arg: clap::Arg| match arg.get_action().takes_values() && arg.get_long().is_some() {
             true => arg.allow_negative_numbers(true),
             false => arg,
@@ -185,13 +185,9 @@ Examples:
     Points(PointsArgs),
     /// Measure the difference between an image and a reference, and test it against noise
     Compare(CompareArgs),
-<<<<<<< HEAD
     /// Render cases whose answers are known exactly, and report which are right
     Selftest(SelftestArgs),
-    /// Print the script that makes a shell complete commands and flags
-=======
     /// Print the completion script for a shell
->>>>>>> words
     Completions(CompletionsArgs),
     /// Print the manual page, or write the pages of all commands
     Man(ManArgs),

@@ -9,7 +9,8 @@ use super::args::CompareArgs;
 use super::error::CliError;
 use super::outputs::Outputs;
 use crate::compare::{CommonErrors, Errors, Flip, MIN_RARE, Scale, Significance, SizeMismatch};
-use crate::io::{Format, Output};
+use crate::io::{Format, Output, Rendering};
+use crate::session::Error;
 use pair::Pair;
 use std::path::Path;
 use std::process::ExitCode;
@@ -43,6 +44,22 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
         }
     }
     Ok(ExitCode::from(u8::from(comparison.fails())))
+}
+
+/// What `embrasure compare --json` prints of two pictures, by their names: `image` against `reference`. `significance` is the probability of a false alarm.
+///
+/// # Errors
+///
+/// Pictures of two sizes or without common pixels.
+pub fn compared(
+    (reference, image): (&Path, &Path),
+    pictures: (Rendering, Rendering),
+    significance: f64,
+) -> Result<serde_json::Value, Error> {
+    let args = CompareArgs::of(reference, image, significance);
+    let pair = Pair::new((reference, pictures.0), (image, pictures.1))?;
+    let comparison = Comparison::new(&args, &pair).map_err(|e| Error::Failed(e.to_string()))?;
+    Ok(comparison.json())
 }
 
 /// The file of the picture, which joins `outputs`.

@@ -25,7 +25,18 @@ impl Pair {
     ///
     /// Files that cannot be read, and images of two sizes or without common pixels.
     pub fn read(reference: &Path, image: &Path) -> Result<Self, CliError> {
-        let [mut first, mut second] = [read_rendering(reference)?, read_rendering(image)?];
+        Self::new((reference, read_rendering(reference)?), (image, read_rendering(image)?))
+    }
+
+    /// Cuts two pictures to what they have in common; errors call them by their names.
+    ///
+    /// # Errors
+    ///
+    /// Images of two sizes or without common pixels.
+    pub fn new(
+        (reference, mut first): (&Path, Rendering),
+        (image, mut second): (&Path, Rendering),
+    ) -> Result<Self, CliError> {
         let [a, b] = [first.resolution, second.resolution];
         if a != b {
             let message = format!(

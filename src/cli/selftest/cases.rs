@@ -18,7 +18,7 @@ pub(super) struct Case {
     pub name: &'static str,
     /// What is measured, and by what it is known.
     pub about: &'static str,
-    /// Whether it is run without `--full`.
+    /// Whether `selftest` runs the case without `--full`.
     pub is_quick: bool,
     pub run: fn(&Probe) -> Result<Measured, CliError>,
 }

@@ -47,7 +47,12 @@ impl Loader<'_> {
                             found.material.diffuse.max_component(),
                         );
                         let help = format!("define it in the MTL file, or as [material.\"{name}\"] in a scene file");
-                        let error = FileError::new(path, message).at(Position::line(group.line));
+                        let error = FileError::new(path, message);
+                        // A mesh that is made in code has no line.
+                        let error = match group.line {
+                            0 => error,
+                            line => error.at(Position::line(line)),
+                        };
                         self.warn("missing-material", error.help(help));
                     }
                     (found, None)

@@ -195,7 +195,12 @@ impl<'a> Loader<'a> {
             found_elsewhere: HashSet::new(),
             texture_files: Vec::new(),
             prototypes: HashMap::new(),
-            files: file.path().into_iter().map(Path::to_path_buf).collect(),
+            files: file
+                .path()
+                .filter(|_| !file.is_made())
+                .map(Path::to_path_buf)
+                .into_iter()
+                .collect(),
         }
     }
 
@@ -294,6 +299,11 @@ impl<'a> Loader<'a> {
                 if let Err(error) = self.add_object(index, object, &mut objs) {
                     self.wrong("wrong-object", error);
                 }
+            }
+        }
+        for object in &self.file.made {
+            if let Err(error) = self.add_made(object, &objs) {
+                self.wrong("wrong-object", error);
             }
         }
         for light in &self.file.light {

@@ -2,7 +2,8 @@
 
 use super::Loader;
 use crate::description::FileError;
-use crate::description::obj::ObjFile;
+use crate::description::MadeObject;
+use crate::description::obj::{Group, ObjFile};
 use crate::description::object_section::{Instances, ObjectSection};
 use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
@@ -10,7 +11,7 @@ use crate::material::MaterialId;
 use crate::math::Affine3A;
 use crate::scene::BuildError;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 impl Loader<'_> {
@@ -70,6 +71,33 @@ impl Loader<'_> {
             })?;
         }
         Ok(())
+    }
+
+    /// Adds a mesh that no file has. Its material may be one of the libraries of `objs`.
+    pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<PathBuf, ObjFile>) -> Result<(), FileError> {
+        self.builder.begin_object(&object.name);
+        let group = Group {
+            material: object.material.clone(),
+            line: 0,
+            mesh: Mesh::clone(&object.mesh),
+        };
+        let defines = |obj: &ObjFile| {
+            object
+                .material
+                .as_ref()
+                .is_some_and(|name| obj.material(name).is_some())
+        };
+        let material = match objs.iter().find(|(_, obj)| defines(obj)) {
+            Some((path, obj)) => self.material_of(&group, path, obj),
+            None => {
+                let none = ObjFile::new(Vec::new(), Vec::new(), Vec::new());
+                self.material_of(&group, self.file.path().unwrap_or(Path::new("")), &none)
+            }
+        };
+        self.builder.add_mesh(group.mesh, material).map_err(|error| {
+            let error = self.file.whole(format!("object `{}`: {error}", object.name));
+            error.help("correct its arrays")
+        })
     }
 
     /// The meshes of an object with their materials, as its files have them: taken out of `objs` where no later object needs them.

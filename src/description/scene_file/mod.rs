@@ -12,7 +12,7 @@ use super::overrides::Overrides;
 use super::source::Source;
 use super::unknown_key::parser_error;
 use super::{
-    CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MaterialSection,
+    CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection,
     ObjectSection, Position, SceneOptions,
 };
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,9 @@ pub struct SceneFile {
     /// Groups of emitting materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
+    /// Meshes that a program brings, after those of the objects.
+    #[serde(skip)]
+    pub made: Vec<MadeObject>,
     /// How OBJ and MTL files are read.
     #[serde(skip)]
     pub load: LoadOptions,
@@ -126,10 +129,41 @@ impl SceneFile {
         }
         file.options = file.read_options().map_err(|(error, start)| (error, Some(start)))?;
         file.load.parameters = file.options.load;
-        if file.object.is_empty() {
+        if file.object.is_empty() && path != Path::new(Self::MADE) {
             let error = FileError::new(path, "no [[object]] in this scene");
             return Err((error.help("add [[object]] with obj = \"FILE.obj\""), None));
         }
+        Ok(file)
+    }
+
+    /// Stands for the file in errors of a scene that is made in code.
+    const MADE: &'static str = "<scene>";
+
+    /// A scene without objects, for a program that adds its own meshes to [`SceneFile::made`]. Paths in it are relative to the current folder.
+    ///
+    /// # Errors
+    ///
+    /// A key or value of `set` that a scene file cannot have; `set` is that of [`SceneFile::load_with`].
+    pub fn in_code(set: &[String]) -> Result<Self, FileError> {
+        let (path, text) = (Path::new(Self::MADE), "version = 1\n");
+        Self::parse(path, text.into(), &read_overrides(path, set, text)?)
+    }
+
+    /// The same scene with keys set over those that it has, as in [`SceneFile::load_with`]; keys that were set before, and patches of materials, are gone.
+    ///
+    /// # Errors
+    ///
+    /// A key or value that a scene file cannot have; the error names it.
+    pub fn with_keys(&self, set: &[String]) -> Result<Self, FileError> {
+        let mut file = match (self.path(), self.object.first()) {
+            (None, Some(object)) => Self::of_obj_with(object.obj.get_ref(), set)?,
+            (Some(path), _) => {
+                let text = self.source.text();
+                Self::parse(path, text.into(), &read_overrides(path, set, text)?)?
+            }
+            (None, None) => Self::in_code(set)?,
+        };
+        file.made.clone_from(&self.made);
         Ok(file)
     }
 
@@ -230,6 +264,11 @@ impl SceneFile {
     /// A path in the scene file, which is relative to its folder.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.source.resolve(relative)
+    }
+
+    /// Whether the scene is one of [`SceneFile::in_code`].
+    pub fn is_made(&self) -> bool {
+        self.path() == Some(Path::new(Self::MADE))
     }
 
     /// Whether this stands for a scene file rather than a bare OBJ.

@@ -1,0 +1,82 @@
+"""Comparisons of pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Optional, Union
+
+import numpy as np
+
+from embrasure import _native
+from embrasure._film import Film, read
+from embrasure._settings import Array
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How far a picture is from a reference, and whether by more than noise."""
+
+    #: ``identical``, ``equal within noise``, ``differs``, or ``no verdict`` where nothing is known of the noise.
+    outcome: str
+    #: Mean of the picture by channel.
+    mean: List[float]
+    #: Mean of the reference by channel.
+    reference_mean: List[float]
+    #: Difference of both.
+    bias: List[float]
+    #: Mean squared difference.
+    mse: float
+    #: Mean squared relative difference, without the worst 0.1 % of the pixels.
+    rel_mse: float
+    #: Peak signal-to-noise ratio in decibels of what a display shows; ``None`` where it is infinite.
+    psnr: Optional[float]
+    #: Mean FLIP.
+    flip: float
+    #: Chance that noise alone takes the pictures so far apart, where noise is known.
+    p: Optional[float]
+    #: All that ``embrasure compare --json`` prints.
+    facts: Dict[str, Any] = field(repr=False)
+
+
+def compare(
+    a: Union[Film, str, "os.PathLike[str]", Array],
+    b: Union[Film, str, "os.PathLike[str]", Array],
+    significance: float = 0.01,
+) -> Comparison:
+    """Compares ``b`` with the reference ``a``, as ``embrasure compare`` does.
+
+    Args:
+        a: the reference: a film, a file, or an array H×W×3 of linear colours.
+        b: the picture to compare with it.
+        significance: probability of a false alarm over all tests.
+
+    Raises:
+        Error: pictures of two sizes.
+    """
+    facts = json.loads(_native.compare(_film(a), _film(b), significance))
+    verdict = facts["verdict"]
+    return Comparison(
+        outcome=facts["outcome"],
+        mean=facts["mean"],
+        reference_mean=facts["reference_mean"],
+        bias=facts["bias"],
+        mse=facts["mse"],
+        rel_mse=facts["rel_mse"],
+        psnr=facts["psnr_db"],
+        flip=facts["flip"]["mean"],
+        p=verdict["p"] if verdict else None,
+        facts=facts,
+    )
+
+
+def _film(picture: Any) -> _native.Film:
+    if isinstance(picture, Film):
+        return picture._native
+    if isinstance(picture, (str, os.PathLike)):
+        return read(picture)._native
+    array = np.ascontiguousarray(picture, dtype=np.float32)
+    if array.ndim != 3 or array.shape[2] != 3 or array.size == 0:
+        raise ValueError(f"an array H×W×3 is expected, not of the shape {array.shape}")
+    return _native.Film.of_colors(array.reshape(-1, 3), array.shape[1])

@@ -1,0 +1,142 @@
+"""Films: what a render gives."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, Dict, List, Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from embrasure import _native
+
+#: Components of a layer, in the order of arrays; others keep the order of the film.
+_ORDER = "RGBAXYZUV"
+
+
+class Film:
+    """A picture with all its channels, as float32 arrays.
+
+    ``film["rgb"]`` is the linear picture, H×W×3. ``film["albedo"]``, ``film["N"]`` and other layers have their components last; ``film["Z"]`` and other
+    single channels are H×W, and so is each channel by its full name, such as ``film["albedo.R"]``. Row 0 is the top. Arrays are copies.
+    """
+
+    def __init__(self, native: _native.Film) -> None:
+        self._native = native
+
+    @property
+    def channels(self) -> List[str]:
+        """Names of the channels, as EXR files have them."""
+        return self._native.channels
+
+    @property
+    def layers(self) -> List[str]:
+        """Names that give arrays: ``rgb``, layers, and channels that are in none."""
+        return list(self._layers())
+
+    def _layers(self) -> Dict[str, List[str]]:
+        layers: Dict[str, List[str]] = {"rgb": ["R", "G", "B"]}
+        for name in self.channels:
+            layer, dot, _ = name.rpartition(".")
+            if name not in layers["rgb"]:
+                layers.setdefault(layer if dot else name, []).append(name)
+        for names in layers.values():
+            if all(name.rpartition(".")[2] in _ORDER for name in names):
+                names.sort(key=lambda name: _ORDER.index(name.rpartition(".")[2]))
+        return layers
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.channels or name in self._layers()
+
+    def __getitem__(self, name: str) -> NDArray[np.float32]:
+        layers = self._layers()
+        if name in self.channels and layers.get(name, [name]) == [name]:
+            return self._native.plane(name)
+        if name not in layers:
+            raise KeyError(f"no channel {name}: there are {', '.join([*layers, *self.channels])}")
+        return self._native.planes(layers[name])
+
+    @property
+    def variance(self) -> NDArray[np.float32]:
+        """Estimated variance of each pixel's mean, H×W×3."""
+        return self["variance"]
+
+    @property
+    def samples(self) -> NDArray[np.float32]:
+        """Number of samples of each pixel, H×W."""
+        return self["samples"]
+
+    @property
+    def size(self) -> Tuple[int, int]:
+        """Width and height of the full image."""
+        return self._native.size
+
+    @property
+    def crop(self) -> Tuple[int, int, int, int]:
+        """The pixels that the arrays have, half-open: x0, y0, x1, y1."""
+        return self._native.crop
+
+    @property
+    def seconds(self) -> float:
+        """Seconds of rendering."""
+        return self._native.seconds
+
+    @property
+    def complete(self) -> bool:
+        """Whether all samples were taken."""
+        return self._native.complete
+
+    @property
+    def settings(self) -> str:
+        """What decided the pixels besides the scene: ``key=value`` pairs, as EXR files have them."""
+        return self._native.settings
+
+    @property
+    def warnings(self) -> List[str]:
+        """What is odd about the scene or the settings."""
+        return self._native.warnings
+
+    def develop(
+        self,
+        tone: Optional[str] = None,
+        exposure: Union[float, str, None] = None,
+        denoise: Union[bool, str, None] = None,
+    ) -> NDArray[np.uint8]:
+        """8-bit pixels for an sRGB display, H×W×3; over a transparent background H×W×4.
+
+        Args:
+            tone: tone curve: ``srgb``, ``reinhard``, ``aces-narkowicz``, ``aces-hill`` or ``agx``. Default: that of the render.
+            exposure: stops, or ``"auto"``. Default: that of the render.
+            denoise: a denoiser: ``oidn``, ``atrous``, ``gaussian``, ``bilateral`` or ``nlm``; ``True`` takes the best there is.
+        """
+        name = "" if denoise is True else denoise or None
+        return self._native.develop(tone, _text(exposure), name)
+
+    def save(
+        self,
+        path: Union[str, "os.PathLike[str]"],
+        tone: Optional[str] = None,
+        exposure: Union[float, str, None] = None,
+    ) -> None:
+        """Writes an ``.exr`` file with all channels, or a ``.png`` file, as ``embrasure render -o`` does. ``tone`` and ``exposure`` are for PNG files."""
+        self._native.save(os.fspath(path), tone, _text(exposure))
+
+    def _repr_png_(self) -> bytes:
+        return self._native.png()
+
+    def __repr__(self) -> str:
+        height, width = self._native.plane(self.channels[0]).shape
+        return f"<Film {width}×{height}, {', '.join(self.layers)}>"
+
+
+def _text(exposure: Any) -> Optional[str]:
+    return None if exposure is None else str(exposure)
+
+
+def read(path: Union[str, "os.PathLike[str]"]) -> Film:
+    """Reads all channels of an EXR file, or the colours of a PNG, JPEG, TGA, BMP or Radiance file, decoded to linear light.
+
+    Raises:
+        FileError: the file cannot be read.
+    """
+    return Film(_native.read(os.fspath(path)))

@@ -1,0 +1,28 @@
+"""Where the command line is that comes with the package."""
+
+from __future__ import annotations
+
+import os
+import sys
+import sysconfig
+
+
+def program() -> str:
+    """Path of the program that was installed with this package.
+
+    Raises:
+        FileNotFoundError: the package was installed without it.
+    """
+    name = "embrasure.exe" if os.name == "nt" else "embrasure"
+    schemes = [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
+    # Since Python 3.10; before, the names are fixed.
+    preferred = getattr(sysconfig, "get_preferred_scheme", None)
+    user = preferred("user") if preferred else f"{os.name}_user"
+    schemes.append(sysconfig.get_path("scripts", user))
+    # pip install --target puts programs beside the package
+    schemes.append(os.path.join(os.path.dirname(os.path.dirname(__file__)), "bin"))
+    for folder in schemes:
+        path = os.path.join(folder, name)
+        if os.path.isfile(path):
+            return path
+    raise FileNotFoundError(f"no program {name} in {', '.join(schemes)}: install the package again")

@@ -1,0 +1,131 @@
+"""Ray queries on arrays."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Optional, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from embrasure import _native, _settings
+from embrasure._scene import Scene, scene_of
+from embrasure._settings import Array
+
+#: Settings of a scene that its geometry depends on.
+_OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader", "smooth", "strict", "texture_dir", "threads")
+
+#: Camera and light are not looked at, and must not be guessed; panes of glass stay bodies, whose triangles are those of their mesh.
+_FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
+
+
+@dataclass(frozen=True)
+class Hits:
+    """The closest hits of rays, in arrays of the rays' shape."""
+
+    #: Ray parameter, in lengths of the direction; infinite where nothing is hit.
+    t: NDArray[np.float32]
+    #: Triangle of its mesh, -1 where nothing is hit.
+    prim: NDArray[np.int32]
+    #: Mesh: those of files first, then those from arrays in the order of adding; -1 where nothing is hit.
+    geom: NDArray[np.int32]
+    #: Instance, -1 for what stands in the world itself.
+    inst: NDArray[np.int32]
+    #: Weights of the triangle's three vertices, …×3.
+    barycentrics: NDArray[np.float32]
+    #: Unit geometric normal, on the side from which the corners run counter-clockwise, …×3; 0 where nothing is hit.
+    normal: NDArray[np.float32]
+
+    @property
+    def hit(self) -> NDArray[np.bool_]:
+        """Whether anything is hit."""
+        return self.geom >= 0
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+
+def intersect(
+    scene: Union[Scene, str, "os.PathLike[str]"],
+    origins: Array,
+    directions: Array,
+    backend: Optional[str] = None,
+    *,
+    t_min: float = 0.0,
+    t_max: Array = np.inf,
+    threads: Optional[int] = None,
+) -> Hits:
+    """The closest hits of rays, in the open interval from ``t_min`` to ``t_max`` in lengths of their directions.
+
+    The acceleration structure is built when a scene is first asked, and kept with it. Things that move are where they are when the shutter opens.
+
+    Args:
+        scene: a `Scene`, or the name of its file.
+        origins: …×3; one origin serves all directions, and one direction all origins.
+        directions: …×3, of any length.
+        backend: ``embree``, ``obvhs`` or ``brute``, of those built in.
+        t_min: a number.
+        t_max: a number, or one for each ray.
+        threads: threads that build and trace. Default: all.
+    """
+    rays = _rays(scene, backend, threads)
+    shape, arrays = _arrays(origins, directions, t_min, t_max)
+    t, prim, geom, inst, barycentrics, normal = rays.intersect(*arrays)
+    three = (*shape, 3)
+    return Hits(
+        t.reshape(shape),
+        prim.reshape(shape),
+        geom.reshape(shape),
+        inst.reshape(shape),
+        barycentrics.reshape(three),
+        normal.reshape(three),
+    )
+
+
+def occluded(
+    scene: Union[Scene, str, "os.PathLike[str]"],
+    origins: Array,
+    directions: Array,
+    backend: Optional[str] = None,
+    *,
+    t_min: float = 0.0,
+    t_max: Array = np.inf,
+    threads: Optional[int] = None,
+) -> NDArray[np.bool_]:
+    """Whether rays hit anything; the arguments are those of `intersect`."""
+    rays = _rays(scene, backend, threads)
+    shape, arrays = _arrays(origins, directions, t_min, t_max)
+    return rays.occluded(*arrays).reshape(shape)
+
+
+_Arrays = Tuple[NDArray[np.float32], NDArray[np.float32], float, NDArray[np.float32]]
+
+
+def _arrays(origins: Array, directions: Array, t_min: float, t_max: Array) -> Tuple[Tuple[int, ...], _Arrays]:
+    given = [np.asarray(values, dtype=np.float32) for values in (origins, directions)]
+    for name, array in zip(("origins", "directions"), given):
+        if array.ndim == 0 or array.shape[-1] != 3:
+            raise ValueError(f"{name}: an array …×3 is expected, not of the shape {array.shape}")
+    both = np.broadcast_arrays(*given)
+    shape = both[0].shape[:-1]
+    starts, ways = (np.ascontiguousarray(array.reshape(-1, 3)) for array in both)
+    ends = np.asarray(t_max, dtype=np.float32)
+    ends = ends.reshape(1) if ends.size == 1 else np.ascontiguousarray(np.broadcast_to(ends, shape)).reshape(-1)
+    return shape, (starts, ways, float(t_min), ends)
+
+
+def _rays(
+    scene: Union[Scene, str, "os.PathLike[str]"], backend: Optional[str], threads: Optional[int]
+) -> _native.Rays:
+    scene = scene_of(scene)
+    description = scene.description()
+    own = {name: value for name, value in scene.settings.items() if name in _OF_GEOMETRY}
+    given = {"backend": backend, "threads": threads}
+    own.update({name: value for name, value in given.items() if value is not None})
+    flags = _settings.flags({**own, **_FIXED})
+    known = scene._rays
+    if known is None or known[0] is not description or known[1] != flags:
+        known = (description, flags, _native.Rays(description, flags))
+        scene._rays = known
+    return known[2]

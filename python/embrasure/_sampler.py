@@ -1,0 +1,39 @@
+"""Points of the samplers."""
+
+from __future__ import annotations
+
+from typing import Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from embrasure import _native
+
+
+class Sampler:
+    """A source of the numbers that a render draws."""
+
+    def __init__(self, name: str, seed: int = 0) -> None:
+        self.name = name
+        self.seed = seed
+        self.points(1, 1)
+
+    def points(self, n: int, dims: int = 2, pixel: Tuple[int, int] = (0, 0)) -> NDArray[np.float32]:
+        """The numbers of samples 0 to n − 1 of a pixel, n×dims, in [0, 1).
+
+        Columns are the decisions of a path, two numbers each, in their order: the place in the pixel, on the lens, then at each vertex the choice of a light, the
+        point on it and the scattered direction. Pairs are well distributed together.
+        """
+        return _native.points(self.name, n, dims, self.seed, pixel)
+
+    def __repr__(self) -> str:
+        return f"Sampler({self.name!r}, seed={self.seed})"
+
+
+def sampler(name: str, seed: int = 0) -> Sampler:
+    """A sampler: ``sobol``, ``independent``, ``stratified``, ``cmj``, ``halton``, ``hammersley``, ``zsobol``, ``orthogonal`` or ``antithetic``.
+
+    Raises:
+        SettingError: there is no such sampler.
+    """
+    return Sampler(name, seed)

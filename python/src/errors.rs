@@ -1,0 +1,58 @@
+//! Exceptions: each error of the library as one, with the words that the command line prints.
+
+use embrasure::io::FileErrorKind;
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+create_exception!(embrasure, Error, PyException, "What went wrong in Embrasure.");
+create_exception!(
+    embrasure,
+    SettingError,
+    Error,
+    "A setting, or a key of the scene, that cannot be."
+);
+create_exception!(
+    embrasure,
+    FileError,
+    Error,
+    "A file that cannot be read or written, or is wrong: `file`, and `line`, `column` and `help` where they are known."
+);
+
+/// Prefix of keys that are set over a scene file: Python has no flags.
+const SET: &str = "--set ";
+
+/// An error of a session.
+pub fn of_session(py: Python, error: embrasure::Error) -> PyErr {
+    match error {
+        embrasure::Error::Setting(invalid) => SettingError::new_err(invalid.to_string()),
+        embrasure::Error::Refused(words) => SettingError::new_err(without_flag(&words)),
+        embrasure::Error::File(error) => of_file(py, &error),
+        error @ embrasure::Error::Failed(_) => Error::new_err(error.to_string()),
+    }
+}
+
+/// An error of a file.
+pub fn of_file(py: Python, error: &embrasure::FileError) -> PyErr {
+    if error.kind == FileErrorKind::Flag {
+        let help = error.help.as_ref().map(|help| format!("\n  help: {help}"));
+        return SettingError::new_err(without_flag(&error.message) + &help.unwrap_or_default());
+    }
+    let raised = FileError::new_err(error.to_string());
+    let value = raised.value(py);
+    let position = error.position;
+    let set = || {
+        value.setattr("file", error.file.display().to_string())?;
+        value.setattr("line", position.map(|position| position.line))?;
+        value.setattr("column", position.and_then(|position| position.column))?;
+        value.setattr("help", error.help.clone())
+    };
+    match set() {
+        Ok(()) => raised,
+        Err(other) => other,
+    }
+}
+
+fn without_flag(words: &str) -> String {
+    words.strip_prefix(SET).unwrap_or(words).to_string()
+}

@@ -1,0 +1,346 @@
+//! Films: developed images with all their channels, and what files say of them.
+
+use crate::errors;
+use crate::job::guarded;
+use crate::scene::Rows;
+use embrasure::color::Tone;
+use embrasure::compare::CommonErrors;
+use embrasure::denoise::Denoiser;
+use embrasure::film::{Channel, Rect, RgbImage, metered};
+use embrasure::io::{Developed as Written, Rendering, display_bytes, png_bytes, read_layers, read_rendering};
+use embrasure::math::UVec2;
+use embrasure::options::{Denoising, OptionGroup, ToneOptions, Value};
+use embrasure::{Error, ExrFormat, FileError, Format, Image, Metadata, Output, RenderState};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+/// A developed image, and how it came to be.
+pub struct Developed {
+    pub image: Image,
+    /// How the render shows it.
+    pub tone: Tone,
+    pub exr: ExrFormat,
+    pub seconds: f64,
+    pub warnings: Vec<String>,
+    pub source: Source,
+    /// Sums of a part of a picture.
+    pub sums: Option<RenderState>,
+}
+
+impl Developed {
+    /// An image that was not rendered here.
+    fn of_file(image: Image, picture: Option<Rendering>) -> Self {
+        Self {
+            image,
+            tone: Tone::default(),
+            exr: ExrFormat::default(),
+            seconds: 0.0,
+            warnings: Vec::new(),
+            source: Source::Read(picture),
+            sums: None,
+        }
+    }
+}
+
+/// Where an image comes from.
+pub enum Source {
+    /// A render.
+    Rendered(Box<Metadata>),
+    /// A file: the picture in it as comparisons want it, if it has colours.
+    Read(Option<Rendering>),
+}
+
+/// A picture with its channels.
+#[pyclass(frozen, module = "embrasure._native")]
+pub struct Film(Developed);
+
+impl Film {
+    pub fn new(film: Developed) -> Self {
+        Self(film)
+    }
+
+    fn channel(&self, name: &str) -> PyResult<&Channel> {
+        let found = self.0.image.channel(name);
+        found.ok_or_else(|| PyKeyError::new_err(format!("no channel {name}")))
+    }
+
+    /// Rows and columns.
+    fn shape(&self) -> [usize; 2] {
+        let size = self.0.image.crop.size();
+        [size.y as usize, size.x as usize]
+    }
+
+    /// The tone of the render, with these values in place of its own.
+    fn tone(&self, tone: Option<&str>, exposure: Option<&str>) -> Result<Tone, Error> {
+        let mut options = ToneOptions::default();
+        for (key, text) in [("tone", tone), ("exposure", exposure)] {
+            let Some(text) = text else { continue };
+            if let Some(Err(invalid)) = options.set(key, embrasure::options::Input::Flag(text)) {
+                return Err(Error::Setting(invalid.into()));
+            }
+        }
+        let tone = Tone {
+            curve: options.tone.unwrap_or(self.0.tone.curve),
+            exposure: options.exposure.unwrap_or(self.0.tone.exposure),
+        };
+        Ok(metered(tone, &self.0.image))
+    }
+
+    /// The image, with the noise taken out as `denoise` says.
+    fn denoised(&self, denoise: Option<&str>) -> Result<Cow<'_, Image>, Error> {
+        let image = &self.0.image;
+        let denoiser = match denoise {
+            None => None,
+            Some("") => Some(Denoiser::best()),
+            Some(name) => match Denoising::of_text(name) {
+                Some(denoising) => denoising.denoiser(),
+                None => {
+                    let known = <Denoising as Value>::names().join(", ");
+                    let words = format!("denoise {name}: no such denoiser\n  help: choose among {known}");
+                    return Err(Error::Refused(words));
+                }
+            },
+        };
+        let Some(denoiser) = denoiser else {
+            return Ok(Cow::Borrowed(image));
+        };
+        let mut image = image.clone();
+        denoiser.apply(&mut image)?;
+        Ok(Cow::Owned(image))
+    }
+
+    /// 8-bit pixels, and how many channels these have.
+    fn shown(
+        &self,
+        tone: Option<&str>,
+        exposure: Option<&str>,
+        denoise: Option<&str>,
+    ) -> Result<(Vec<u8>, usize), Error> {
+        guarded(|| {
+            let tone = self.tone(tone, exposure)?;
+            let image = self.denoised(denoise)?;
+            let alpha = image.alpha();
+            let channels = if alpha.is_some() { 4 } else { 3 };
+            Ok((display_bytes(&image, alpha, &tone), channels))
+        })
+    }
+
+    fn write(&self, path: &PathBuf, tone: Option<&str>, exposure: Option<&str>) -> Result<(), Error> {
+        let Developed { image, exr, .. } = &self.0;
+        let format = match Format::of_path(path)? {
+            Format::Exr(_) => Format::Exr(exr.clone()),
+            Format::Png(_) => Format::Png(self.tone(tone, exposure)?),
+        };
+        let output = Output::prepare(path)?;
+        match (&self.0.source, &self.0.sums) {
+            (Source::Rendered(metadata), Some(sums)) => {
+                let failed = sums.write(image, &[(format, output)], true, metadata);
+                failed.into_iter().next().map_or(Ok(()), |error| Err(error.into()))
+            }
+            (Source::Rendered(metadata), None) => Ok(output.write_image(&format, image, None, metadata)?),
+            (Source::Read(_), _) => {
+                let image = image.clone();
+                let steps = "read".into();
+                let written = Written { image, steps };
+                Ok(match format {
+                    Format::Exr(format) => written.write_exr(&output, &format)?,
+                    Format::Png(tone) => written.write_png(&output, &tone)?,
+                })
+            }
+        }
+    }
+
+    /// The picture with its noise, as comparisons want it.
+    pub fn rendering(&self) -> Option<Rendering> {
+        let Developed { image, source, .. } = &self.0;
+        match source {
+            Source::Rendered(metadata) => Some(Rendering {
+                bias: metadata.bias.clone(),
+                ..Rendering::of_image(image, metadata.common_errors.unwrap_or(CommonErrors::Picture))
+            }),
+            Source::Read(picture) => picture.clone(),
+        }
+    }
+}
+
+#[pymethods]
+impl Film {
+    /// A film of linear colours alone, row by row from the top.
+    #[staticmethod]
+    fn of_colors(colors: PyReadonlyArray2<f32>, width: usize) -> PyResult<Self> {
+        let pixels: Vec<[f32; 3]> = Rows::new("colors", &colors)?.iter().collect();
+        let height = pixels.len() / width.max(1);
+        let resolution = UVec2::new(width as u32, height as u32);
+        if width * height != pixels.len() || !Rect::full(resolution).is_inside(resolution) {
+            return Err(PyValueError::new_err("colors: rows of one width are expected"));
+        }
+        let picture = Rendering {
+            resolution,
+            window: Rect::full(resolution),
+            image: RgbImage { width, height, pixels },
+            noise: None,
+            is_display: false,
+            bias: None,
+        };
+        Ok(Self(Developed::of_file(image_of_picture(&picture), Some(picture))))
+    }
+
+    /// Names of the channels, in the order of EXR files that hold them.
+    #[getter]
+    fn channels(&self) -> Vec<String> {
+        let channels = &self.0.image.channels;
+        channels.iter().map(|channel| channel.name.to_string()).collect()
+    }
+
+    /// Width and height of the full image.
+    #[getter]
+    fn size(&self) -> (u32, u32) {
+        self.0.image.resolution.into()
+    }
+
+    /// The pixels that are there: x₀, y₀, x₁, y₁.
+    #[getter]
+    fn crop(&self) -> (u32, u32, u32, u32) {
+        let (min, max) = (self.0.image.crop.min, self.0.image.crop.max);
+        (min.x, min.y, max.x, max.y)
+    }
+
+    /// Seconds of rendering.
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.0.seconds
+    }
+
+    /// Whether all samples were taken.
+    #[getter]
+    fn complete(&self) -> bool {
+        match &self.0.source {
+            Source::Rendered(metadata) => metadata.complete,
+            Source::Read(_) => true,
+        }
+    }
+
+    /// What EXR files say of the settings, `key=value`; empty where nothing is known.
+    #[getter]
+    fn settings(&self) -> &str {
+        match &self.0.source {
+            Source::Rendered(metadata) => &metadata.settings,
+            Source::Read(_) => "",
+        }
+    }
+
+    /// What is odd about the scene or the settings.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.0.warnings.clone()
+    }
+
+    /// A channel, row by row from the top.
+    fn plane<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        PyArray1::from_slice(py, &self.channel(name)?.values).reshape(self.shape())
+    }
+
+    /// Several channels, beside each other for each pixel.
+    fn planes<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let channels = names
+            .iter()
+            .map(|name| self.channel(name))
+            .collect::<PyResult<Vec<_>>>()?;
+        let [rows, columns] = self.shape();
+        let pixels = (0..rows * columns).flat_map(|i| channels.iter().map(move |channel| channel.values[i]));
+        PyArray1::from_vec(py, pixels.collect()).reshape([rows, columns, channels.len()])
+    }
+
+    /// 8-bit pixels for an sRGB display.
+    #[pyo3(signature = (tone=None, exposure=None, denoise=None))]
+    fn develop<'py>(
+        &self,
+        py: Python<'py>,
+        tone: Option<&str>,
+        exposure: Option<&str>,
+        denoise: Option<&str>,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let (bytes, channels) = py
+            .detach(|| self.shown(tone, exposure, denoise))
+            .map_err(|error| errors::of_session(py, error))?;
+        let [rows, columns] = self.shape();
+        PyArray1::from_vec(py, bytes).reshape([rows, columns, channels])
+    }
+
+    /// A PNG file in memory.
+    #[pyo3(signature = (tone=None, exposure=None))]
+    fn png<'py>(&self, py: Python<'py>, tone: Option<&str>, exposure: Option<&str>) -> PyResult<Cow<'py, [u8]>> {
+        let shown = py.detach(|| self.shown(tone, exposure, None));
+        let (bytes, channels) = shown.map_err(|error| errors::of_session(py, error))?;
+        let size = self.0.image.crop.size().to_array();
+        png_bytes(channels, size, &bytes)
+            .map(Cow::Owned)
+            .map_err(|error| errors::Error::new_err(error.to_string()))
+    }
+
+    /// Writes an EXR or PNG file, as `render -o` does.
+    #[pyo3(signature = (path, tone=None, exposure=None))]
+    fn save(&self, py: Python, path: PathBuf, tone: Option<&str>, exposure: Option<&str>) -> PyResult<()> {
+        let written = py.detach(|| guarded(|| self.write(&path, tone, exposure)));
+        written.map_err(|error| errors::of_session(py, error))
+    }
+}
+
+/// Reads a picture: all channels of an EXR file, or the colours of a PNG file and the like.
+#[pyfunction]
+pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
+    let film = py.detach(|| {
+        let picture = read_rendering(&path);
+        let (image, picture) = match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            // One without colours has channels all the same.
+            true => (image_of_layers(&path)?, picture.ok()),
+            false => {
+                let picture = picture?;
+                (image_of_picture(&picture), Some(picture))
+            }
+        };
+        Ok(Developed::of_file(image, picture))
+    });
+    film.map(Film::new)
+        .map_err(|error: FileError| errors::of_file(py, &error))
+}
+
+/// The channels of the first window that a channel has.
+fn image_of_layers(path: &PathBuf) -> Result<Image, FileError> {
+    let layers = read_layers(path)?;
+    let crop = layers.channels[0].window;
+    let channels = layers.channels.into_iter().filter(|channel| channel.window == crop);
+    let channels = channels.map(|channel| Channel {
+        name: channel.name.into(),
+        values: channel.values,
+    });
+    let mut channels: Vec<Channel> = channels.collect();
+    // The colours come first, as in a render.
+    let place = |channel: &Channel| {
+        ["R", "G", "B"]
+            .iter()
+            .position(|name| channel.name == *name)
+            .unwrap_or(3)
+    };
+    channels.sort_by_key(place);
+    Ok(Image {
+        resolution: layers.resolution,
+        crop,
+        channels,
+    })
+}
+
+fn image_of_picture(picture: &Rendering) -> Image {
+    let channels = ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| Channel {
+        name: name.into(),
+        values: picture.image.pixels.iter().map(|pixel| pixel[c]).collect(),
+    });
+    Image {
+        resolution: picture.resolution,
+        crop: picture.window,
+        channels: channels.collect(),
+    }
+}

@@ -1,0 +1,224 @@
+//! Renders: a thread that holds session, renderer and state, and gives films when it is asked for them.
+
+use crate::errors;
+use crate::film::{Developed, Film, Source};
+use crate::job::{Status, guarded, wait};
+use crate::scene::Description;
+use embrasure::cli::Request;
+use embrasure::session::Unfinished;
+use embrasure::{Error, Observer, Outcome, RenderState, Renderer, Session};
+use pyo3::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What the thread answers: the next film, or that there is none.
+type Answer = Result<Option<Developed>, Error>;
+
+/// A render in progress. Dropping it ends its thread.
+#[pyclass(frozen, module = "embrasure._native")]
+pub struct Render {
+    status: Arc<Status>,
+    /// To the thread, which ends when this does.
+    asks: Mutex<Sender<()>>,
+    answers: Mutex<Receiver<Answer>>,
+    /// Held while an answer is waited for.
+    turn: Mutex<()>,
+}
+
+#[pymethods]
+impl Render {
+    /// A render of `scene` as `flags` say. With `pause`, in seconds, films are given at the ends of passes, at least so far apart; without it one, at the
+    /// end.
+    #[new]
+    #[pyo3(signature = (scene, flags, pause=None))]
+    fn new(py: Python, scene: &Description, flags: Vec<String>, pause: Option<f64>) -> PyResult<Self> {
+        let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;
+        let pause = pause.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default());
+        let status = Arc::<Status>::default();
+        let (asks, asked) = channel();
+        let (answers, answered) = channel();
+        let work = Work {
+            request,
+            pause,
+            status: status.clone(),
+            asked,
+            answers,
+        };
+        let name = thread::Builder::new().name("embrasure".into());
+        let spawned = name.spawn(move || work.run());
+        spawned.map_err(|error| errors::Error::new_err(format!("cannot start a thread: {error}")))?;
+        Ok(Self {
+            status,
+            asks: Mutex::new(asks),
+            answers: Mutex::new(answered),
+            turn: Mutex::default(),
+        })
+    }
+
+    /// The next film; `None` after the last one. `progress` is called with the samples taken and to be taken, over all pixels.
+    #[pyo3(signature = (progress=None))]
+    fn next(&self, py: Python, progress: Option<Py<PyAny>>) -> PyResult<Option<Film>> {
+        let Ok(_turn) = self.turn.try_lock() else {
+            return Err(errors::Error::new_err(
+                "another thread waits for the next film of this render",
+            ));
+        };
+        if self.asks.lock().is_ok_and(|asks| asks.send(()).is_err()) {
+            return Ok(None);
+        }
+        let answer = wait(py, &self.answers, &self.status, progress.as_ref())?;
+        let film = answer.map_err(|error| errors::of_session(py, error))?;
+        Ok(film.map(Film::new))
+    }
+}
+
+impl Drop for Render {
+    fn drop(&mut self) {
+        self.status.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// What the thread of a render has.
+struct Work {
+    request: Request,
+    pause: Option<Duration>,
+    status: Arc<Status>,
+    asked: Receiver<()>,
+    answers: Sender<Answer>,
+}
+
+impl Work {
+    /// Answers until nobody asks any more, the render is done, or something is wrong.
+    fn run(self) {
+        if self.asked.recv().is_err() {
+            return;
+        }
+        if let Err(error) = guarded(|| self.render()) {
+            let _ = self.answers.send(Err(error));
+        }
+    }
+
+    fn render(&self) -> Result<(), Error> {
+        let Request {
+            scene,
+            settings,
+            time_limit,
+            ..
+        } = &self.request;
+        let session = Session::load(scene, settings.clone(), &())?;
+        if self.status.is_stopped() {
+            return Ok(());
+        }
+        let renderer = session.renderer()?;
+        let mut state = renderer.start();
+        let samples = settings.crop().area() * settings.samples().len() as u64;
+        self.status.total.store(samples, Ordering::Relaxed);
+        let limit = time_limit.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        let end = limit.and_then(|limit| Instant::now().checked_add(limit));
+        loop {
+            let watcher = Watcher {
+                status: &self.status,
+                end,
+                pause: self.pause.and_then(|pause| Instant::now().checked_add(pause)),
+                is_due: AtomicBool::new(false),
+            };
+            let outcome = renderer.render(&mut state, &watcher);
+            let is_over = outcome == Outcome::Complete || watcher.is_late();
+            if self.status.is_stopped() {
+                return Ok(());
+            }
+            let film = self.film(&renderer, &mut state, (outcome, is_over))?;
+            if self.answers.send(Ok(Some(film))).is_err() {
+                return Ok(());
+            }
+            if is_over || self.asked.recv().is_err() {
+                break;
+            }
+        }
+        // Further films are asked for in vain.
+        while self.asked.recv().is_ok() {
+            let _ = self.answers.send(Ok(None));
+        }
+        Ok(())
+    }
+
+    /// The film so far; without noise, where that is wanted, once the render `is_over`.
+    fn film(
+        &self,
+        renderer: &Renderer,
+        state: &mut RenderState,
+        (outcome, is_over): (Outcome, bool),
+    ) -> Result<Developed, Error> {
+        let settings = renderer.session().settings();
+        if state.is_empty() {
+            let words = "time_limit came before the first sample was whole";
+            return Err(Error::Failed(format!(
+                "{words}\n  help: allow more time, or render fewer pixels"
+            )));
+        }
+        let mut metadata = renderer.metadata(state, outcome == Outcome::Complete);
+        let mut image = renderer.develop(state);
+        if is_over {
+            let done = renderer.denoise_unless(image, &mut metadata, &|| self.status.is_stopped());
+            image = done.map_err(|unfinished| match unfinished {
+                Unfinished::Failed(error) => error.into(),
+                Unfinished::GivenUp => Error::Failed("denoising was interrupted".into()),
+            })?;
+        }
+        metadata.note_exposure(settings.tone, &image);
+        let warnings = [&self.request.warnings, renderer.session().warnings()].concat();
+        Ok(Developed {
+            image,
+            tone: settings.tone,
+            exr: self.request.exr.clone(),
+            seconds: state.seconds,
+            warnings: warnings.into_iter().map(|warning| warning.text).collect(),
+            source: Source::Rendered(Box::new(metadata)),
+            // Parts are written with their sums.
+            sums: settings.is_part().then(|| state.clone()),
+        })
+    }
+}
+
+/// Counts samples, and ends the render at its time limit or when it is told to; pauses it at the end of a pass after a while.
+struct Watcher<'a> {
+    status: &'a Status,
+    end: Option<Instant>,
+    pause: Option<Instant>,
+    is_due: AtomicBool,
+}
+
+impl Watcher<'_> {
+    /// Whether the time limit is over.
+    fn is_late(&self) -> bool {
+        self.end.is_some_and(|end| Instant::now() >= end)
+    }
+}
+
+impl Observer for Watcher<'_> {
+    fn progress(&self, samples: u64) {
+        self.status.done.fetch_add(samples, Ordering::Relaxed);
+    }
+
+    fn expect(&self, samples: u64, _: f64) {
+        let total = self.status.done.load(Ordering::Relaxed) + samples;
+        self.status.total.store(total, Ordering::Relaxed);
+    }
+
+    fn passed(&self, _: &embrasure::film::Film) {
+        if self.pause.is_some_and(|pause| Instant::now() >= pause) {
+            self.is_due.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn should_stop(&self) -> bool {
+        self.status.is_stopped() || self.is_late()
+    }
+
+    fn should_pause(&self) -> bool {
+        self.is_due.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,49 @@
+//! Points of the samplers.
+
+use crate::errors::SettingError;
+use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler, SamplerKind};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+
+/// Decisions of a path by two numbers each, in the order in which they are taken: pixel, lens, then at each vertex the choice of a light, a point on it, and
+/// a direction.
+fn decision(index: u32) -> Dimension {
+    const AT_A_VERTEX: [Bounce; 3] = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
+    match index {
+        0 => Dimension::PIXEL,
+        1 => Dimension::LENS,
+        _ => Dimension::bounce((index - 2) / 3, AT_A_VERTEX[(index as usize - 2) % 3]),
+    }
+}
+
+/// Numbers of samples 0 to `count` − 1 of a pixel by the sampler `name`, `dims` for each.
+#[pyfunction]
+pub fn points<'py>(
+    py: Python<'py>,
+    name: &str,
+    count: u32,
+    dims: u32,
+    seed: u64,
+    pixel: (u32, u32),
+) -> PyResult<Bound<'py, PyArray2<f32>>> {
+    let found = SamplerKind::NAMES.iter().find(|(known, _)| *known == name);
+    let Some((_, kind)) = found else {
+        let names: Vec<&str> = SamplerKind::NAMES.iter().map(|(name, _)| *name).collect();
+        let words = format!(
+            "sampler {name}: no such sampler\n  help: choose among {}",
+            names.join(", ")
+        );
+        return Err(SettingError::new_err(words));
+    };
+    let values: Vec<f32> = py.detach(|| {
+        let mut sampler = kind.with_seed(seed, count.max(1));
+        let mut values = Vec::with_capacity(count as usize * dims as usize);
+        for sample in 0..count {
+            sampler.start(SampleKey::new(pixel.0, pixel.1, sample));
+            let numbers = (0..dims.div_ceil(2)).flat_map(|index| sampler.get_2d(decision(index)).to_array());
+            values.extend(numbers.take(dims as usize));
+        }
+        values
+    });
+    PyArray1::from_vec(py, values).reshape([count as usize, dims as usize])
+}

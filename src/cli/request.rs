@@ -1,0 +1,163 @@
+//! Renders whose settings a program has by the names of flags: those of `embrasure render`, with the same defaults, guesses and errors. The Python
+//! module is one (`python/`).
+
+use super::args::{Args, Command, RenderArgs};
+use super::error::CliError;
+use super::job::{Job, SceneKind, kind_of, set_load};
+use crate::description::SceneFile;
+use crate::io::{ExrFormat, FileError, Warning};
+use crate::session::{Error, Settings};
+use std::path::Path;
+
+/// Flags of the command alone: what they do, a program does by itself.
+const OF_COMMAND: [&str; 17] = [
+    "audit-rays",
+    "checkpoint",
+    "checkpoint-interval",
+    "dump-scene",
+    "help",
+    "json",
+    "output",
+    "pixel",
+    "quiet",
+    "resume",
+    "sample",
+    "stats",
+    "tev",
+    "verbose",
+    "version",
+    "warnings",
+    "write-every",
+];
+
+/// A render as flags describe it: flags over the scene file over the defaults.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The scene, with what flags change of it.
+    pub scene: SceneFile,
+    /// Settings of its session.
+    pub settings: Settings,
+    /// How EXR files hold the picture.
+    pub exr: ExrFormat,
+    /// Seconds of rendering after which to stop.
+    pub time_limit: Option<f64>,
+    /// What is odd about the flags.
+    pub warnings: Vec<Warning>,
+}
+
+impl Request {
+    /// Reads a `.toml` scene file, or the scene that an `.obj` file stands for, with keys set over it as in [`SceneFile::load_with`].
+    ///
+    /// # Errors
+    ///
+    /// A name of neither, and those of reading it.
+    pub fn scene_file(path: &Path, set: &[String]) -> Result<SceneFile, FileError> {
+        match kind_of(path)? {
+            SceneKind::Toml => SceneFile::load_with(path, set),
+            SceneKind::Obj => SceneFile::of_obj_with(path, set),
+        }
+    }
+
+    /// The render of `scene` that `flags` describe, each `--NAME` or `--NAME=VALUE`.
+    ///
+    /// # Errors
+    ///
+    /// Flags that there are not or that cannot be together, and values that cannot be.
+    pub fn new(scene: &SceneFile, flags: &[String]) -> Result<Self, Error> {
+        let args = parse(scene, flags)?;
+        Self::of_args(&args, scene.clone()).map_err(Error::from)
+    }
+
+    fn of_args(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
+        scene.patch_materials(&args.load.patches)?;
+        set_load(&mut scene, &args.load);
+        let exr = args.exr.format()?;
+        let job = Job::to_show_scene(args, scene)?;
+        Ok(Self {
+            scene: job.scene,
+            settings: job.settings,
+            exr,
+            time_limit: job.time_limit,
+            warnings: job.warnings,
+        })
+    }
+}
+
+fn parse(scene: &SceneFile, flags: &[String]) -> Result<RenderArgs, Error> {
+    for flag in flags {
+        let name = flag.trim_start_matches('-').split('=').next().unwrap_or_default();
+        if OF_COMMAND.contains(&name) || name == "set" || !flag.starts_with("--") {
+            return Err(Error::Refused(format!(
+                "{flag}: not a setting of a render\n  help: leave it out; the command line alone has it"
+            )));
+        }
+    }
+    let name = scene.path().unwrap_or(Path::new("scene.obj")).as_os_str();
+    let words = ["embrasure", "render"].map(Into::into).into_iter();
+    let words = words.chain(flags.iter().map(Into::into));
+    let args = Args::of(words.chain(["--".into(), name.to_owned()]));
+    let refused = |error: clap::Error| {
+        let text = error.to_string();
+        Error::Refused(text.strip_prefix("error: ").unwrap_or(&text).trim_end().to_string())
+    };
+    match args.map_err(refused)?.command {
+        Some(Command::Render(args)) => Ok(*args),
+        _ => Err(Error::Failed("the flags name no render".into())),
+    }
+}
+
+impl From<CliError> for Error {
+    fn from(error: CliError) -> Self {
+        match error {
+            CliError::Usage(words) => Self::Refused(words),
+            CliError::File(error) => Self::File(error),
+            CliError::Interrupted(words) | CliError::Failed(words) => Self::Failed(words),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(flags: &[&str]) -> Result<Request, Error> {
+        let flags: Vec<String> = flags.iter().map(ToString::to_string).collect();
+        Request::new(&SceneFile::of_obj(Path::new("a.obj")), &flags)
+    }
+
+    #[test]
+    fn flags_are_those_of_render() {
+        let request = request(&["--spp=7", "--position=-1,2,3", "--max-depth=3", "--time-limit=2"]).unwrap();
+        assert_eq!(request.settings.spp, 7);
+        assert_eq!(request.settings.camera.position, Some([-1.0, 2.0, 3.0].into()));
+        assert_eq!(request.time_limit, Some(2.0));
+        // A bare OBJ gets what the command line guesses for it.
+        assert!(request.settings.guesses.light);
+    }
+
+    #[test]
+    fn what_is_no_flag_of_a_render_is_refused() {
+        for (flag, word) in [
+            ("--output=a.exr", "command line alone"),
+            ("b.obj", "command line alone"),
+            ("--spp=none", "--spp"),
+            ("--max-dept=3", "--max-depth"),
+        ] {
+            let error = request(&[flag]).err().unwrap().to_string();
+            assert!(error.contains(word) && !error.starts_with("error"), "{flag}: {error}");
+        }
+    }
+
+    #[test]
+    fn scenes_in_code_take_keys() {
+        let set = ["render.spp=3".to_string(), "light.0={type=\"point\"}".to_string()];
+        let scene = SceneFile::in_code(&set).unwrap();
+        assert!(scene.is_file() && scene.is_made());
+        assert_eq!(scene.light.len(), 1);
+        assert_eq!(Request::new(&scene, &[]).unwrap().settings.spp, 3);
+        let scene = scene.with_keys(&["render.spp=4".to_string()]).unwrap();
+        assert_eq!(Request::new(&scene, &[]).unwrap().settings.spp, 4);
+        let error = scene.with_keys(&["render.sppp=4".to_string()]).unwrap_err();
+        assert!(error.to_string().contains("sppp"), "{error}");
+    }
+}

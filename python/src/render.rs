@@ -91,7 +91,7 @@ struct Work {
 }
 
 impl Work {
-    /// Answers until nobody asks any more, the render is done, or something is wrong.
+    /// Answers requests until no sender remains, the render is complete, or an error occurs.
     fn run(self) {
         if self.asked.recv().is_err() {
             return;

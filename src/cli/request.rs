@@ -62,7 +62,7 @@ impl Request {
     ///
     /// # Errors
     ///
-    /// Flags that there are not or that cannot be together, and values that cannot be.
+    /// Unknown flags, flags that cannot be combined, and invalid values.
     pub fn new(scene: &SceneFile, flags: &[String]) -> Result<Self, Error> {
         let args = parse(scene, flags)?;
         Self::of_args(&args, scene.clone()).map_err(Error::from)

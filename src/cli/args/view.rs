@@ -20,7 +20,8 @@ The page is part of the program and loads nothing from elsewhere. The link has a
 Over ssh: start with --port 8123 there, run `ssh -L 8123:127.0.0.1:8123 HOST` here, and open the link here.
 Examples:
   embrasure view scenes/cornell-box.toml
-  embrasure view room.obj --size 960x540 --port 8123 --no-open")]
+  embrasure view room.obj --size 960x540 --port 8123 --no-open
+  embrasure view scenes/spheres.toml --compare path,sppm")]
 pub(in crate::cli) struct ViewArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
@@ -40,6 +41,14 @@ pub(in crate::cli) struct ViewArgs {
     /// End when the last page is closed
     #[arg(long)]
     pub exit_when_closed: bool,
+
+    /// Render with two settings side by side at equal time, such as path,sppm or path,path+reuse=none
+    #[arg(long, value_name = "A,B")]
+    pub compare: Option<String>,
+
+    /// EXR picture of this view against which the page shows errors over time
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
 
     /// Stop at this estimated relative error, such as 0.02 or 2%; --spp is then the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]

@@ -102,7 +102,7 @@ mod tests {
         for width in [1, 7, 128] {
             assert_eq!(unpack(&pack(&halves, width, 0), width, 0), halves, "{width}");
         }
-        assert_eq!(unpack(&pack(&[], 1, 0), 1, 0), []);
+        assert!(unpack(&pack(&[], 1, 0), 1, 0).is_empty());
     }
 
     #[test]

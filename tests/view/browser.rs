@@ -571,6 +571,7 @@ fn screenshots_of_the_guide() {
     let compare = format!("{flags} --spp 64 --compare path,path+reuse=none --reference reference.exr");
     let viewer = Viewer::start(folder.path(), &split(&compare));
     let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1000, 600]);
+    browser.wait(&tab, "embrasure.camera.now");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
     browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
     browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");

@@ -42,11 +42,11 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long)]
     pub exit_when_closed: bool,
 
-    /// Render with two settings side by side at equal time, such as path,sppm or path,path+reuse=none
+    /// Two settings side by side at equal time: path,sppm or path,path+reuse=none
     #[arg(long, value_name = "A,B")]
     pub compare: Option<String>,
 
-    /// EXR picture of this view against which the page shows errors over time
+    /// EXR of this view, against which the page shows errors over time
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

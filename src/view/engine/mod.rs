@@ -359,7 +359,7 @@ impl<'a> Engine<'a> {
         self.tell_state();
         loop {
             let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
-            let works = !self.is_paused && !(is_complete && !rival_works);
+            let works = !self.is_paused && (!is_complete || rival_works);
             if let Some(turns) = turns
                 .as_mut()
                 .filter(|turns| works && turns.is_next(&state, is_complete))

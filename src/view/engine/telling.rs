@@ -34,6 +34,8 @@ impl Engine<'_> {
         let mut developed: Option<Image> = None;
         for channel in &channels {
             let values = match channel.as_str() {
+                // The moving camera is seen by one of both alone.
+                frame::RIVAL if size != whole.to_array() => Some(frame::light(&state.film)),
                 frame::RIVAL => None,
                 frame::PICTURE => Some(frame::light(&state.film)),
                 frame::LIGHTS if groups.is_empty() => Some(frame::light(&state.film)),

@@ -7,12 +7,15 @@ use super::paths;
 use super::progress::{Heeding, Loading, is_interrupted};
 use super::warnings::ShownWarnings;
 use super::words;
+use crate::io::read_exr;
 use crate::session::{Renderer, Session};
-use crate::view::{Host, Options, SceneRequest, serve};
+use crate::view::{Host, Options, SceneChanges, SceneRequest, serve};
 use serde_json::Value;
 use std::env;
+use std::ops::Range;
 use std::process::{Command, ExitCode, Stdio};
 use std::thread;
+use std::time::{Duration, Instant};
 
 /// Serves the render of a scene until an interrupt.
 pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
@@ -23,6 +26,8 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
         listen: args.listen,
         port: args.port,
         exit_when_closed: args.exit_when_closed,
+        compare: args.compare.as_deref().map(two_settings).transpose()?,
+        reference: args.reference.as_deref().map(read_exr).transpose()?,
     };
     if !args.listen.is_loopback() {
         words::warning(format_args!(
@@ -44,8 +49,20 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     // Ctrl-C ends the render and the server, and that is how it should end.
     let _heeding = Heeding::begin();
     let commands = Commands { render: &render, args };
-    serve(&options, &commands, request(job, &render)?, session)?;
+    serve(options, &commands, request(job, &render)?, session)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The two settings of `--compare`.
+fn two_settings(text: &str) -> Result<[String; 2], CliError> {
+    let settings: Vec<&str> = text.split(',').map(str::trim).collect();
+    match settings[..] {
+        [first, second] => Ok([first.into(), second.into()]),
+        _ => Err(CliError::Usage(format!(
+            "--compare {text}: {} in place of two\n  help: write two, such as path,bdpt or path,path+reuse=none",
+            words::count(settings.len() as u64, "setting")
+        ))),
+    }
 }
 
 /// What `render` would be told.
@@ -90,9 +107,10 @@ struct Commands<'a> {
 }
 
 impl Host for Commands<'_> {
-    fn read(&self, patches: &[String]) -> Result<SceneRequest, String> {
+    fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String> {
         let mut render = self.render.clone();
-        render.load.patches.extend_from_slice(patches);
+        render.load.patches.extend_from_slice(&changes.materials);
+        render.load.set.extend_from_slice(&changes.keys);
         let read = || request(Job::to_show(&render)?, &render);
         read().map_err(|error| error.to_string())
     }
@@ -101,6 +119,28 @@ impl Host for Commands<'_> {
         let traces = paths::traces(renderer, pixel, sample..sample.saturating_add(1));
         let traces = traces.map_err(|error| error.to_string())?;
         Ok(paths::facts(renderer, pixel, &traces))
+    }
+
+    fn samples_of(
+        &self,
+        renderer: &Renderer,
+        pixel: [u32; 2],
+        samples: Range<u32>,
+        time: Duration,
+    ) -> Result<Vec<[f32; 3]>, String> {
+        /// Samples between two looks at the clock.
+        const STEP: usize = 8;
+        let start = Instant::now();
+        let mut lights = Vec::new();
+        for first in samples.clone().step_by(STEP) {
+            if start.elapsed() > time || is_interrupted() {
+                break;
+            }
+            let some = first..samples.end.min(first.saturating_add(STEP as u32));
+            let traces = paths::traces(renderer, pixel, some).map_err(|error| error.to_string())?;
+            lights.extend(traces.iter().map(|(_, traces)| paths::light_of(traces).to_array()));
+        }
+        Ok(lights)
     }
 
     fn is_interrupted(&self) -> bool {

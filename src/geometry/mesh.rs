@@ -17,7 +17,7 @@ use super::PrimId;
 use crate::math::{Vec2, Vec3, Vec4, encode_fields, float::gamma};
 
 /// Indexed triangles, counter-clockwise seen from the front: in world space, or in that of the instances that place them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<Vec3>,

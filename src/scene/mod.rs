@@ -135,6 +135,23 @@ impl Scene {
         Arc::clone(&self.meshes)
     }
 
+    /// Shares the meshes of `other` from now on, where both scenes have the same ones in the same places. Gives whether they have.
+    #[cfg(feature = "view")]
+    pub(crate) fn share_meshes(&mut self, other: &Self) -> bool {
+        let places = |scene: &Self| -> Vec<(u32, Placement)> {
+            let instances = scene.instances.iter();
+            instances.map(|i| (i.prototype, i.placement.clone())).collect()
+        };
+        let is_same = self.is_compact == other.is_compact
+            && self.prototypes == other.prototypes
+            && places(self) == places(other)
+            && self.meshes == other.meshes;
+        if is_same {
+            self.meshes = Arc::clone(&other.meshes);
+        }
+        is_same
+    }
+
     /// The mesh `geom`.
     pub fn mesh(&self, geom: GeomId) -> &Mesh {
         &self.meshes[geom.0 as usize]

@@ -9,6 +9,23 @@ use crate::guess::CameraGuess;
 use std::sync::OnceLock;
 
 impl Session {
+    /// Shares the acceleration structure that `other` keeps, where both scenes have the same meshes, or else builds one. Gives whether it is shared.
+    ///
+    /// # Errors
+    ///
+    /// Those of building one.
+    pub(crate) fn keep_accel_of(&mut self, other: &Self) -> Result<bool, Error> {
+        let is_served =
+            (self.settings.backend, self.settings.threads) == (other.settings.backend, other.settings.threads);
+        match other.kept.as_ref().filter(|_| is_served) {
+            Some(kept) if self.scene.share_meshes(&other.scene) => {
+                self.kept = Some(kept.clone());
+                Ok(true)
+            }
+            _ => self.keep_accel().map(|()| false),
+        }
+    }
+
     /// Whether the scene as it was loaded serves a render of `settings`: backend, threads, and how lights are sampled, belong to it.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {

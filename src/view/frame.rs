@@ -1,26 +1,44 @@
-//! Pictures for pages: a channel of a film as 16-bit floats.
+//! Pictures for pages: channels of a film as 16-bit floats.
 
+use super::coding::{ROUNDING, pack};
 use crate::film::{Channel, Film, Image};
-use half::f16;
-use half::slice::HalfFloatSliceExt;
-use serde_json::{Value, json};
+use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
+use serde_json::{Map, Value, json};
+use std::sync::Arc;
 use tungstenite::Bytes;
 
 /// The channel of light.
 pub(super) const PICTURE: &str = "picture";
 /// The same without its noise.
 pub(super) const DENOISED: &str = "denoised";
+/// The light of each light group by itself, one below the other.
+pub(super) const LIGHTS: &str = "lights";
+/// The light of the render beside the first.
+pub(super) const RIVAL: &str = "compared";
 
 /// The largest number that a 16-bit float can be.
 const MAX_HALF: f32 = 65504.0;
 
-/// A picture for pages.
+/// A picture for pages; copies share it.
 #[derive(Clone)]
 pub(super) struct Frame {
     /// Counts from 1.
     pub id: u64,
-    /// The whole message.
-    pub bytes: Bytes,
+    header: Arc<Map<String, Value>>,
+    /// Red, green and blue of each pixel, row by row.
+    halves: Arc<Vec<u16>>,
+    width: usize,
+    /// Whether it stays: pages are then shown it without any loss.
+    is_final: bool,
+}
+
+/// How a message has the numbers of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Coding {
+    /// As they are.
+    Plain,
+    /// Packed, and rounded as long as the picture is not final.
+    Packed,
 }
 
 /// Red, green and blue of each pixel of the crop; NaN where it has no sample.
@@ -38,6 +56,11 @@ pub(super) fn light(film: &Film) -> Vec<f32> {
         }
     }
     values
+}
+
+/// The layers `names` of `image`, one after the other.
+pub(super) fn stacked(image: &Image, names: &[String]) -> Vec<f32> {
+    names.iter().filter_map(|name| layer(image, name)).flatten().collect()
 }
 
 /// What a page can be shown of `value`.
@@ -90,24 +113,57 @@ pub(super) fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
     Some(values)
 }
 
-/// The message of a picture of `size`, which is scaled to that of the whole picture on the page. `facts` join its header.
-pub(super) fn message(id: u64, channel: &str, size: [u32; 2], values: &[f32], facts: &Value) -> Frame {
-    let mut header = json!({ "frame": id, "channel": channel, "width": size[0], "height": size[1] });
-    if let (Some(header), Some(facts)) = (header.as_object_mut(), facts.as_object()) {
-        header.extend(facts.clone());
+impl Frame {
+    /// The picture of `size`, which is scaled to that of the whole picture on the page; of `values` that are more, the rest stands below. `facts` join its header.
+    pub fn new(id: u64, channel: &str, size: [u32; 2], values: &[f32], facts: &Value, is_final: bool) -> Self {
+        let mut header = Map::new();
+        header.insert("frame".into(), json!(id));
+        header.insert("channel".into(), json!(channel));
+        header.insert("width".into(), json!(size[0]));
+        header.insert("height".into(), json!(size[1]));
+        header.insert("final".into(), json!(is_final));
+        if let Some(facts) = facts.as_object() {
+            header.extend(facts.clone());
+        }
+        let mut halves = vec![0; values.len()];
+        halves
+            .reinterpret_cast_mut::<half::f16>()
+            .convert_from_f32_slice(values);
+        Self {
+            id,
+            header: Arc::new(header),
+            halves: Arc::new(halves),
+            width: size[0] as usize,
+            is_final,
+        }
     }
-    let header = header.to_string();
-    let mut halves = vec![f16::ZERO; values.len()];
-    halves.convert_from_f32_slice(values);
-    let mut bytes = Vec::with_capacity(4 + header.len() + 2 * halves.len());
-    bytes.extend_from_slice(&(header.len() as u32).to_le_bytes());
-    bytes.extend_from_slice(header.as_bytes());
-    halves
-        .iter()
-        .for_each(|half| bytes.extend_from_slice(&half.to_le_bytes()));
-    Frame {
-        id,
-        bytes: Bytes::from(bytes),
+
+    /// The message of it.
+    pub fn message(&self, coding: Coding) -> Bytes {
+        let mut header = (*self.header).clone();
+        let rounding = match (coding, self.is_final) {
+            (Coding::Packed, false) => ROUNDING,
+            _ => 0,
+        };
+        let packed = (coding == Coding::Packed).then(|| pack(&self.halves, self.width, rounding));
+        if packed.is_some() {
+            header.insert(
+                "packed".into(),
+                json!({ "rounding": rounding, "values": self.halves.len() }),
+            );
+        }
+        let header = Value::Object(header).to_string();
+        let mut bytes = Vec::with_capacity(4 + header.len() + packed.as_ref().map_or(2 * self.halves.len(), Vec::len));
+        bytes.extend_from_slice(&(header.len() as u32).to_le_bytes());
+        bytes.extend_from_slice(header.as_bytes());
+        match packed {
+            Some(packed) => bytes.extend_from_slice(&packed),
+            None => self
+                .halves
+                .iter()
+                .for_each(|half| bytes.extend_from_slice(&half.to_le_bytes())),
+        }
+        Bytes::from(bytes)
     }
 }
 
@@ -117,6 +173,7 @@ mod tests {
     use crate::color::Spectrum;
     use crate::film::{Block, Rect};
     use crate::math::UVec2;
+    use half::f16;
 
     /// Pixels land where they belong, pixels without samples are NaN, and what is too bright stays finite.
     #[test]
@@ -129,14 +186,15 @@ mod tests {
             film.tile_at_mut(pixel).unwrap().sums_mut(pixel).unwrap().add(&block);
         }
         let values = light(&film);
-        let frame = message(7, PICTURE, size.to_array(), &values, &json!({ "samples": 1 }));
-        let (length, rest) = frame.bytes.split_at(4);
+        let frame = Frame::new(7, PICTURE, size.to_array(), &values, &json!({ "samples": 1 }), false);
+        let bytes = frame.message(Coding::Plain);
+        let (length, rest) = bytes.split_at(4);
         let length = u32::from_le_bytes(length.try_into().unwrap()) as usize;
         let (header, pixels) = rest.split_at(length);
         let header: Value = serde_json::from_slice(header).unwrap();
         assert_eq!(
             header,
-            json!({ "frame": 7, "channel": "picture", "width": 20, "height": 18, "samples": 1 })
+            json!({ "frame": 7, "channel": "picture", "width": 20, "height": 18, "final": false, "samples": 1 })
         );
         assert_eq!(pixels.len(), 20 * 18 * 6);
         let half = |i: usize| f16::from_le_bytes([pixels[2 * i], pixels[2 * i + 1]]).to_f32();

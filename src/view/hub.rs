@@ -38,10 +38,8 @@ pub(super) enum SaveFormat {
 #[derive(Default)]
 pub(super) struct Outbox {
     pub messages: VecDeque<Arc<str>>,
-    /// The newest picture, if it was not sent.
-    pub frame: Option<Frame>,
-    /// The channel that the page shows.
-    channel: String,
+    /// Channels that the page shows, each with its newest picture if that was not sent.
+    channels: Vec<(String, Option<Frame>)>,
 }
 
 /// The shared state.
@@ -105,7 +103,12 @@ impl Hub {
             mail,
             Mail::Command(
                 _,
-                Command::Camera(_) | Command::Set { .. } | Command::Restart {} | Command::Material { .. }
+                Command::Camera(_)
+                    | Command::Set { .. }
+                    | Command::Restart {}
+                    | Command::Material { .. }
+                    | Command::Light { .. }
+                    | Command::Compare { .. }
             )
         );
         let mut waiting = lock(&self.mail);
@@ -150,8 +153,7 @@ impl Hub {
         let greetings = lock(&self.greetings);
         let outbox = Outbox {
             messages: greetings.values().cloned().collect(),
-            frame: None,
-            channel: PICTURE.into(),
+            channels: vec![(PICTURE.into(), None)],
         };
         lock(&self.pages).insert(id, outbox);
         id
@@ -188,19 +190,18 @@ impl Hub {
         self.tell(None, text);
     }
 
-    /// The page shows another channel from now on.
-    pub fn set_channel(&self, page: PageId, name: String) {
+    /// The page shows other channels from now on.
+    pub fn set_channels(&self, page: PageId, names: impl IntoIterator<Item = String>) {
         if let Some(outbox) = lock(&self.pages).get_mut(&page) {
-            outbox.channel = name;
+            outbox.channels = names.into_iter().map(|name| (name, None)).collect();
         }
     }
 
     /// Channels that pages show.
     pub fn channels(&self) -> BTreeSet<String> {
-        lock(&self.pages)
-            .values()
-            .map(|outbox| outbox.channel.clone())
-            .collect()
+        let pages = lock(&self.pages);
+        let channels = pages.values().flat_map(|outbox| &outbox.channels);
+        channels.map(|(name, _)| name.clone()).collect()
     }
 
     /// Number of the next picture.
@@ -210,21 +211,27 @@ impl Hub {
 
     /// Shows `frame` on all pages that show `channel`.
     pub fn show(&self, channel: &str, frame: &Frame) {
-        for outbox in lock(&self.pages)
-            .values_mut()
-            .filter(|outbox| outbox.channel == channel)
-        {
-            outbox.frame = Some(frame.clone());
+        let mut pages = lock(&self.pages);
+        let channels = pages.values_mut().flat_map(|outbox| &mut outbox.channels);
+        for (_, waiting) in channels.filter(|(name, _)| name == channel) {
+            *waiting = Some(frame.clone());
         }
     }
 
-    /// What waits for `page`: messages, and the picture unless the page is behind (`is_behind`).
-    pub fn outgoing(&self, page: PageId, is_behind: bool) -> (VecDeque<Arc<str>>, Option<Frame>) {
+    /// What waits for `page`: messages, and pictures unless the page is behind (`is_behind`).
+    pub fn outgoing(&self, page: PageId, is_behind: bool) -> (VecDeque<Arc<str>>, Vec<Frame>) {
         let mut pages = lock(&self.pages);
         let Some(outbox) = pages.get_mut(&page) else {
-            return (VecDeque::new(), None);
+            return (VecDeque::new(), Vec::new());
         };
-        let frame = if is_behind { None } else { outbox.frame.take() };
-        (std::mem::take(&mut outbox.messages), frame)
+        let frames = match is_behind {
+            true => Vec::new(),
+            false => outbox
+                .channels
+                .iter_mut()
+                .filter_map(|(_, frame)| frame.take())
+                .collect(),
+        };
+        (std::mem::take(&mut outbox.messages), frames)
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
 //! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
-//! whose words `protocol` defines. `frame` makes pixels of films, `parameters` lists what can be set, `scene_file` writes a camera into a scene file, `watch` notices
-//! files that change, and `page` has the files of the page itself.
+//! whose words `protocol` defines. `frame` makes pixels of films, `coding` packs them for slow links, `parameters` lists what can be set, `scene_file` writes cameras and other
+//! changes into a scene file, `watch` notices files that change, and `page` has the files of the page itself.
 //!
 //! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
 //! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
 //! limited. Files other than the page's are not served, but for the picture.
 
+mod coding;
 mod engine;
 mod frame;
 mod http;
@@ -22,6 +23,7 @@ mod socket;
 mod watch;
 
 use crate::description::{SceneFile, SceneOptions};
+use crate::film::RgbImage;
 use crate::io::ExrFormat;
 use crate::session::{Error, Renderer, Session, Settings};
 use engine::Engine;
@@ -29,8 +31,10 @@ use hub::Hub;
 use serde_json::Value;
 use server::Server;
 use std::net::IpAddr;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::thread;
+use std::time::Duration;
 
 /// How the pages are served.
 pub(crate) struct Options {
@@ -40,6 +44,19 @@ pub(crate) struct Options {
     pub port: Option<u16>,
     /// Whether to end when the last page is closed.
     pub exit_when_closed: bool,
+    /// What is rendered, and what beside it: each `KEY=VALUE` or an integrator, joined by `+`.
+    pub compare: Option<[String; 2]>,
+    /// The picture against which errors count.
+    pub reference: Option<RgbImage>,
+}
+
+/// Changes of a scene, as flags say them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SceneChanges {
+    /// `NAME.KEY=VALUE` of materials (`--material`).
+    pub materials: Vec<String>,
+    /// `KEY=VALUE` of the scene file (`--set`).
+    pub keys: Vec<String>,
 }
 
 /// A scene as a command line means it.
@@ -58,12 +75,12 @@ pub(crate) struct SceneRequest {
 
 /// What the command line knows, and the viewer asks it for.
 pub(crate) trait Host: Sync {
-    /// Reads the scene file with the flags, and `patches` of materials as `GLOB.KEY=VALUE` after those of the flags.
+    /// Reads the scene file with the flags, and `changes` after those of the flags.
     ///
     /// # Errors
     ///
     /// What is wrong with the file, in words.
-    fn read(&self, patches: &[String]) -> Result<SceneRequest, String>;
+    fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String>;
 
     /// The numbers of a sample of a pixel, as `render --pixel X,Y --sample K --json` prints them.
     ///
@@ -71,6 +88,19 @@ pub(crate) trait Host: Sync {
     ///
     /// A pixel outside of the image.
     fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String>;
+
+    /// Red, green and blue of each of the `samples` of a pixel, fewer where `time` does not suffice.
+    ///
+    /// # Errors
+    ///
+    /// A pixel outside of the image.
+    fn samples_of(
+        &self,
+        renderer: &Renderer,
+        pixel: [u32; 2],
+        samples: Range<u32>,
+        time: Duration,
+    ) -> Result<Vec<[f32; 3]>, String>;
 
     /// Whether the user wants to end.
     fn is_interrupted(&self) -> bool;
@@ -84,12 +114,14 @@ pub(crate) trait Host: Sync {
 /// # Errors
 ///
 /// An address that cannot be listened on, and what ends the render.
-pub(crate) fn serve(options: &Options, host: &dyn Host, request: SceneRequest, session: Session) -> Result<(), Error> {
-    let server = Server::bind(options)?;
+pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest, session: Session) -> Result<(), Error> {
+    let server = Server::bind(&options)?;
     let hub = Hub::new();
-    let engine = Engine::new(&hub, host, request, &session, options.exit_when_closed);
+    let engine = Engine::new(&hub, host, request, &session, options)?;
     thread::scope(|scope| {
-        scope.spawn(|| server.run(scope, &hub));
+        let run = || server.run(scope, &hub);
+        let named = thread::Builder::new().name("server".into()).spawn_scoped(scope, run);
+        named.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
         host.ready(&server.link());
         // Threads end even where the render panics.
         let _ending = hub.ending();

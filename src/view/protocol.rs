@@ -1,6 +1,6 @@
 //! What pages and the render tell each other. A page sends a JSON object with the key `do`; the render sends JSON objects with the key `type`, and pictures as binary
 //! messages: the length of a JSON header (u32, little-endian), the header, and 16-bit floats, red, green and blue of each pixel row by row. NaN stands for a pixel
-//! without samples.
+//! without samples. Where the header has `packed`, `coding` tells what the floats became.
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;
@@ -28,12 +28,28 @@ pub(super) enum Command {
     SaveCamera {},
     /// Change a key of a material.
     Material { name: String, key: String, value: String },
-    /// Take all changes of materials back.
-    ResetMaterials {},
-    /// Show this channel on the page that asks.
-    Channel { name: String },
-    /// The page has shown a picture.
-    Shown { frame: u64 },
+    /// Change a key of the light with this index in the scene file.
+    Light { index: usize, key: String, value: String },
+    /// Take all changes of materials and lights back.
+    ResetChanges {},
+    /// Write all changes of materials and lights into the scene file.
+    SaveChanges {},
+    /// The samples of a pixel that made it the brightest.
+    Brightest { x: u32, y: u32 },
+    /// Render beside the picture what it is with these settings, `KEY=VALUE` or an integrator, joined by `+`; nothing ends that.
+    Compare { with: Option<String> },
+    /// Show this channel on the page that asks, and a second one.
+    Channel {
+        name: String,
+        #[serde(default)]
+        second: Option<String>,
+    },
+    /// The page has shown a picture, for which it took so many milliseconds.
+    Shown {
+        frame: u64,
+        #[serde(default)]
+        ms: f64,
+    },
 }
 
 /// A camera as pages know it: [`CameraParameters`] as lists of numbers.

@@ -1,11 +1,11 @@
-//! Writes a camera into a scene file, whose comments and order stay (`toml_edit`).
+//! Writes a camera, and changes of materials and lights, into a scene file, whose comments and order stay (`toml_edit`).
 
 use super::protocol::CameraView;
 use crate::io::{FileError, Output};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use toml_edit::{Array, DocumentMut, Item, Table, Value};
+use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
 /// Replaces what the `[camera]` of the scene file at `path` says of place and lens.
 ///
@@ -13,15 +13,89 @@ use toml_edit::{Array, DocumentMut, Item, Table, Value};
 ///
 /// A file that cannot be read or written, or is none; it is as before then.
 pub(super) fn save_camera(path: &Path, camera: &CameraView) -> Result<(), FileError> {
+    edit(path, |document| set_camera(document, camera))
+}
+
+/// Sets keys of materials, each `NAME.KEY=VALUE`, as patches in the scene file at `path`, and keys of lights, each `light.INDEX.KEY=VALUE`.
+///
+/// # Errors
+///
+/// A file that cannot be read or written, or has no such light; it is as before then.
+pub(super) fn save_changes(path: &Path, materials: &[String], lights: &[String]) -> Result<(), FileError> {
+    edit(path, |document| set_changes(document, materials, lights))
+}
+
+/// Changes the file at `path`.
+fn edit(path: &Path, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<(), FileError> {
     let text = fs::read_to_string(path).map_err(|error| FileError::system(path, "cannot be read", &error))?;
-    let text = with_camera(&text, camera).map_err(|message| FileError::new(path, message))?;
+    let text = changed(&text, change).map_err(|message| FileError::new(path, message))?;
     let output = Output::prepare(path)?;
     output.write(|writer| writer.write_all(text.as_bytes()))
 }
 
-/// `text` with the camera.
-fn with_camera(text: &str, camera: &CameraView) -> Result<String, String> {
+/// `text` after a change.
+fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<String, String> {
     let mut document: DocumentMut = text.parse().map_err(|error| format!("not TOML: {error}"))?;
+    change(&mut document)?;
+    Ok(document.to_string())
+}
+
+fn set_changes(document: &mut DocumentMut, materials: &[String], lights: &[String]) -> Result<(), String> {
+    for edit in materials {
+        let (target, value) = edit.split_once('=').ok_or("a change without a value")?;
+        let (name, key) = target.rsplit_once('.').ok_or("a change without a key")?;
+        let patches = document.entry("patch").or_insert_with(|| {
+            let mut table = Table::new();
+            table.set_implicit(true);
+            Item::Table(table)
+        });
+        let patches = patches
+            .as_table_like_mut()
+            .ok_or("`patch` is no section; correct it first")?;
+        let patch = patches.entry(name).or_insert(Item::Table(Table::new()));
+        let patch = patch
+            .as_table_like_mut()
+            .ok_or("`patch` has no sections; correct it first")?;
+        set(patch, key, parsed(value));
+    }
+    for edit in lights {
+        let (target, value) = edit.split_once('=').ok_or("a change without a value")?;
+        let mut parts = target.splitn(3, '.').skip(1);
+        let (index, key) = (parts.next().and_then(|i| i.parse::<usize>().ok()), parts.next());
+        let (Some(index), Some(key)) = (index, key) else {
+            return Err(format!("no key of a light: {target}"));
+        };
+        let light = match document.get_mut("light") {
+            Some(Item::ArrayOfTables(lights)) => lights.get_mut(index).map(|light| light as &mut dyn TableLike),
+            Some(Item::Value(Value::Array(lights))) => lights
+                .get_mut(index)
+                .and_then(Value::as_inline_table_mut)
+                .map(|light| light as &mut dyn TableLike),
+            _ => None,
+        };
+        let light = light.ok_or_else(|| format!("the file has no light number {}", index + 1))?;
+        set(light, key, parsed(value));
+    }
+    Ok(())
+}
+
+/// A value of TOML; what is none is a text.
+fn parsed(text: &str) -> Value {
+    text.trim().parse().unwrap_or_else(|_| Value::from(text))
+}
+
+/// Sets a key. Blanks and the comment of its line stay.
+fn set(section: &mut dyn TableLike, key: &str, mut value: Value) {
+    match section.get_mut(key).and_then(Item::as_value_mut) {
+        Some(known) => {
+            *value.decor_mut() = known.decor().clone();
+            *known = value;
+        }
+        None => drop(section.insert(key, Item::Value(value))),
+    }
+}
+
+fn set_camera(document: &mut DocumentMut, camera: &CameraView) -> Result<(), String> {
     let section = document.entry("camera").or_insert(Item::Table(Table::new()));
     let section = section
         .as_table_like_mut()
@@ -38,17 +112,10 @@ fn with_camera(text: &str, camera: &CameraView) -> Result<String, String> {
         ("lens_radius", number(camera.lens_radius)),
         ("focus_distance", number(camera.focus_distance)),
     ];
-    for (key, mut value) in values {
-        match section.get_mut(key).and_then(Item::as_value_mut) {
-            // Blanks and the comment of the line stay.
-            Some(known) => {
-                *value.decor_mut() = known.decor().clone();
-                *known = value;
-            }
-            None => drop(section.insert(key, Item::Value(value))),
-        }
+    for (key, value) in values {
+        set(section, key, value);
     }
-    Ok(document.to_string())
+    Ok(())
 }
 
 /// The number as few digits tell it.
@@ -74,6 +141,38 @@ mod tests {
         lens_radius: 0.05,
         focus_distance: 3.9,
     };
+
+    fn with_camera(text: &str, camera: &CameraView) -> Result<String, String> {
+        changed(text, |document| set_camera(document, camera))
+    }
+
+    #[test]
+    fn materials_and_lights_are_changed_in_place() {
+        let text = "version = 1\n[patch.\"a b\"]\nroughness = 0.5 # dull\n\n[[light]]\ntype = 'point'\n[[light]]\ntype = 'spot'\nangle = 20 # degrees\n";
+        let materials = [
+            "a b.roughness=0.25".to_string(),
+            "c.d.diffuse=[0.5, 0.5, 0.5]".into(),
+            "c.d.model=glass".into(),
+        ];
+        let lights = ["light.1.angle=30.5".to_string(), "light.0.intensity=[1, 2, 3]".into()];
+        let written = changed(text, |document| set_changes(document, &materials, &lights)).unwrap();
+        for part in [
+            "roughness = 0.25 # dull",
+            "[patch.\"c.d\"]\ndiffuse = [0.5, 0.5, 0.5]\nmodel = \"glass\"\n",
+            "type = 'point'\nintensity = [1, 2, 3]\n",
+            "angle = 30.5 # degrees",
+        ] {
+            assert!(written.contains(part), "{part}\n{written}");
+        }
+        assert!(written.parse::<DocumentMut>().is_ok(), "{written}");
+        let none = ["light.2.angle=1".to_string()];
+        assert!(
+            changed(text, |document| set_changes(document, &[], &none))
+                .unwrap_err()
+                .contains("number 3")
+        );
+        assert!(changed("patch = 3", |document| set_changes(document, &materials, &[])).is_err());
+    }
 
     #[test]
     fn comments_and_order_stay() {

@@ -1,8 +1,10 @@
 //! The WebSocket of a page: its commands go to the render, messages and pictures to the page.
 //!
-//! A page says which pictures it has shown, and few bytes of others are on their way, so that a slow link shows fewer pictures instead of old ones. Commands are taken at a limited rate: a
-//! page that sends more waits, and one that sends nonsense for long is closed.
+//! A page says which pictures it has shown, and few bytes of others are on their way, so that a slow link shows fewer pictures instead of old ones. How long these were on their way
+//! tells how fast the link is, and pictures are packed where it is slow. Commands are taken at a limited rate: a page that sends more waits, and one that sends nonsense for
+//! long is closed.
 
+use super::frame::Coding;
 use super::hub::{Hub, Mail, PageId};
 use super::protocol::Command;
 use std::io::ErrorKind;
@@ -19,6 +21,12 @@ const LOOK: Duration = Duration::from_millis(5);
 const MAX_COMMAND: usize = 64 << 10;
 /// Bytes of pictures on their way to a page, at which no other one is sent: a picture of full size, or two that are shown while the camera moves.
 const MAX_ON_WAY: usize = 192 << 10;
+/// The same for a slow link: how long its pictures may be on their way.
+const MAX_DELAY: f64 = 0.08;
+/// Bytes a second below which pictures are packed: 50 Mbit/s.
+const SLOW: f64 = 6.25e6;
+/// Bytes of a message that tell the speed of the link; smaller ones tell how long words take.
+const TELLING: usize = 24 << 10;
 /// How long a page may take to show a picture before it gets another one all the same.
 const SHOWING: Duration = Duration::from_secs(30);
 /// Commands a second, and how many may come at once.
@@ -43,6 +51,7 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
         hub,
         id,
         sent: Vec::new(),
+        speed: None,
         allowance: BURST,
         since: Instant::now(),
         nonsense: 0,
@@ -58,6 +67,8 @@ struct Page<'a> {
     id: PageId,
     /// Pictures on their way: numbers, bytes, and when they were sent.
     sent: Vec<(u64, usize, Instant)>,
+    /// Bytes a second of the link, where it is known.
+    speed: Option<f64>,
     /// Commands that may come at once.
     allowance: f64,
     since: Instant,
@@ -78,16 +89,38 @@ impl Page<'_> {
     /// Sends what waits.
     fn send(&mut self) -> Result<(), Error> {
         self.sent.retain(|(.., at)| at.elapsed() < SHOWING);
-        let is_behind = self.sent.iter().map(|(_, bytes, _)| bytes).sum::<usize>() >= MAX_ON_WAY;
-        let (messages, frame) = self.hub.outgoing(self.id, is_behind);
+        let on_way = self.sent.iter().map(|(_, bytes, _)| bytes).sum::<usize>();
+        let most = self
+            .speed
+            .map_or(MAX_ON_WAY, |speed| MAX_ON_WAY.min((speed * MAX_DELAY) as usize));
+        let (messages, frames) = self.hub.outgoing(self.id, on_way > 0 && on_way >= most);
         for message in messages {
             self.socket.send(Message::text(&*message))?;
         }
-        if let Some(frame) = frame {
-            self.sent.push((frame.id, frame.bytes.len(), Instant::now()));
-            self.socket.send(Message::Binary(frame.bytes))?;
+        for frame in frames {
+            let coding = match self.speed {
+                Some(speed) if speed >= SLOW => Coding::Plain,
+                _ => Coding::Packed,
+            };
+            let bytes = frame.message(coding);
+            self.sent.push((frame.id, bytes.len(), Instant::now()));
+            self.socket.send(Message::Binary(bytes))?;
         }
         Ok(())
+    }
+
+    /// The page has shown the picture `id`, for which it took so many milliseconds.
+    fn shown(&mut self, id: u64, milliseconds: f64) {
+        if let Some(at) = self.sent.iter().position(|(sent, ..)| *sent == id) {
+            let (_, bytes, start) = self.sent[at];
+            let seconds = start.elapsed().as_secs_f64() - (milliseconds * 1e-3).clamp(0.0, 60.0);
+            if bytes >= TELLING {
+                let speed = bytes as f64 / seconds.max(1e-3);
+                self.speed = Some(self.speed.map_or(speed, |known| 0.7 * known + 0.3 * speed));
+            }
+        }
+        // Messages keep their order, so older ones were shown, too.
+        self.sent.retain(|(sent, ..)| *sent > id);
     }
 
     /// Takes a message, if one is there.
@@ -107,10 +140,11 @@ impl Page<'_> {
             _ => return Ok(()),
         };
         match read {
-            Ok(Command::Shown { frame }) => self.sent.retain(|(id, ..)| *id > frame),
-            Ok(Command::Channel { name }) => {
-                self.hub.set_channel(self.id, name.clone());
-                self.hub.send(Mail::Command(self.id, Command::Channel { name }));
+            Ok(Command::Shown { frame, ms }) => self.shown(frame, ms),
+            Ok(Command::Channel { name, second }) => {
+                let names = [name.clone()].into_iter().chain(second.clone());
+                self.hub.set_channels(self.id, names);
+                self.hub.send(Mail::Command(self.id, Command::Channel { name, second }));
             }
             Ok(command) => self.hub.send(Mail::Command(self.id, command)),
             Err(words) => {

@@ -1,7 +1,8 @@
 //! The page of `embrasure view` in headless Chromium. Without Chromium the tests are left out with a word, unless EMBRASURE_REQUIRE_CHROMIUM is set.
 
 use super::Viewer;
-use super::chromium::{Browser, chromium};
+use super::chromium::{Browser, Tab, chromium};
+use super::slow_link::slow_link;
 use crate::support::program::{assert_same_bits, done, split};
 use serde_json::{Value, json};
 use std::env;
@@ -200,7 +201,7 @@ fn controls_have_names() {
     let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1280, 720]);
     browser.wait(&tab, COMPLETE);
     let mut count = 0;
-    for name in ["camera", "render", "look", "inspect", "materials"] {
+    for name in ["camera", "render", "look", "inspect", "materials", "lights"] {
         browser.value(
             &tab,
             &format!("document.querySelector('[data-tab=\"{name}\"]').click()"),
@@ -235,6 +236,279 @@ fn controls_have_names() {
     );
 }
 
+/// The Cornell box with a point light, for which its scene file has controls.
+fn two_lamps() -> TempDir {
+    let folder = cornell_box();
+    let path = folder.path().join("cornell-box.toml");
+    let light = "\n[[light]]\ntype = \"point\"\nposition = [278, 400, 150]\nintensity = [20000, 20000, 40000]\n";
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text + light).unwrap();
+    folder
+}
+
+/// Sets a control, as a user does.
+fn set(browser: &mut Browser, tab: &Tab, selector: &str, property: &str) {
+    let set = format!(
+        "(() => {{ const control = document.querySelector({selector:?}); Object.assign(control, {property}); control.dispatchEvent(new Event('input')); control.dispatchEvent(new Event('change')); }})()"
+    );
+    browser.value(tab, &set);
+}
+
+fn click_on(browser: &mut Browser, tab: &Tab, id: &str) {
+    browser.value(tab, &format!("document.getElementById('{id}').click()"));
+}
+
+/// A page behind a slow link unpacks what it gets to the light of the render.
+#[test]
+fn the_page_unpacks_pictures() {
+    let Some(program) = chromium() else { return };
+    let folder = cornell_box();
+    let viewer = Viewer::start(folder.path(), &split(FLAGS));
+    let mut browser = Browser::start(&program);
+    let link = format!("http://{}/{}/", slow_link(&viewer, 1e5), viewer.token);
+    let tab = browser.open(&link, [1280, 720]);
+    browser.wait(&tab, COMPLETE);
+    browser.wait(&tab, "embrasure.picture.frame.final");
+    assert_eq!(browser.value(&tab, "embrasure.picture.frame.packed.rounding"), 0);
+    let halves = browser.value(&tab, "[...embrasure.picture.frame.halves]");
+    done(folder.path(), &split(&format!("render {FLAGS} -q -o r.exr")));
+    let expected = super::halves_of(&folder.path().join("r.exr"));
+    let halves = halves.as_array().unwrap().iter().map(|bits| bits.as_u64().unwrap());
+    assert!(halves.eq(expected.iter().map(|half| u64::from(half.to_bits()))));
+    assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
+}
+
+/// Light groups are relit in the page, without a render; lights of the scene file have controls, and what is changed is saved.
+#[test]
+fn lights_are_changed_in_the_page() {
+    let Some(program) = chromium() else { return };
+    let folder = two_lamps();
+    let viewer = Viewer::start(folder.path(), &split(FLAGS));
+    let mut browser = Browser::start(&program);
+    let tab = browser.open(&viewer.link(), [1280, 720]);
+    browser.wait(&tab, COMPLETE);
+    browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
+    click_on(&mut browser, &tab, "tell-groups");
+    browser.wait(
+        &tab,
+        &format!("{COMPLETE} && embrasure.picture.frame.groups?.length === 2 && embrasure.picture.frame.final"),
+    );
+    let value = "embrasure.picture.valuesAt([64.5, 100.5])";
+    let both: Vec<f64> = serde_json::from_value(browser.value(&tab, value)).unwrap();
+    let before = browser.value(&tab, "embrasure.link.frames");
+    let alone: Vec<Vec<f64>> = ["light1", "light"]
+        .map(|name| {
+            set(
+                &mut browser,
+                &tab,
+                &format!("[aria-label=\"{name}, on\"]"),
+                "{ checked: false }",
+            );
+            let rest = browser.value(&tab, value);
+            set(
+                &mut browser,
+                &tab,
+                &format!("[aria-label=\"{name}, on\"]"),
+                "{ checked: true }",
+            );
+            serde_json::from_value(rest).unwrap()
+        })
+        .to_vec();
+    for c in 0..3 {
+        let sum = alone[0][c] + alone[1][c];
+        assert!(
+            (sum - both[c]).abs() < 2e-3 * both[c] && alone[0][c] > 0.0 && alone[1][c] > 0.0,
+            "{both:?} {alone:?}"
+        );
+    }
+    // A stop is a factor of two, a colour one for each channel.
+    set(&mut browser, &tab, "[aria-label=\"light1, stops\"]", "{ value: '1' }");
+    set(
+        &mut browser,
+        &tab,
+        "[aria-label=\"light1, colour\"]",
+        "{ value: '#00ff00' }",
+    );
+    let lit: Vec<f64> = serde_json::from_value(browser.value(&tab, value)).unwrap();
+    let of_point = [0.0, 2.0, 0.0];
+    for c in 0..3 {
+        let expected = alone[0][c] + of_point[c] * alone[1][c];
+        assert!((lit[c] - expected).abs() < 2e-3 * expected, "{lit:?} {alone:?}");
+    }
+    assert_eq!(
+        browser.value(&tab, "embrasure.link.frames"),
+        before,
+        "a picture was sent"
+    );
+
+    click_on(&mut browser, &tab, "tell-groups");
+    browser.wait(
+        &tab,
+        &format!("{COMPLETE} && embrasure.picture.frame.channel === 'picture'"),
+    );
+    set(
+        &mut browser,
+        &tab,
+        "[data-light=\"0\"][aria-label=\"intensity, colour\"]",
+        "{ value: '#ff0000' }",
+    );
+    browser.wait(
+        &tab,
+        "document.getElementById('light-edits').value.startsWith(\"--set 'light.0.intensity=[\")",
+    );
+    browser.wait(&tab, COMPLETE);
+    click_on(&mut browser, &tab, "save-lights");
+    browser.wait(&tab, "document.getElementById('message').textContent.includes('saved')");
+    let text = fs::read_to_string(folder.path().join("cornell-box.toml")).unwrap();
+    assert!(text.contains("intensity = [40000, 0, 0]"), "{text}");
+    browser.wait(&tab, "document.getElementById('save-lights').disabled");
+    assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
+}
+
+/// The picture stands beside another channel, a file, and another method with its errors.
+#[test]
+fn pictures_stand_side_by_side() {
+    let Some(program) = chromium() else { return };
+    let folder = cornell_box();
+    done(
+        folder.path(),
+        &split("render cornell-box.toml --size 128x128 --spp 64 --seed 7 -q -o reference.exr"),
+    );
+    let viewer = Viewer::start(folder.path(), &split(&format!("{FLAGS} --reference reference.exr")));
+    let mut browser = Browser::start(&program);
+    let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1280, 720]);
+    browser.wait(&tab, COMPLETE);
+    set(&mut browser, &tab, "#split", "{ value: 'N' }");
+    browser.wait(
+        &tab,
+        "embrasure.picture.other?.channel === 'N' && !document.getElementById('second').hidden",
+    );
+    assert_eq!(browser.value(&tab, "embrasure.picture.frame.channel"), "picture");
+    // The divider is dragged.
+    let at = browser.value(
+        &tab,
+        "(({x, y, height}) => [x + 1, y + height / 2])(document.getElementById('divider').getBoundingClientRect())",
+    );
+    let at = [0, 1].map(|i| at[i].as_f64().unwrap());
+    browser.drag(&tab, at, [at[0] - 60.0, at[1]]);
+    browser.wait(&tab, "embrasure.picture.split < 0.45");
+
+    let png = folder.path().join("kept.png");
+    fs::write(&png, viewer.get("picture.png?exposure=0&tone=srgb").1).unwrap();
+    let root = browser.call(Some(&tab.0), "DOM.getDocument", json!({}));
+    let query = json!({ "nodeId": root["root"]["nodeId"], "selector": "#file" });
+    let input = browser.call(Some(&tab.0), "DOM.querySelector", query);
+    let files = json!({ "nodeId": input["nodeId"], "files": [png] });
+    browser.call(Some(&tab.0), "DOM.setFileInputFiles", files);
+    browser.wait(
+        &tab,
+        "embrasure.picture.beside === 'file' && document.getElementById('second').width === 128",
+    );
+    let codes = browser.value(
+        &tab,
+        "[...document.getElementById('second').getContext('2d').getImageData(0, 0, 128, 128).data]",
+    );
+    let expected = image::open(&png).unwrap().to_rgba8();
+    let far = expected.as_raw().iter().zip(codes.as_array().unwrap());
+    assert_eq!(far.filter(|(code, shown)| **shown != u64::from(**code)).count(), 0);
+
+    // A method beside the picture
+    set(&mut browser, &tab, "#compare-with", "{ value: 'path+reuse=none' }");
+    click_on(&mut browser, &tab, "compare");
+    browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
+    browser.wait(&tab, &format!("{COMPLETE} && embrasure.picture.beside === 'compared' && embrasure.picture.other?.channel === 'compared' && embrasure.picture.other.final"));
+    browser.wait(&tab, "document.querySelectorAll('#errors tr').length === 3");
+    browser.wait(
+        &tab,
+        "embrasure.compare.points.at(-1).first.error > 0 && embrasure.compare.points.at(-1).second.error > 0",
+    );
+    done(
+        folder.path(),
+        &split(&format!("render {FLAGS} --reuse none -q -o r.exr")),
+    );
+    let expected = super::halves_of(&folder.path().join("r.exr"));
+    let halves = browser.value(&tab, "[...embrasure.picture.other.halves]");
+    let halves = halves.as_array().unwrap().iter().map(|bits| bits.as_u64().unwrap());
+    assert!(halves.eq(expected.iter().map(|half| u64::from(half.to_bits()))));
+    click_on(&mut browser, &tab, "compare-off");
+    browser.wait(
+        &tab,
+        "embrasure.picture.beside === '' && document.getElementById('second').hidden",
+    );
+
+    // The samples that made a pixel bright
+    browser.wait(&tab, COMPLETE);
+    click_on(&mut browser, &tab, "find-brightest");
+    browser.wait(&tab, "document.querySelectorAll('#brightest button').length === 8");
+    browser.value(&tab, "document.querySelector('#brightest button').click()");
+    browser.wait(&tab, "embrasure.inspector.facts?.samples[0].sample === Number(document.querySelector('#brightest button').textContent)");
+    assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
+}
+
+/// A finger orbits, two fingers move nearer, and a tap inspects.
+#[test]
+fn fingers_steer_the_camera() {
+    let Some(program) = chromium() else { return };
+    let folder = cornell_box();
+    let viewer = Viewer::start(folder.path(), &split(FLAGS));
+    let mut browser = Browser::start(&program);
+    let tab = browser.open(&viewer.link(), [820, 1180]);
+    browser.call(
+        Some(&tab.0),
+        "Emulation.setTouchEmulationEnabled",
+        json!({ "enabled": true, "maxTouchPoints": 5 }),
+    );
+    browser.wait(&tab, COMPLETE);
+    let (middle, size) = browser.picture(&tab);
+    let touch = |browser: &mut Browser, kind: &str, points: &[[f64; 2]]| {
+        let points: Vec<Value> = points
+            .iter()
+            .enumerate()
+            .map(|(id, [x, y])| json!({ "x": x, "y": y, "id": id }))
+            .collect();
+        browser.call(
+            Some(&tab.0),
+            "Input.dispatchTouchEvent",
+            json!({ "type": kind, "touchPoints": points }),
+        );
+    };
+    let distance = "embrasure.camera.distance";
+    let far = browser.value(&tab, distance).as_f64().unwrap();
+    let home = browser.value(&tab, CAMERA);
+    touch(&mut browser, "touchStart", &[middle]);
+    for step in 1..=6 {
+        touch(
+            &mut browser,
+            "touchMove",
+            &[[middle[0] + 0.03 * f64::from(step) * size[0], middle[1]]],
+        );
+    }
+    touch(&mut browser, "touchEnd", &[]);
+    browser.wait(&tab, &format!("{CAMERA} !== {:?}", home.as_str().unwrap()));
+    assert!(
+        (browser.value(&tab, distance).as_f64().unwrap() - far).abs() < 1e-3 * far,
+        "an orbit keeps the distance"
+    );
+    let [left, right] = [-1.0, 1.0].map(|side| move |apart: f64| [middle[0] + side * apart, middle[1]]);
+    touch(&mut browser, "touchStart", &[left(40.0), right(40.0)]);
+    for step in 1..=6 {
+        let apart = 40.0 + 12.0 * f64::from(step);
+        touch(&mut browser, "touchMove", &[left(apart), right(apart)]);
+    }
+    touch(&mut browser, "touchEnd", &[]);
+    browser.wait(&tab, &format!("{distance} < {}", 0.8 * far));
+    browser.wait(&tab, COMPLETE);
+    touch(&mut browser, "touchStart", &[middle]);
+    touch(&mut browser, "touchEnd", &[]);
+    browser.wait(&tab, "document.getElementById('found').textContent.includes('Pixel')");
+    // Controls are large enough for a finger, and nothing is wider than the window.
+    assert_eq!(
+        browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"),
+        true
+    );
+    assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
+}
+
 /// The pictures of the guide, where EMBRASURE_SCREENSHOTS names their folder.
 #[test]
 fn screenshots_of_the_guide() {
@@ -265,4 +539,41 @@ fn screenshots_of_the_guide() {
             browser.screenshot(&tab, "view-paths.png");
         }
     }
+
+    // Light groups, one of them green
+    let folder = two_lamps();
+    let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
+    let tab = browser.open(&format!("{}?theme=dark", viewer.link()), [1000, 600]);
+    browser.wait(&tab, COMPLETE);
+    browser.value(&tab, "document.querySelector('[data-tab=\"lights\"]').click()");
+    click_on(&mut browser, &tab, "tell-groups");
+    browser.wait(
+        &tab,
+        &format!("{COMPLETE} && embrasure.picture.frame.groups?.length === 2"),
+    );
+    set(
+        &mut browser,
+        &tab,
+        "[aria-label=\"light1, colour\"]",
+        "{ value: '#60ff90' }",
+    );
+    set(&mut browser, &tab, "[aria-label=\"light1, stops\"]", "{ value: '1.5' }");
+    set(&mut browser, &tab, "[aria-label=\"light, stops\"]", "{ value: '-2' }");
+    thread::sleep(Duration::from_secs(1));
+    browser.screenshot(&tab, "view-lights.png");
+
+    // With and without path reuse, against a reference
+    let flags = "cornell-box.toml --size 512x512";
+    done(
+        folder.path(),
+        &split(&format!("render {flags} --spp 256 --seed 7 -q -o reference.exr")),
+    );
+    let compare = format!("{flags} --spp 64 --compare path,path+reuse=none --reference reference.exr");
+    let viewer = Viewer::start(folder.path(), &split(&compare));
+    let tab = browser.open(&format!("{}?theme=light", viewer.link()), [1000, 600]);
+    browser.wait(&tab, "embrasure.camera.now");
+    browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
+    browser.wait(&tab, "embrasure.compare.points.length > 12 && embrasure.picture.other");
+    browser.value(&tab, "document.getElementById('compare-with').scrollIntoView()");
+    browser.screenshot(&tab, "view-compare.png");
 }

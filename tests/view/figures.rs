@@ -1,6 +1,7 @@
 //! Figures of `embrasure view` for docs/benchmarks.md: latencies, pictures and bytes a second, memory after many restarts. They want an idle machine and a release build:
 //! `cargo test --release --test view -- figures --ignored --nocapture`. EMBRASURE_SCENES names further scenes, with blanks between.
 
+use super::slow_link::{SLOW, slow_link};
 use super::{Page, Viewer};
 use std::env;
 use std::fs;
@@ -21,6 +22,28 @@ fn memory(process: u32) -> f64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
     line.trim().split(' ').next().unwrap().parse::<f64>().unwrap() / 1024.0
+}
+
+/// Processor time of a process, in seconds: of the threads that render, and of all others, those of pages, the server and the loop that shows pictures.
+fn processor_time(process: u32) -> [f64; 2] {
+    /// Ticks a second of Linux.
+    const TICKS: f64 = 100.0;
+    let mut times = [0.0; 2];
+    for task in fs::read_dir(format!("/proc/{process}/task")).unwrap().flatten() {
+        let (Ok(stat), Ok(name)) = (
+            fs::read_to_string(task.path().join("stat")),
+            fs::read_to_string(task.path().join("comm")),
+        ) else {
+            continue;
+        };
+        let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+        let ticks: f64 = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap()).sum();
+        // Threads of the pool have the name of the program, and so has the first one, which waits while they render.
+        let is_first = task.file_name().to_string_lossy() == process.to_string();
+        let renders = !is_first && !["page", "server"].contains(&name.trim());
+        times[usize::from(!renders)] += ticks / TICKS;
+    }
+    times
 }
 
 fn median(mut times: Vec<Duration>) -> f64 {
@@ -46,64 +69,98 @@ fn figures() {
         .into_iter()
         .chain(more.split_whitespace().map(String::from));
     println!(
-        "| scene | first pixels, ms | a sample of each pixel, ms | pictures/s | MB/s | MB before and after 1000 restarts |"
+        "| scene | link | first pixels, ms | a sample of each pixel, ms | pictures/s | kB a picture | MB/s | the picture that stays: kB, ms | others' share, % | MB before and after 1000 restarts |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for scene in scenes {
-        let folder = tempfile::tempdir().unwrap();
-        let viewer = Viewer::start(folder.path(), &[&scene, "--size", "512x512", "--spp", "100000"]);
-        let mut page = viewer.page();
-        let home = page.message("state")["camera"].clone();
-        page.frame_where(|header| header["samples"].as_f64() >= Some(4.0));
-
-        let (mut first, mut full) = (Vec::new(), Vec::new());
-        for change in 1..=CHANGES {
-            let start = Instant::now();
-            send_move(&mut page, &home, change);
-            page.frame_where(|header| header["moves"] == change);
-            first.push(start.elapsed());
-            page.frame_where(|h| h["moves"] == change && h["preview"] == false && h["samples"].as_f64() >= Some(1.0));
-            full.push(start.elapsed());
+        let name = Path::new(&scene).file_stem().unwrap().to_string_lossy().into_owned();
+        for (link, rate) in [("localhost", f64::INFINITY), ("10 Mbit/s", SLOW)] {
+            figures_of(&scene, &name, link, rate);
         }
-
-        // Orbit: moves go out while pictures come in.
-        let (start, mut moves, mut pictures, mut bytes) = (Instant::now(), 0, 0, 0);
-        page.socket
-            .get_ref()
-            .set_read_timeout(Some(Duration::from_millis(2)))
-            .unwrap();
-        while start.elapsed() < ORBIT {
-            if start.elapsed() >= MOVE * moves {
-                moves += 1;
-                send_move(&mut page, &home, moves as usize);
-            }
-            if let Ok(Message::Binary(message)) = page.socket.read() {
-                pictures += 1;
-                bytes += message.len();
-                page.shown(&super::Frame::of(&message));
-            }
-        }
-        let seconds = start.elapsed().as_secs_f64();
-        page.socket.get_ref().set_read_timeout(Some(super::PATIENCE)).unwrap();
-        page.frame_where(|header| header["preview"] == false);
-
-        let before = memory(viewer.child.id());
-        for restart in 0..1000 {
-            page.send(r#"{"do":"restart"}"#);
-            if restart % 20 == 0 {
-                page.frame_where(|_| true);
-            }
-            thread::sleep(Duration::from_millis(5));
-        }
-        page.frame_where(|header| header["samples"].as_f64() >= Some(1.0));
-        let after = memory(viewer.child.id());
-        println!(
-            "| {} | {:.0} | {:.0} | {:.1} | {:.2} | {before:.0}, {after:.0} |",
-            Path::new(&scene).file_stem().unwrap().to_string_lossy(),
-            median(first),
-            median(full),
-            f64::from(pictures) / seconds,
-            bytes as f64 / 1e6 / seconds,
-        );
     }
+}
+
+/// Prints the row of a scene over a link.
+fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
+    let folder = tempfile::tempdir().unwrap();
+    let viewer = Viewer::start(folder.path(), &[scene, "--size", "512x512", "--spp", "100000"]);
+    let mut page = match rate.is_finite() {
+        true => Page::open_at(&viewer, &slow_link(&viewer, rate)).unwrap(),
+        false => viewer.page(),
+    };
+    let home = page.message("state")["camera"].clone();
+    page.frame_where(|header| header["samples"].as_f64() >= Some(4.0));
+
+    let (mut first, mut full) = (Vec::new(), Vec::new());
+    for change in 1..=CHANGES {
+        let start = Instant::now();
+        send_move(&mut page, &home, change);
+        page.frame_where(|header| header["moves"] == change);
+        first.push(start.elapsed());
+        page.frame_where(|h| h["moves"] == change && h["preview"] == false && h["samples"].as_f64() >= Some(1.0));
+        full.push(start.elapsed());
+    }
+
+    // Orbit: moves go out while pictures come in.
+    let [rendering, others] = processor_time(viewer.child.id());
+    let (start, mut moves, mut pictures, mut bytes) = (Instant::now(), 0, 0, 0);
+    page.socket
+        .get_ref()
+        .set_read_timeout(Some(Duration::from_millis(2)))
+        .unwrap();
+    while start.elapsed() < ORBIT {
+        if start.elapsed() >= MOVE * moves {
+            moves += 1;
+            send_move(&mut page, &home, moves as usize);
+        }
+        if let Ok(Message::Binary(message)) = page.socket.read() {
+            pictures += 1;
+            bytes += message.len();
+            page.shown(&super::Frame::of(&message));
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    let orbiting = share(&viewer, [rendering, others]);
+    page.socket.get_ref().set_read_timeout(Some(super::PATIENCE)).unwrap();
+    page.frame_where(|header| header["preview"] == false);
+
+    // Rest: the render goes on, and pages are shown how far it is.
+    let before = processor_time(viewer.child.id());
+    let start = Instant::now();
+    while start.elapsed() < ORBIT {
+        page.frame_where(|_| true);
+    }
+    let resting = share(&viewer, before);
+    // A picture that stays has no loss.
+    let start = Instant::now();
+    page.send(r#"{"do":"pause"}"#);
+    let whole = page.frame_where(|header| header["final"] == true);
+    let (whole, late) = (whole.bytes as f64 / 1e3, start.elapsed().as_secs_f64() * 1e3);
+    page.send(r#"{"do":"resume"}"#);
+
+    let before = memory(viewer.child.id());
+    for restart in 0..1000 {
+        page.send(r#"{"do":"restart"}"#);
+        if restart % 20 == 0 {
+            page.frame_where(|_| true);
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    page.frame_where(|header| header["samples"].as_f64() >= Some(1.0));
+    let after = memory(viewer.child.id());
+    println!(
+        "| {name} | {link} | {:.0} | {:.0} | {:.1} | {:.0} | {:.2} | {whole:.0}, {late:.0} | {orbiting:.1}, {resting:.1} | {before:.0}, {after:.0} |",
+        median(first),
+        median(full),
+        f64::from(pictures) / seconds,
+        bytes as f64 / 1e3 / f64::from(pictures.max(1)),
+        bytes as f64 / 1e6 / seconds,
+    );
+}
+
+/// Percent of the processor time since `before` that was not that of rendering.
+fn share(viewer: &Viewer, before: [f64; 2]) -> f64 {
+    let now = processor_time(viewer.child.id());
+    let [rendering, others] = [0, 1].map(|i| now[i] - before[i]);
+    100.0 * others / (rendering + others).max(1e-9)
 }

@@ -6,10 +6,15 @@ mod support;
 
 mod browser;
 mod chromium;
+mod coding;
+mod compare;
 mod figures;
+mod lights;
 mod protocol;
+mod slow_link;
 
 use crate::support::program::{PROGRAM, signal};
+use half::f16;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -112,16 +117,24 @@ struct Page {
 /// A picture that a page was sent.
 struct Frame {
     header: Value,
+    /// 16-bit floats.
     pixels: Vec<u8>,
+    /// Length of the message.
+    bytes: usize,
 }
 
 impl Page {
     fn open(viewer: &Viewer) -> Result<Self, String> {
-        let stream = TcpStream::connect(&viewer.address).map_err(|e| e.to_string())?;
+        Self::open_at(viewer, &viewer.address)
+    }
+
+    /// A page that reaches the server by another address.
+    fn open_at(viewer: &Viewer, at: &str) -> Result<Self, String> {
+        let stream = TcpStream::connect(at).map_err(|e| e.to_string())?;
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        let address = format!("ws://{}/{}/socket", viewer.address, viewer.token);
+        let address = format!("ws://{at}/{}/socket", viewer.token);
         let mut request = address.into_client_request().map_err(|e| e.to_string())?;
-        let origin = format!("http://{}", viewer.address);
+        let origin = format!("http://{at}");
         request.headers_mut().insert("Origin", origin.parse().unwrap());
         let (socket, _) = tungstenite::client(request, stream).map_err(|e| e.to_string())?;
         Ok(Self { socket })
@@ -198,9 +211,22 @@ impl Page {
 impl Frame {
     fn of(bytes: &[u8]) -> Self {
         let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+        let header = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
         Self {
-            header: serde_json::from_slice(&bytes[4..4 + length]).unwrap(),
-            pixels: bytes[4 + length..].to_vec(),
+            pixels: coding::pixels(&header, &bytes[4 + length..]),
+            header,
+            bytes: bytes.len(),
         }
     }
+
+    fn halves(&self) -> impl Iterator<Item = f16> {
+        self.pixels.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]))
+    }
+}
+
+/// Red, green and blue of each pixel of an EXR file, as pages get them.
+fn halves_of(path: &Path) -> Vec<f16> {
+    let [r, g, b] = support::read_rgb(path);
+    let pixels = r.iter().zip(&g).zip(&b);
+    pixels.flat_map(|((r, g), b)| [*r, *g, *b].map(f16::from_f32)).collect()
 }

@@ -90,20 +90,11 @@ fn pages_are_shown_the_light_of_the_render() {
     let mut page = viewer.page();
     let hello = page.message("hello");
     assert!(hello["scene"] == "s.toml" && hello["triangles"] == 4, "{hello}");
-    let frame = page.frame_where(|header| header["samples"] == 4.0);
+    let frame = page.frame_where(|header| header["samples"] == 4.0 && header["final"] == true);
     assert_eq!(frame.header["channel"], "picture");
     done(folder.path(), &split("render s.toml -q -o r.exr"));
-    let [r, g, b] = crate::support::read_rgb(&folder.path().join("r.exr"));
-    let halves = frame
-        .pixels
-        .chunks_exact(2)
-        .map(|b| half::f16::from_le_bytes([b[0], b[1]]));
-    let expected = r
-        .iter()
-        .zip(&g)
-        .zip(&b)
-        .flat_map(|((r, g), b)| [*r, *g, *b].map(half::f16::from_f32));
-    assert!(halves.eq(expected));
+    let expected = super::halves_of(&folder.path().join("r.exr"));
+    assert!(frame.halves().eq(expected));
 
     page.send(r#"{"do":"channel","name":"N"}"#);
     let normals = page.frame_where(|header| header["channel"] == "N");
@@ -315,7 +306,7 @@ fn materials_are_changed() {
     page.send(r#"{"do":"material","name":"floor","key":"colour","value":"1"}"#);
     let said = page.message("error");
     assert!(said["text"].as_str().unwrap().contains("colour"), "{said}");
-    page.send(r#"{"do":"reset-materials"}"#);
+    page.send(r#"{"do":"reset-changes"}"#);
     page.message("note");
     page.wait_for_all();
     save(&viewer, &folder.path().join("v.exr"));

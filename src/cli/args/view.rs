@@ -22,7 +22,8 @@ Over ssh: start the viewer on the remote machine with --port 8123. On your machi
 `ssh -L 8123:127.0.0.1:8123 HOST` and open the link.
 Examples:
   embrasure view scenes/cornell-box.toml
-  embrasure view room.obj --size 960x540 --port 8123 --no-open")]
+  embrasure view room.obj --size 960x540 --port 8123 --no-open
+  embrasure view scenes/spheres.toml --compare path,sppm")]
 pub(in crate::cli) struct ViewArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
@@ -42,6 +43,14 @@ pub(in crate::cli) struct ViewArgs {
     /// End when the last page is closed
     #[arg(long)]
     pub exit_when_closed: bool,
+
+    /// Two settings side by side at equal time: path,sppm or path,path+reuse=none
+    #[arg(long, value_name = "A,B")]
+    pub compare: Option<String>,
+
+    /// EXR of this view, against which the page shows errors over time
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
 
     /// Stop at this estimated relative error, such as 0.02 or 2%; --spp becomes the maximum [default: off]
     #[arg(long, value_name = "LEVEL", value_parser = parse_level)]

@@ -1,6 +1,7 @@
 //! Traces as JSON.
 
 use super::trace::{Contribution, Place, Technique, Trace, Vertex};
+use crate::bsdf::Lobe;
 use crate::cli::info::decimal;
 use crate::color::Spectrum;
 use crate::integrator::{EmissionRecord, LightSampleRecord, ScatteringRecord};
@@ -65,6 +66,10 @@ fn vertex(scene: &Scene, vertex: &Vertex) -> Value {
             value["distance"] = json!(number(hit.t));
             value["material"] = json!(scene.material(&hit).name);
             value["object"] = json!(scene.objects().get(scene.object(&hit) as usize));
+            value["uv"] = json!(scene.uv(&hit).map(|uv| [uv.x, uv.y].map(number)));
+            let bsdf = scene.bsdf_at(&hit, 0.0, 0.0);
+            value["albedo"] = json!(color(bsdf.albedo()));
+            value["lobes"] = json!(bsdf.lobes().map(Lobe::name).collect::<Vec<_>>());
             value["mesh"] = json!(hit.geom.0);
             value["triangle"] = json!(hit.prim.0);
         }

@@ -1,7 +1,9 @@
 //! What pages ask for, and what is done about it.
 
+use super::groups::is_group_of_light;
 use super::{Change, Engine, Job, samples_of};
 use crate::camera::CameraDescription;
+use crate::color::Spectrum;
 use crate::io::{Format, Output};
 use crate::session::{RenderState, Renderer};
 use crate::view::hub::{Mail, PageId, SaveFormat};
@@ -10,6 +12,10 @@ use crate::view::{parameters, scene_file};
 use serde_json::{Value, json};
 use std::fs;
 use std::time::{Duration, Instant};
+
+/// How long samples of a pixel are looked through, and how many of them are told.
+const SEARCH: Duration = Duration::from_secs(2);
+const BRIGHTEST: usize = 8;
 
 impl Engine<'_> {
     /// Reads all mail, which is waited for so long at most, and gives what has changed.
@@ -64,10 +70,15 @@ impl Engine<'_> {
                 self.changes.insert(key, value);
                 return Change::Settings;
             }
-            Command::Pause {} => self.is_paused = true,
+            Command::Pause {} => {
+                self.is_paused = true;
+                // A picture that stays is shown without loss.
+                self.has_new_channel = true;
+            }
             Command::Resume {} => self.is_paused = false,
             Command::Restart {} => return Change::Picture,
             Command::Inspect { x, y, sample } => self.jobs.push(Job::Inspect(page, [x, y], sample)),
+            Command::Brightest { x, y } => self.jobs.push(Job::Brightest(page, [x, y])),
             Command::Views {} => self.jobs.push(Job::Views(page)),
             Command::SaveCamera {} => self.save_camera(page),
             Command::Material { name, key, value } => {
@@ -76,16 +87,32 @@ impl Engine<'_> {
                     self.tell_error(Some(page), "a change of a material needs its full name and a key");
                     return Change::Nothing;
                 }
-                let start = format!("{name}.{key}=");
-                self.patches.retain(|patch| !patch.starts_with(&start));
-                self.patches.push(format!("{start}{value}"));
+                set_edit(&mut self.edits.materials, &format!("{name}.{key}="), &value);
                 return Change::Scene;
             }
-            Command::ResetMaterials {} => {
-                self.patches.clear();
+            Command::Light { index, key, value } => {
+                let is_plain = key.chars().all(|c| c.is_ascii_lowercase() || c == '_') && !key.is_empty();
+                if !is_plain || index >= self.file.light.len() {
+                    self.tell_error(Some(page), "a light is named by its place in the scene file, and a key");
+                    return Change::Nothing;
+                }
+                set_edit(&mut self.edits.keys, &format!("light.{index}.{key}="), &value);
                 return Change::Scene;
             }
-            Command::Channel { .. } => self.has_new_channel = true,
+            Command::ResetChanges {} => {
+                self.edits.materials.clear();
+                self.edits.keys.retain(|key| !is_light_edit(key));
+                return Change::Scene;
+            }
+            Command::SaveChanges {} => self.save_changes(page),
+            Command::Compare { with } => match self.change_compare(with) {
+                Ok(change) => return change,
+                Err(words) => self.tell_error(Some(page), &words),
+            },
+            Command::Channel { .. } => {
+                self.has_new_channel = true;
+                return self.follow_pages();
+            }
             // The page's own thread has seen to it.
             Command::Shown { .. } => {}
         }
@@ -105,6 +132,10 @@ impl Engine<'_> {
                         let text = json!({ "type": "inspect", "facts": facts, "camera": camera });
                         self.hub.tell(Some(page), &text.to_string());
                     }
+                    Err(words) => self.tell_error(Some(page), &words),
+                },
+                Job::Brightest(page, pixel) => match self.brightest(renderer, state, pixel) {
+                    Ok(found) => self.hub.tell(Some(page), &found.to_string()),
                     Err(words) => self.tell_error(Some(page), &words),
                 },
                 Job::Views(page) => match renderer.session().views() {
@@ -153,28 +184,101 @@ impl Engine<'_> {
         }
     }
 
-    /// Writes the camera into the scene file.
-    fn save_camera(&mut self, page: PageId) {
+    /// The samples of a pixel that made it the brightest, of those that it has.
+    fn brightest(&self, renderer: &Renderer, state: &RenderState, pixel: [u32; 2]) -> Result<Value, String> {
+        let first = renderer.session().settings().samples().start;
+        let Some(tile) = state.film.tile_at(pixel.into()) else {
+            return Err(format!("pixel {},{} is outside the image", pixel[0], pixel[1]));
+        };
+        let end = tile.next_sample();
+        let lights = self.host.samples_of(renderer, pixel, first..end, SEARCH)?;
+        let luminance = |light: &[f32; 3]| f64::from(Spectrum::from(*light).luminance());
+        let total: f64 = lights.iter().map(luminance).sum();
+        let mut order: Vec<usize> = (0..lights.len()).collect();
+        order.sort_by(|a, b| luminance(&lights[*b]).total_cmp(&luminance(&lights[*a])));
+        let entry = |&i: &usize| {
+            let share = if total > 0.0 {
+                luminance(&lights[i]) / total
+            } else {
+                0.0
+            };
+            json!({ "sample": first + i as u32, "radiance": lights[i], "share": share })
+        };
+        Ok(json!({
+            "type": "brightest",
+            "pixel": pixel,
+            "searched": lights.len(),
+            "of": end - first,
+            "samples": order.iter().take(BRIGHTEST).map(entry).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// Changes of lights, as `KEY=VALUE` of the scene file.
+    pub(super) fn light_edits(&self) -> Vec<&str> {
+        let edits = self.edits.keys.iter().filter(|key| is_light_edit(key));
+        edits.map(String::as_str).collect()
+    }
+
+    /// Says that a bare OBJ has no place for `what`. Gives whether it is one.
+    fn refuses_bare_obj(&self, page: PageId, what: &str) -> bool {
+        let name = self.path.display();
         if !self.file.is_file() {
-            let name = self.path.display();
             let words = format!(
-                "{name} is a bare OBJ, which cannot store a camera\n  help: make a scene file with `embrasure init {name}`, or copy the camera as flags"
+                "{name} is a bare OBJ, which cannot store {what}\n  help: make a scene file with `embrasure init {name}`, or copy what the page shows"
             );
             self.tell_error(Some(page), &words);
+        }
+        !self.file.is_file()
+    }
+
+    /// Says that `what` was saved.
+    fn note_saved(&mut self, page: PageId, what: &str) {
+        // The file is as it is known to be.
+        self.watch.accept();
+        let text = format!("{what} saved in {}.", self.path.display());
+        let note = json!({ "type": "note", "text": text }).to_string();
+        self.hub.tell(Some(page), &note);
+        self.tell_state();
+    }
+
+    /// Writes the camera into the scene file.
+    fn save_camera(&mut self, page: PageId) {
+        if self.refuses_bare_obj(page, "a camera") {
             return;
         }
-        let view = CameraView::of(&self.camera);
-        match scene_file::save_camera(&self.path, &view) {
+        match scene_file::save_camera(&self.path, &CameraView::of(&self.camera)) {
             Ok(()) => {
                 self.home = self.camera;
-                // The file is as it is known to be.
-                self.watch.accept();
-                let text = format!("The camera is saved in {}.", self.path.display());
-                self.hub
-                    .tell(Some(page), &json!({ "type": "note", "text": text }).to_string());
-                self.tell_state();
+                self.note_saved(page, "The camera is");
             }
             Err(error) => self.tell_error(Some(page), &error.to_string()),
         }
     }
+
+    /// Writes the changes of materials and lights into the scene file.
+    fn save_changes(&mut self, page: PageId) {
+        if self.refuses_bare_obj(page, "materials and lights") {
+            return;
+        }
+        let lights: Vec<String> = self.light_edits().into_iter().map(String::from).collect();
+        match scene_file::save_changes(&self.path, &self.edits.materials, &lights) {
+            Ok(()) => {
+                self.edits.materials.clear();
+                self.edits.keys.retain(|key| !is_light_edit(key));
+                self.note_saved(page, "The changes are");
+            }
+            Err(error) => self.tell_error(Some(page), &error.to_string()),
+        }
+    }
+}
+
+/// Puts `value` behind `start` in a list of changes, in place of the value that was there.
+fn set_edit(edits: &mut Vec<String>, start: &str, value: &str) {
+    edits.retain(|edit| !edit.starts_with(start));
+    edits.push(format!("{start}{value}"));
+}
+
+/// Whether `KEY=VALUE` of the scene file changes a light.
+fn is_light_edit(key: &str) -> bool {
+    key.starts_with("light.") && !is_group_of_light(key)
 }

@@ -2,22 +2,26 @@
 //!
 //! While the camera moves it renders a smaller picture of a few samples, as small as is needed for some 25 pictures a second (`preview`). When the camera has rested for a moment it renders
 //! the picture itself (`still`), in slices of time between which pages are shown what there is; slices change no bit. A change of the camera or of a parameter leaves the
-//! scene and its acceleration structure as they are; only a changed file or material loads the scene anew.
+//! scene and its acceleration structure as they are. A changed file, material or light loads the scene anew, with the same structure as long as the meshes are the same. A second render
+//! with other settings may take turns with the picture (`rival`).
 
 mod commands;
+mod groups;
 mod preview;
+mod rival;
 mod telling;
 
 use super::hub::{Hub, PageId, SaveFormat};
 use super::protocol::CameraView;
 use super::watch::Watch;
-use super::{Host, SceneRequest, parameters};
+use super::{Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::Film;
+use crate::film::{Film, RgbImage};
 use crate::io::ExrFormat;
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
+use rival::{Rival, Turns};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -63,6 +67,7 @@ enum Change {
 /// What is done with the picture when it rests.
 enum Job {
     Inspect(PageId, [u32; 2], u32),
+    Brightest(PageId, [u32; 2]),
     Views(PageId),
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
 }
@@ -85,8 +90,18 @@ pub(super) struct Engine<'a> {
     good: Option<Good>,
     /// Parameters that pages have set, in place of those of the scene file.
     changes: BTreeMap<String, Option<String>>,
-    /// Changes of materials.
-    patches: Vec<String>,
+    /// Changes of materials and lights.
+    edits: SceneChanges,
+    /// Whether the light of each light group is told apart.
+    tells_groups: bool,
+    /// Whether the scene file has such groups.
+    has_own_groups: bool,
+    /// Names of materials that emit.
+    emitting: Vec<String>,
+    /// What to render beside the picture, and what does.
+    compare: Option<String>,
+    rival: Option<Rival>,
+    reference: Option<RgbImage>,
     watch: Watch,
     is_paused: bool,
     /// Moves of the camera that pages have asked for.
@@ -109,7 +124,9 @@ struct Good {
     settings: Settings,
     camera: CameraDescription,
     changes: BTreeMap<String, Option<String>>,
-    patches: Vec<String>,
+    edits: SceneChanges,
+    tells_groups: bool,
+    compare: Option<String>,
 }
 
 /// What pages were shown and told last.
@@ -121,6 +138,9 @@ struct Shown {
     exposure: Option<f32>,
     denoised_at: Instant,
     denoising: Duration,
+    /// When errors were told, and whether those of the last samples were.
+    errors: Instant,
+    told_last: bool,
 }
 
 /// Watches the mail while samples are taken.
@@ -157,18 +177,22 @@ impl Observer for Watcher<'_> {
 
 impl<'a> Engine<'a> {
     /// An engine for `session`, which `request` asked for.
+    ///
+    /// # Errors
+    ///
+    /// Settings to compare that cannot be.
     pub fn new(
         hub: &'a Hub,
         host: &'a dyn Host,
         request: SceneRequest,
         session: &Session,
-        exits_when_closed: bool,
-    ) -> Self {
+        view: Options,
+    ) -> Result<Self, Error> {
         let (settings, camera) = (session.settings().clone(), *session.camera_description());
-        Self {
+        let mut engine = Self {
             hub,
             host,
-            exits_when_closed,
+            exits_when_closed: view.exit_when_closed,
             good: None,
             file: request.file,
             path: request.path,
@@ -178,7 +202,13 @@ impl<'a> Engine<'a> {
             camera,
             home: camera,
             changes: BTreeMap::new(),
-            patches: Vec::new(),
+            edits: SceneChanges::default(),
+            tells_groups: false,
+            has_own_groups: false,
+            emitting: groups::emitting(session.scene()),
+            compare: None,
+            rival: None,
+            reference: view.reference,
             watch: Watch::new([]),
             is_paused: false,
             moves: 0,
@@ -194,8 +224,15 @@ impl<'a> Engine<'a> {
                 exposure: None,
                 denoised_at: Instant::now(),
                 denoising: Duration::ZERO,
+                errors: Instant::now(),
+                told_last: false,
             },
+        };
+        engine.has_own_groups = engine.file.has_light_groups();
+        if let Some([first, second]) = view.compare {
+            engine.compare(&first, &second).map_err(Error::Failed)?;
         }
+        Ok(engine)
     }
 
     /// Renders until the user ends it.
@@ -209,9 +246,13 @@ impl<'a> Engine<'a> {
         self.greet(&session);
         let mut state = None;
         loop {
-            let next = match self.moved.is_some() {
-                true => self.preview(&mut session),
-                false => self.still(&mut session, state.take()),
+            let next = if self.pending == Change::Scene {
+                self.pending = Change::Nothing;
+                Ok(Next::Scene(state.take().map(Box::new)))
+            } else if self.moved.is_some() {
+                self.preview(&mut session)
+            } else {
+                self.still(&mut session, state.take())
             };
             match next {
                 Ok(Next::End) => return Ok(()),
@@ -233,7 +274,8 @@ impl<'a> Engine<'a> {
         self.tell_error(None, words);
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
-            (self.changes, self.patches) = (good.changes.clone(), good.patches.clone());
+            (self.changes, self.edits) = (good.changes.clone(), good.edits.clone());
+            (self.tells_groups, self.compare) = (good.tells_groups, good.compare.clone());
         }
         self.moved = None;
         self.tell_state();
@@ -253,17 +295,22 @@ impl<'a> Engine<'a> {
     /// Loads the scene from its files. Where that fails, the old one stays.
     fn load(&mut self, session: &mut Session) -> Result<(), String> {
         self.tell(&json!({ "type": "status", "phase": "loading" }));
-        let mut request = self.host.read(&self.patches)?;
+        let mut request = self.host.read(&self.edits)?;
         // What pages have set counts more than the file.
         for (key, value) in &self.changes {
             parameters::set((&mut request.options, &mut request.settings), key, value.as_deref())?;
         }
+        self.tell_groups(&mut request.settings);
         let mut new = Session::load(&request.file, request.settings, &()).map_err(|error| error.to_string())?;
-        new.keep_accel().map_err(|error| error.to_string())?;
+        let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
         // A camera that the user has moved stays; that of the file follows the file.
         let found = *new.camera_description();
         let has_moved = CameraView::of(&self.camera) != CameraView::of(&self.home);
         *session = new;
+        // It is of the scene as it was.
+        self.rival = None;
+        self.emitting = groups::emitting(session.scene());
+        self.note_groups(&request.file);
         (self.file, self.options) = (request.file, request.options);
         self.settings = session.settings().clone();
         self.home = found;
@@ -272,32 +319,53 @@ impl<'a> Engine<'a> {
         }
         self.watch = Watch::new(self.files(session));
         self.greet(session);
-        self.tell(&json!({ "type": "note", "text": "The scene was reloaded." }));
+        self.tell(&json!({ "type": "note", "text": "The scene was reloaded.", "kept_structure": is_same_shape }));
         Ok(())
     }
 
-    /// Renders the picture, or goes on with `old`.
+    /// Renders the picture, or goes on with `old`; with its rival beside it, if there is one.
     fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<Next, Error> {
         if !session.serves(&self.settings) {
             return Ok(Next::Scene(old.map(Box::new)));
         }
         session.change(self.settings.clone(), self.camera, old.is_some())?;
+        let rival = self.next_rival(session)?;
+        let next = self.still_beside(session, old, rival.as_ref());
+        self.rival = rival;
+        next
+    }
+
+    fn still_beside(
+        &mut self,
+        session: &Session,
+        old: Option<RenderState>,
+        rival: Option<&Rival>,
+    ) -> Result<Next, Error> {
         let renderer = session.renderer()?;
+        let mut turns = rival.map(Turns::new).transpose()?;
         let mut state = old.unwrap_or_else(|| renderer.start());
         self.good = Some(Good {
             options: self.options,
             settings: self.settings.clone(),
             camera: self.camera,
             changes: self.changes.clone(),
-            patches: self.patches.clone(),
+            edits: self.edits.clone(),
+            tells_groups: self.tells_groups,
+            compare: self.compare.clone(),
         });
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
-        (self.shown.measured, self.shown.noise) = (None, None);
+        (self.shown.measured, self.shown.noise, self.shown.told_last) = (None, None, false);
         self.tell_state();
         loop {
-            let works = !self.is_paused && !is_complete;
-            if works {
+            let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
+            let works = !self.is_paused && (!is_complete || rival_works);
+            if let Some(turns) = turns
+                .as_mut()
+                .filter(|turns| works && turns.is_next(&state, is_complete))
+            {
+                self.take_turn(turns, slice);
+            } else if works {
                 let before = state.film.samples();
                 is_complete = self.take_samples(&renderer, &mut state, slice, true) == Outcome::Complete;
                 slice = LONGEST_SLICE.min(slice.mul_f64(1.5));
@@ -305,21 +373,27 @@ impl<'a> Engine<'a> {
                     self.show(&renderer, &state, is_complete);
                 }
             }
+            let is_over = is_complete && turns.as_ref().is_none_or(|turns| turns.is_complete);
+            self.tell_errors(&state, turns.as_ref(), is_over);
             let has_jobs = !self.jobs.is_empty();
             self.do_jobs(&renderer, &state);
-            self.tell_status(&renderer, &state, is_complete, has_jobs);
+            self.tell_status(&renderer, &state, is_over, has_jobs);
             if self.is_over() {
                 return Ok(Next::End);
             }
-            let patience = if works && !is_complete { Duration::ZERO } else { IDLE };
+            let patience = if works && !is_over { Duration::ZERO } else { IDLE };
             match self.read_mail(patience) {
                 Change::Scene => return Ok(Next::Scene(Some(Box::new(state)))),
                 Change::Picture => return Ok(Next::Picture),
+                Change::Settings if turns.is_some() => return Ok(Next::Picture),
                 Change::Settings => return Ok(self.after_settings(session, state)),
                 Change::Nothing => {}
             }
             if std::mem::take(&mut self.has_new_channel) && !state.is_empty() {
                 self.show(&renderer, &state, true);
+                if let Some(turns) = &turns {
+                    self.show_rival(turns, true);
+                }
             }
             if self.watch.has_changed() {
                 return Ok(Next::Scene(Some(Box::new(state))));

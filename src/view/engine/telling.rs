@@ -2,13 +2,15 @@
 
 use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
 use crate::color::{Curve, Exposure, Tone};
-use crate::description::MaterialSection;
+use crate::description::{LightSection, MaterialSection};
 use crate::film::{Image, metered};
 use crate::material::Material;
 use crate::session::{RenderState, Renderer, Session};
+use crate::view::frame::{self, Frame};
 use crate::view::hub::PageId;
+use crate::view::parameters;
 use crate::view::protocol::CameraView;
-use crate::view::{frame, parameters};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -24,10 +26,26 @@ impl Engine<'_> {
             "moves": self.moves,
             "preview": size != whole.to_array(),
         });
+        let groups = match self.tells_groups && size == whole.to_array() {
+            true => renderer.session().scene().light_groups().names(),
+            false => &[],
+        };
+        let is_final = is_last && size == whole.to_array();
         let mut developed: Option<Image> = None;
         for channel in &channels {
             let values = match channel.as_str() {
+                // The moving camera is seen by one of both alone.
+                frame::RIVAL if size != whole.to_array() => Some(frame::light(&state.film)),
+                frame::RIVAL => None,
                 frame::PICTURE => Some(frame::light(&state.film)),
+                frame::LIGHTS if groups.is_empty() => Some(frame::light(&state.film)),
+                frame::LIGHTS => {
+                    let layers: Vec<String> = groups.iter().map(|name| format!("light_{name}")).collect();
+                    Some(frame::stacked(
+                        developed.get_or_insert_with(|| renderer.develop(state)),
+                        &layers,
+                    ))
+                }
                 frame::DENOISED => match self.denoised(renderer, state, is_last) {
                     Some(values) => Some(values),
                     // A preview is shown at once.
@@ -38,7 +56,14 @@ impl Engine<'_> {
             };
             if let Some(values) = values {
                 let id = self.hub.next_frame();
-                let frame = frame::message(id, channel, size, &values, &facts);
+                let frame = match channel.as_str() {
+                    frame::LIGHTS => {
+                        let mut facts = facts.clone();
+                        facts["groups"] = json!(groups);
+                        Frame::new(id, channel, size, &values, &facts, is_final)
+                    }
+                    _ => Frame::new(id, channel, size, &values, &facts, is_final),
+                };
                 self.hub.show(channel, &frame);
             }
         }
@@ -71,6 +96,7 @@ impl Engine<'_> {
         let bounds = scene.bounds();
         let mut channels = frame::layers(Image::channel_names());
         channels.insert(1, frame::DENOISED.into());
+        channels.insert(2, frame::LIGHTS.into());
         let tone = self.settings.tone;
         let hello = json!({
             "type": "hello",
@@ -82,6 +108,8 @@ impl Engine<'_> {
             "tables": parameters::tables(),
             "channels": channels,
             "materials": scene.materials().iter().map(material).collect::<Vec<_>>(),
+            "scene_lights": self.file.light.iter().map(light).collect::<Vec<_>>(),
+            "reference": self.reference.is_some(),
             "exposure": tone.exposure.stops(),
             "tone": tone_name(tone),
             "warnings": session.warnings().iter().map(|w| w.text.as_str()).collect::<Vec<_>>(),
@@ -97,7 +125,9 @@ impl Engine<'_> {
             "camera": CameraView::of(&self.camera),
             "home": CameraView::of(&self.home),
             "values": parameters::values(&self.options, &self.settings),
-            "patches": self.patches,
+            "patches": self.edits.materials,
+            "light_edits": self.light_edits(),
+            "compare": self.compare,
             "can_save": self.file.is_file(),
         });
         self.hub.greet("2 state", &state.to_string());
@@ -150,13 +180,23 @@ impl Engine<'_> {
 
 /// The keys of a material that have a meaning for it, and their values.
 fn material(material: &Material) -> Value {
+    json!({ "name": material.name, "keys": keys_of(&MaterialSection::of_material(material)) })
+}
+
+/// The keys of a light that the scene file has, and their values.
+fn light(section: &LightSection) -> Value {
+    keys_of(section)
+}
+
+/// The keys of a section that have values.
+fn keys_of(section: &impl Serialize) -> Value {
     // As text first, which has numbers in as few digits as tell them.
-    let text = serde_json::to_string(&MaterialSection::of_material(material)).unwrap_or_default();
+    let text = serde_json::to_string(section).unwrap_or_default();
     let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
     if let Value::Object(keys) = &mut keys {
         keys.retain(|_, value| !value.is_null());
     }
-    json!({ "name": material.name, "keys": keys })
+    keys
 }
 
 /// The name of a tone curve.

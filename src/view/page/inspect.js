@@ -38,6 +38,9 @@ export class Inspector {
   constructor({ link, picture, camera }) {
     Object.assign(this, { link, picture, camera });
     $("inspect").addEventListener("click", () => this.ask([Number($("pixel-x").value), Number($("pixel-y").value)]));
+    $("find-brightest").addEventListener("click", () => {
+      link.send({ do: "brightest", x: Number($("pixel-x").value), y: Number($("pixel-y").value) });
+    });
     $("clear-paths").addEventListener("click", () => this.clear());
     const space = $("space");
     let last = null;
@@ -70,8 +73,29 @@ export class Inspector {
     this.drawSpace();
   }
 
+  // The samples that gave a pixel the most light, each to be looked at.
+  showBrightest({ pixel, searched, of, samples }) {
+    const rows = samples.map(({ sample, radiance, share }) => {
+      const button = element("button", { "aria-label": `Paths of sample ${sample}` }, String(sample));
+      button.addEventListener("click", () => {
+        $("pixel-sample").value = sample;
+        this.ask(pixel);
+      });
+      const bar = element("div", { class: "bar", style: `width:${Math.round(90 * share)}px` });
+      return element("tr", {}, element("td", {}, button), element("td", {}, radiance.map((x) => number(x)).join(", ")),
+        element("td", {}, `${(100 * share).toPrecision(3)} %`, bar));
+    });
+    const heads = element("tr", {}, ...["Sample", "Light", "Share"].map((head) => element("th", { scope: "col" }, head)));
+    const words = searched < of ? `the first ${searched} of ${of} samples` : `all ${of} samples`;
+    $("brightest").replaceChildren(
+      element("p", { class: "hint" }, `Pixel ${pixel.join(", ")}: the brightest of ${words}`),
+      ...(rows.length ? [element("table", {}, heads, ...rows)] : []),
+    );
+  }
+
   clear() {
     this.facts = null;
+    $("brightest").replaceChildren();
     $("found").replaceChildren();
     $("vertices").replaceChildren();
     this.drawOver();
@@ -91,6 +115,8 @@ export class Inspector {
       rows.push(
         ["Object", first.object ?? "–"], ["Material", first.material],
         ["Distance", number(first.distance, 6)], ["Position", first.position.map((x) => number(x, 5)).join(", ")],
+        ["Lobes", first.lobes?.join(", ") || "none"], ["Albedo", colour(first.albedo)],
+        ...(first.uv ? [["Texture coordinates", colour(first.uv)]] : []),
         ["Normal", first.normal.map((x) => number(x)).join(", ")],
         ["Mesh, triangle", `${first.mesh}, ${first.triangle}`],
       );

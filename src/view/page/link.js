@@ -1,11 +1,15 @@
 // The WebSocket to the render: commands out, messages and pictures in. It is made anew where it is lost.
 
+import { unpack } from "./coding.js";
+
 export class Link extends EventTarget {
   #socket = null;
   #attempts = 0;
   #timer = 0;
   bytes = 0;
   frames = 0;
+  // Messages that are unpacked keep their order.
+  #last = Promise.resolve();
 
   open() {
     clearTimeout(this.#timer);
@@ -24,7 +28,11 @@ export class Link extends EventTarget {
       } else {
         this.bytes += data.byteLength;
         this.frames += 1;
-        this.#tell("frame", readFrame(data));
+        const start = performance.now();
+        this.#last = this.#last.then(() => readFrame(data)).then((frame) => {
+          this.#tell("frame", frame);
+          this.send({ do: "shown", frame: frame.frame, ms: performance.now() - start });
+        });
       }
     };
     socket.onclose = () => {
@@ -43,7 +51,7 @@ export class Link extends EventTarget {
 
   send(command) {
     // What is shown belongs to the past.
-    if (["camera", "set", "material", "reset-materials"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
+    if (["camera", "set", "material", "light", "reset-changes", "compare"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
     if (this.isOpen) this.#socket.send(JSON.stringify(command));
   }
 
@@ -57,8 +65,10 @@ export class Link extends EventTarget {
 }
 
 // A picture: its header, and the bits of its 16-bit floats.
-function readFrame(buffer) {
+async function readFrame(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
-  return { ...header, halves: new Uint16Array(buffer.slice(4 + length)) };
+  const { packed, width } = header;
+  const rest = buffer.slice(4 + length);
+  return { ...header, halves: packed ? await unpack(rest, width, packed) : new Uint16Array(rest) };
 }

@@ -1,8 +1,11 @@
 // The page: joins the link to the render, the picture, the camera and the controls.
 
 import { Camera } from "./camera.js";
+import { Compare } from "./compare.js";
 import { $, Parameters, copy, duration, element, number, tabs } from "./controls.js";
+import { Groups } from "./groups.js";
 import { Inspector } from "./inspect.js";
+import { Lights } from "./lights.js";
 import { Link } from "./link.js";
 import { Materials } from "./materials.js";
 import { Picture } from "./picture.js";
@@ -16,6 +19,13 @@ const picture = new Picture(view, $("picture"), $("second"), $("overlay"), $("di
 const inspector = new Inspector({ link, picture, camera });
 const parameters = new Parameters($("parameters"), link);
 const materials = new Materials(link);
+const lights = new Lights(link);
+const groups = new Groups($("groups"), (weights) => {
+  picture.weights = weights;
+  picture.repaint();
+});
+// What is compared stands beside the picture at once.
+const compare = new Compare(link, (isOn) => setBeside(isOn ? "compared" : ""));
 const chooseTab = tabs();
 let status = { phase: "connecting" };
 let bounds = null;
@@ -44,7 +54,7 @@ function say(text, isError) {
 
 link.addEventListener("open", () => {
   $("lost").hidden = true;
-  link.send({ do: "channel", name: picture.look.channel });
+  subscribe();
 });
 link.addEventListener("lost", () => {
   $("lost").hidden = false;
@@ -62,10 +72,15 @@ link.addEventListener("hello", ({ detail }) => {
   inspector.bounds = bounds;
   parameters.build(detail.tables);
   materials.build(detail.materials);
+  lights.build(detail.scene_lights);
+  compare.build(detail.tables.integrators);
   const denoisers = detail.tables.groups.flatMap((group) => group.parameters).find(({ key }) => key === "denoise");
   $("denoise").replaceChildren(...denoisers.names.map((value) => element("option", { value }, value)));
   $("channel").replaceChildren(...detail.channels.map((value) => element("option", { value }, value)));
   $("channel").value = picture.look.channel;
+  const sides = [["", "off"], ["kept", "the picture kept"], ["file", "the opened picture"], ["compared", "the render compared"], ...detail.channels.map((name) => [name, name])];
+  $("split").replaceChildren(...sides.map(([value, words]) => element("option", { value }, words)));
+  $("split").value = picture.beside;
   if (!$("tone").options.length) {
     $("tone").replaceChildren(...CURVES.map((value) => element("option", { value }, value)));
     isMetered = detail.exposure === null;
@@ -78,7 +93,12 @@ link.addEventListener("state", ({ detail }) => {
   camera.adopt(detail.camera);
   parameters.update(detail.values);
   materials.showPatches(detail.patches);
+  lights.showEdits(detail.light_edits);
+  compare.update(detail.compare);
   $("save-camera").disabled = !detail.can_save;
+  const isChanged = detail.patches.length + detail.light_edits.length > 0;
+  for (const id of ["reset-materials", "reset-lights"]) $(id).disabled = !isChanged;
+  for (const id of ["save-materials", "save-lights"]) $(id).disabled = !isChanged || !detail.can_save;
   if (document.activeElement !== $("noise")) $("noise").value = detail.values.noise;
   const denoise = detail.values.denoise ?? "off";
   $("denoise").value = denoise;
@@ -95,8 +115,9 @@ link.addEventListener("camera", ({ detail }) => {
 link.addEventListener("page", ({ detail }) => (link.page = detail.page));
 
 link.addEventListener("frame", ({ detail }) => {
+  if (detail.groups) groups.build(detail.groups);
   picture.show(detail);
-  link.send({ do: "shown", frame: detail.frame });
+  if (detail.channel === picture.secondChannel) return;
   document.documentElement.dataset.samples = detail.preview ? "preview" : String(detail.samples);
 });
 
@@ -132,6 +153,8 @@ link.addEventListener("inspect", ({ detail }) => {
   else chooseTab("inspect");
   if (first) materials.choose(first.material);
 });
+link.addEventListener("brightest", ({ detail }) => inspector.showBrightest(detail));
+link.addEventListener("errors", ({ detail }) => compare.show(detail));
 link.addEventListener("views", ({ detail }) => {
   const buttons = detail.views.map(({ flags, words, camera: found }) => {
     const button = element("button", { title: words }, flags.replace(/^--/, "").replace("view ", ""));
@@ -192,10 +215,22 @@ function look(changes) {
   $("save-png").href = `picture.png?exposure=${picture.look.exposure}&tone=${picture.look.tone}`;
   picture.repaint();
 }
+function subscribe() {
+  link.send({ do: "channel", name: picture.look.channel, second: picture.secondChannel });
+}
 function setChannel(channel) {
   picture.look.channel = channel;
   $("channel").value = channel;
-  link.send({ do: "channel", name: channel });
+  $("tell-groups").checked = [channel, picture.secondChannel].includes("lights");
+  subscribe();
+}
+function setBeside(beside) {
+  picture.beside = beside;
+  $("split").value = beside;
+  if (beside === "kept" && !picture.kept) picture.keep();
+  if (beside === "file" && !picture.file) $("file").click();
+  setChannel(picture.look.channel);
+  picture.repaint();
 }
 for (const id of ["exposure", "exposure-number"]) {
   $(id).addEventListener("input", () => {
@@ -228,14 +263,32 @@ $("denoise").addEventListener("change", () => {
 });
 $("keep").addEventListener("click", () => {
   picture.keep();
-  $("split").value = "kept";
-  picture.isSplit = true;
-  picture.repaint();
+  setBeside("kept");
 });
-$("split").addEventListener("change", () => {
-  picture.isSplit = $("split").value === "kept";
-  if (picture.isSplit && !picture.kept) picture.keep();
-  picture.repaint();
+$("split").addEventListener("change", () => setBeside($("split").value));
+$("file").addEventListener("change", async () => {
+  const [file] = $("file").files;
+  if (!file) return;
+  try {
+    picture.file = await createImageBitmap(file);
+    setBeside("file");
+  } catch {
+    say(`${file.name} is no picture that this browser can show: open a PNG, JPEG or WebP file.`, true);
+  }
+});
+$("split-at").addEventListener("input", () => {
+  picture.split = Number($("split-at").value);
+  picture.place();
+});
+$("tell-groups").addEventListener("change", () => setChannel($("tell-groups").checked ? "lights" : "picture"));
+$("reset-groups").addEventListener("click", () => groups.reset());
+$("save-shown").addEventListener("click", () => {
+  $("picture").toBlob((blob) => {
+    const address = URL.createObjectURL(blob);
+    const save = element("a", { href: address, download: "picture.png" });
+    save.click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  });
 });
 $("zoom").addEventListener("change", () => {
   picture.zoom = $("zoom").value;
@@ -252,6 +305,7 @@ $("divider").addEventListener("pointermove", (event) => {
   if (!isDividing) return;
   const { left, width } = $("picture").getBoundingClientRect();
   picture.split = Math.min(1, Math.max(0, (event.clientX - left) / width));
+  $("split-at").value = picture.split;
   picture.place();
 });
 $("divider").addEventListener("pointerup", () => (isDividing = false));
@@ -284,4 +338,4 @@ listen({ view, picture, camera, onClick: (at) => inspector.ask(at), onHover: hov
 link.open();
 
 // For tests and for curious users.
-Object.assign(window, { embrasure: { link, camera, picture, inspector } });
+Object.assign(window, { embrasure: { link, camera, picture, inspector, groups, compare } });

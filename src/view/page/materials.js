@@ -13,13 +13,48 @@ const toLinear = (code) => {
 const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16).padStart(2, "0")).join("")}`;
 const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
+// Keys of three numbers that are no colours.
+const VECTORS = new Set(["position", "direction", "look_at", "up", "rotate"]);
+
+// A control for a key of the scene file, which calls `send` with a value of TOML.
+export function keyControl(key, value, send, attributes) {
+  const words = key.replaceAll("_", " ");
+  if (Array.isArray(value) && value.length === 3 && !VECTORS.has(key)) {
+    // A colour picker goes to 1: what is brighter keeps its brightness.
+    const strength = Math.max(1, ...value);
+    const picker = element("input", { type: "color", value: hex(value.map((x) => x / strength)), "aria-label": `${words}, colour`, ...attributes });
+    const text = element("input", { type: "text", value: value.join(", "), "aria-label": `${words}, linear` });
+    picker.addEventListener("change", () => send(`[${ofHex(picker.value).map((x) => Number((x * strength).toPrecision(5))).join(", ")}]`));
+    text.addEventListener("change", () => send(`[${text.value}]`));
+    return element("label", {}, words, picker, text);
+  }
+  if (Array.isArray(value)) {
+    const text = element("input", { type: "text", value: value.join(", "), "aria-label": words, ...attributes });
+    text.addEventListener("change", () => send(`[${text.value}]`));
+    return element("label", {}, words, text);
+  }
+  if (typeof value === "number") {
+    const text = element("input", { type: "number", step: "any", value: String(value), ...attributes, "aria-label": words });
+    text.addEventListener("change", () => send(text.value));
+    if (!SHARES.has(key)) return element("label", {}, words, text);
+    const slider = element("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `${words}, slider` });
+    slider.value = value;
+    slider.addEventListener("change", () => send(slider.value));
+    return element("label", {}, words, slider, text);
+  }
+  const text = element("input", { type: "text", value: String(value), ...attributes, "aria-label": words });
+  text.addEventListener("change", () => send(text.value));
+  return element("label", {}, words, text);
+}
+
 export class Materials {
   list = [];
 
   constructor(link) {
     this.link = link;
     $("material").addEventListener("change", () => this.showKeys());
-    $("reset-materials").addEventListener("click", () => link.send({ do: "reset-materials" }));
+    for (const id of ["reset-materials", "reset-lights"]) $(id).addEventListener("click", () => link.send({ do: "reset-changes" }));
+    for (const id of ["save-materials", "save-lights"]) $(id).addEventListener("click", () => link.send({ do: "save-changes" }));
     $("copy-patch").addEventListener("click", () => copy($("patch"), $("patch").value));
   }
 
@@ -44,28 +79,8 @@ export class Materials {
   }
 
   control(name, key, value) {
-    const words = key.replaceAll("_", " ");
     const send = (text) => this.link.send({ do: "material", name, key, value: text });
-    const attributes = { "data-material": name, "data-key": key };
-    if (Array.isArray(value)) {
-      const picker = element("input", { type: "color", value: hex(value), "aria-label": `${words}, colour`, ...attributes });
-      const text = element("input", { type: "text", value: value.join(", "), "aria-label": `${words}, linear` });
-      picker.addEventListener("change", () => send(`[${ofHex(picker.value).join(", ")}]`));
-      text.addEventListener("change", () => send(`[${text.value}]`));
-      return element("label", {}, words, picker, text);
-    }
-    if (typeof value === "number") {
-      const text = element("input", { type: "number", step: "any", value: String(value), ...attributes, "aria-label": words });
-      text.addEventListener("change", () => send(text.value));
-      if (!SHARES.has(key)) return element("label", {}, words, text);
-      const slider = element("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `${words}, slider` });
-      slider.value = value;
-      slider.addEventListener("change", () => send(slider.value));
-      return element("label", {}, words, slider, text);
-    }
-    const text = element("input", { type: "text", value: String(value), ...attributes });
-    text.addEventListener("change", () => send(text.value));
-    return element("label", {}, words, text);
+    return keyControl(key, value, send, { "data-material": name, "data-key": key });
   }
 
   // `NAME.KEY=VALUE` as sections of a scene file.
@@ -78,6 +93,5 @@ export class Materials {
     }
     const texts = [...sections].map(([name, lines]) => `[patch.${JSON.stringify(name)}]\n${lines.join("\n")}\n`);
     $("patch").value = texts.join("\n");
-    $("reset-materials").disabled = patches.length === 0;
   }
 }

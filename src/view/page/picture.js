@@ -1,13 +1,19 @@
 // The picture on the page: frames are shaded onto canvases, which are scaled to the view.
 
+import { relit } from "./groups.js";
 import { HALVES, shade } from "./tone.js";
 
 export class Picture {
   look = { exposure: 0, tone: "srgb", falseColour: "", channel: "picture" };
   frame = null;
+  // What stands to the left of the divider: nothing, "kept", "file", or a channel
+  beside = "";
   kept = null;
+  file = null;
+  other = null;
   split = 0.5;
-  isSplit = false;
+  // Factors of light groups by name, red, green and blue each
+  weights = new Map();
   zoom = "fit";
   size = [1, 1];
 
@@ -16,31 +22,58 @@ export class Picture {
     new ResizeObserver(() => this.place()).observe(view);
   }
 
+  // The channel to the left of the divider, if it is one of the render.
+  get secondChannel() {
+    return ["", "kept", "file", this.look.channel].includes(this.beside) ? null : this.beside;
+  }
+
   show(frame) {
     const isNew = frame.size.join() !== this.size.join();
     this.size = frame.size;
-    this.frame = frame;
-    this.paint(this.canvas, frame);
+    if (frame.channel === this.secondChannel) {
+      this.other = frame;
+      this.repaintSecond();
+    } else {
+      this.frame = frame;
+      this.paint(this.canvas, frame);
+    }
     if (isNew) this.place();
   }
 
   keep() {
-    this.kept = this.frame && { ...this.frame, look: { ...this.look } };
+    this.kept = this.frame && { ...this.lit(this.frame) };
     this.repaint();
   }
 
-  // Shades anew: exposure, curve or channel have changed.
+  // Shades anew: exposure, curve, channel or light groups have changed.
   repaint() {
     if (this.frame) this.paint(this.canvas, this.frame);
-    this.second.hidden = this.divider.hidden = !(this.isSplit && this.kept);
-    if (!this.second.hidden) {
-      this.paint(this.second, this.kept);
-      this.place();
+    this.repaintSecond();
+  }
+
+  repaintSecond() {
+    const { beside } = this;
+    const frame = beside === "kept" ? this.kept : this.secondChannel && this.other?.channel === beside ? this.other : null;
+    const isShown = Boolean(beside === "file" ? this.file : frame);
+    this.second.hidden = this.divider.hidden = !isShown;
+    if (!isShown) return;
+    if (frame) this.paint(this.second, frame);
+    else {
+      // The file is for a display already.
+      [this.second.width, this.second.height] = [this.file.width, this.file.height];
+      this.second.getContext("2d").drawImage(this.file, 0, 0);
     }
+    this.place();
+  }
+
+  // The frame as the weights of its light groups have it.
+  lit(frame) {
+    return frame.groups?.length ? relit(frame, this.weights) : frame;
   }
 
   // Pixels without samples keep what is below them, scaled to the new size.
-  paint(canvas, frame) {
+  paint(canvas, whole) {
+    const frame = this.lit(whole);
     const { width, height } = frame;
     const channel = frame.channel;
     const image = new ImageData(shade(frame, { ...this.look, channel }), width, height);
@@ -94,8 +127,8 @@ export class Picture {
 
   // Values of the frame at a pixel of the whole picture.
   valuesAt([x, y]) {
-    const { frame } = this;
-    if (!frame) return null;
+    if (!this.frame) return null;
+    const frame = this.lit(this.frame);
     const column = Math.floor((x * frame.width) / this.size[0]);
     const row = Math.floor((y * frame.height) / this.size[1]);
     const at = 3 * (row * frame.width + column);

@@ -18,6 +18,21 @@ export const HALVES = (() => {
   return values;
 })();
 
+// The nearest 16-bit float to each number that is not negative; what is larger is the largest.
+export function toHalves(numbers) {
+  const bits = new Uint32Array(numbers.buffer, numbers.byteOffset, numbers.length);
+  const halves = new Uint16Array(numbers.length);
+  for (let i = 0; i < halves.length; i += 1) {
+    const x = numbers[i];
+    if (x !== x) halves[i] = 0x7e00;
+    else if (x >= 65504) halves[i] = 0x7bff;
+    // Below the normal numbers, in steps of 2^-24
+    else if (x < 2 ** -14) halves[i] = Math.round(Math.max(x, 0) * 2 ** 24);
+    else halves[i] = (bits[i] - 0x38000000 + 0xfff + ((bits[i] >> 13) & 1)) >> 13;
+  }
+  return halves;
+}
+
 const encode = (x) => (x <= 0.0031308 ? 12.92 * Math.max(x, 0) : x >= 1 ? 1 : 1.055 * x ** (1 / 2.4) - 0.055);
 const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 const narkowicz = (x) => (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
@@ -85,12 +100,15 @@ const CHANNELS = {
   },
 };
 
+// Channels of light, which exposure and curve are for.
+const LIGHT = ["picture", "denoised", "lights", "compared"];
+
 // Pixels of `frame` as RGBA bytes. A pixel without samples is transparent.
 export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) {
   const { halves } = frame;
   const count = halves.length / 3;
   const pixels = new Uint8ClampedArray(4 * count);
-  const isLight = channel === "picture" || channel === "denoised";
+  const isLight = LIGHT.includes(channel);
   const isPlain = ["Z", "variance", "samples"].includes(channel);
   const gain = 2 ** Math.min(64, Math.max(-64, exposure));
   const light = (bits) => Math.max(HALVES[bits] * gain, 0);

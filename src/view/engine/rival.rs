@@ -1,0 +1,229 @@
+//! A second render of the same view with other settings. Both take turns: the one that has rendered for less time is next, so what pages see of them took the same time.
+
+use super::{Change, Engine, samples_of};
+use crate::compare::Errors;
+use crate::film::RgbImage;
+use crate::options::{IntegratorKind, Named};
+use crate::render::Outcome;
+use crate::session::{Error, RenderState, Renderer, Session, Settings};
+use crate::view::frame::{self, Frame, RIVAL};
+use crate::view::parameters;
+use serde_json::json;
+use std::time::{Duration, Instant};
+
+/// Between two measurements of errors, which look at all pixels.
+const MEASURING: Duration = Duration::from_millis(500);
+
+/// The scene of the second render.
+pub(super) struct Rival {
+    session: Session,
+    /// What its settings are, over those of the picture.
+    text: String,
+}
+
+/// The second render while the picture is rendered.
+pub(super) struct Turns<'a> {
+    renderer: Renderer<'a>,
+    state: RenderState,
+    pub is_complete: bool,
+    text: &'a str,
+}
+
+impl<'a> Turns<'a> {
+    pub fn new(rival: &'a Rival) -> Result<Self, Error> {
+        let renderer = rival.session.renderer()?;
+        Ok(Self {
+            state: renderer.start(),
+            renderer,
+            is_complete: false,
+            text: &rival.text,
+        })
+    }
+
+    /// Whether it is its turn beside a picture of `state`.
+    pub fn is_next(&self, state: &RenderState, is_complete: bool) -> bool {
+        !self.is_complete && (is_complete || self.state.seconds < state.seconds)
+    }
+}
+
+/// `KEY=VALUE` or the name of an integrator, joined by `+`, as keys and values.
+///
+/// # Errors
+///
+/// A part that is neither.
+fn parts(text: &str) -> Result<Vec<(&str, &str)>, String> {
+    let is_integrator = |part: &str| IntegratorKind::NAMES.iter().any(|(name, _)| *name == part);
+    text.split('+')
+        .map(|written| match written.split_once('=') {
+            Some((key, value)) => Ok((key.trim(), value.trim())),
+            None if is_integrator(written.trim()) => Ok(("integrator", written.trim())),
+            None => Err(format!(
+                "--compare {text}: `{}` is neither an integrator nor KEY=VALUE\n  help: write two, such as path,bdpt or path,path+reuse=none",
+                written.trim()
+            )),
+        })
+        .collect()
+}
+
+impl Engine<'_> {
+    /// Has `first` be the settings of the picture, over what they are, and `second` those beside it.
+    ///
+    /// # Errors
+    ///
+    /// Settings that are not there, or cannot have a value.
+    pub(super) fn compare(&mut self, first: &str, second: &str) -> Result<(), String> {
+        let (mut options, mut settings) = (self.options, self.settings.clone());
+        for (key, value) in parts(first)? {
+            let key = key.replace('-', "_");
+            parameters::set((&mut options, &mut settings), &key, Some(value))?;
+            self.changes.insert(key, Some(value.into()));
+        }
+        settings.check().map_err(|error| error.to_string())?;
+        (self.options, self.settings) = (options, settings);
+        self.settings_beside(second)?;
+        self.compare = Some(second.into());
+        Ok(())
+    }
+
+    /// The settings of the picture, with those of `text` over them.
+    ///
+    /// # Errors
+    ///
+    /// Settings that are not there, or cannot have a value.
+    pub(super) fn settings_beside(&self, text: &str) -> Result<Settings, String> {
+        let (mut options, mut settings) = (self.options, self.settings.clone());
+        settings.aovs.clear();
+        for (key, value) in parts(text)? {
+            parameters::set((&mut options, &mut settings), &key.replace('-', "_"), Some(value))?;
+        }
+        if settings.resolution != self.settings.resolution {
+            return Err("pictures of two sizes cannot be compared".into());
+        }
+        settings.check().map_err(|error| error.to_string())?;
+        Ok(settings)
+    }
+
+    /// The render beside that of `session`, which is seen by the same camera; `None` where nothing is to be compared.
+    ///
+    /// # Errors
+    ///
+    /// Settings that cannot be. Nothing is compared then.
+    pub(super) fn next_rival(&mut self, session: &Session) -> Result<Option<Rival>, Error> {
+        let known = self.rival.take();
+        let Some(text) = self.compare.clone() else {
+            return Ok(None);
+        };
+        let made = self.rival_of(session, known, text);
+        if made.is_err() {
+            self.compare = None;
+        }
+        made.map(Some)
+    }
+
+    fn rival_of(&self, session: &Session, known: Option<Rival>, text: String) -> Result<Rival, Error> {
+        let settings = self.settings_beside(&text).map_err(Error::Failed)?;
+        let known = known.filter(|rival| rival.session.serves(&settings));
+        let mut rival = match known {
+            Some(rival) => Rival { text, ..rival },
+            None => {
+                let file = session.lit_file().unwrap_or(&self.file);
+                let mut new = Session::load(file, settings.clone(), &())?;
+                new.keep_accel_of(session)?;
+                Rival { session: new, text }
+            }
+        };
+        rival.session.change(settings, self.camera, false)?;
+        Ok(rival)
+    }
+
+    /// Renders the rival for as long as the picture has been rendered, and `slice` at least.
+    pub(super) fn take_turn(&mut self, turns: &mut Turns, slice: Duration) {
+        let rate = self.rate;
+        let before = turns.state.film.samples();
+        let outcome = self.take_samples(&turns.renderer, &mut turns.state, slice, true);
+        // It is that of the picture.
+        self.rate = rate;
+        turns.is_complete = outcome == Outcome::Complete;
+        if turns.state.film.samples() > before || turns.is_complete {
+            self.show_rival(turns, turns.is_complete);
+        }
+    }
+
+    /// Shows the rival on pages that want it.
+    pub(super) fn show_rival(&self, turns: &Turns, is_final: bool) {
+        if turns.state.is_empty() || !self.hub.channels().contains(RIVAL) {
+            return;
+        }
+        let film = &turns.state.film;
+        let size = film.crop().size().to_array();
+        let facts = json!({ "size": size, "samples": samples_of(&turns.state), "moves": self.moves, "preview": false });
+        let frame = Frame::new(
+            self.hub.next_frame(),
+            RIVAL,
+            size,
+            &frame::light(film),
+            &facts,
+            is_final,
+        );
+        self.hub.show(RIVAL, &frame);
+    }
+
+    /// Tells pages now and then, or where it `is_over`, how far apart the pictures are, and how far from the reference.
+    pub(super) fn tell_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
+        let is_wanted = turns.is_some() || self.reference.is_some();
+        let is_whole = |state: &RenderState| state.film.tiles().iter().all(|tile| tile.samples() > 0);
+        let is_due = self.shown.errors.elapsed() >= MEASURING;
+        if !is_wanted || !is_due || self.is_paused || is_over && self.shown.told_last || !is_whole(state) {
+            return;
+        }
+        self.shown.errors = Instant::now();
+        self.shown.told_last = is_over;
+        let image = picture(state);
+        let rival = turns.filter(|turns| is_whole(&turns.state));
+        let rival = rival.map(|turns| (turns, picture(&turns.state)));
+        let error = |image: &RgbImage, reference: &RgbImage| Errors::new(image, reference).ok().map(|e| e.rel_mse);
+        let against = |image: &RgbImage| self.reference.as_ref().and_then(|reference| error(image, reference));
+        let side = |text: &str, state: &RenderState, image: &RgbImage| json!({ "settings": text, "samples": samples_of(state), "seconds": state.seconds, "error": against(image) });
+        self.tell(&json!({
+            "type": "errors",
+            "first": side(self.settings.method().name(), state, &image),
+            "second": rival.as_ref().map(|(turns, image)| side(turns.text, &turns.state, image)),
+            "between": rival.as_ref().and_then(|(_, other)| error(&image, other)),
+        }));
+    }
+
+    /// Compares with `text` from now on, or no longer.
+    pub(super) fn change_compare(&mut self, text: Option<String>) -> Result<Change, String> {
+        if let Some(text) = &text {
+            self.settings_beside(text)?;
+        }
+        self.compare = text;
+        Ok(Change::Picture)
+    }
+}
+
+/// The light of each pixel.
+fn picture(state: &RenderState) -> RgbImage {
+    let size = state.film.crop().size();
+    let values = frame::light(&state.film);
+    RgbImage {
+        width: size.x as usize,
+        height: size.y as usize,
+        pixels: values.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_named() {
+        assert_eq!(parts("sppm"), Ok(vec![("integrator", "sppm")]));
+        let both = parts("path + reuse=none+max-depth = 3").unwrap();
+        assert_eq!(both, [("integrator", "path"), ("reuse", "none"), ("max-depth", "3")]);
+        let said = parts("path+nonsense").unwrap_err();
+        assert!(said.contains("`nonsense` is neither"), "{said}");
+        assert!(parts("").is_err());
+    }
+}

@@ -1,0 +1,88 @@
+//! A link that is as slow as is wanted, such as an ssh tunnel has it.
+
+use super::{Page, Viewer};
+use crate::support::program::{done, lit_floor, split};
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// 10 Mbit/s.
+pub const SLOW: f64 = 1.25e6;
+
+/// The address of a way to the server of `viewer` on which answers take `rate` bytes a second. It is open until the program ends.
+pub fn slow_link(viewer: &Viewer, rate: f64) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let server = viewer.address.clone();
+    thread::spawn(move || {
+        for page in listener.incoming().flatten() {
+            let Ok(server) = TcpStream::connect(&server) else {
+                return;
+            };
+            let _ = page.set_nodelay(true).and_then(|()| server.set_nodelay(true));
+            let (from, to) = (page.try_clone().unwrap(), server.try_clone().unwrap());
+            thread::spawn(move || forward(from, to, f64::INFINITY));
+            thread::spawn(move || forward(server, page, rate));
+        }
+    });
+    address
+}
+
+/// Passes bytes on, at a rate.
+fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
+    let mut buffer = [0; 4096];
+    let (mut start, mut passed) = (Instant::now(), 0.0);
+    while let Ok(n @ 1..) = from.read(&mut buffer) {
+        let late = passed / rate - start.elapsed().as_secs_f64();
+        if late > 0.0 {
+            thread::sleep(Duration::from_secs_f64(late));
+        } else {
+            // What was not used is lost.
+            (start, passed) = (Instant::now(), 0.0);
+        }
+        passed += n as f64;
+        if to.write_all(&buffer[..n]).is_err() {
+            break;
+        }
+    }
+    let _ = to.shutdown(Shutdown::Both);
+}
+
+/// Over a slow link pictures are packed: they come often while the camera moves, and the picture that stays has the light of the render without loss.
+#[test]
+fn slow_links_are_served() {
+    let folder = lit_floor();
+    let viewer = Viewer::start(folder.path(), &split("s.toml --size 512x384 --spp 8"));
+    let mut page = Page::open_at(&viewer, &slow_link(&viewer, SLOW)).unwrap();
+    let home = page.message("state")["camera"].clone();
+    let is_rounded = |header: &serde_json::Value| header["packed"]["rounding"] == 4;
+    page.frame_where(is_rounded);
+    let (start, mut pictures) = (Instant::now(), 0);
+    let mut camera = home.clone();
+    for step in 1..=30 {
+        camera["position"][0] = (f64::from(step) / 30.0).into();
+        camera["do"] = "camera".into();
+        page.send(&camera.to_string());
+        let frame = page.frame_where(|header| header["preview"] == true);
+        assert!(frame.header["packed"].is_object(), "{}", frame.header);
+        pictures += 1;
+    }
+    let rate = f64::from(pictures) / start.elapsed().as_secs_f64();
+    assert!(rate > 2.0, "{rate} pictures a second");
+
+    page.look(&home);
+    let whole = page.frame_where(|h| h["final"] == true && h["samples"] == 8.0);
+    assert_eq!(whole.header["packed"]["rounding"], 0);
+    assert!(whole.bytes < 512 * 384 * 6 * 9 / 10, "{} bytes", whole.bytes);
+    done(
+        folder.path(),
+        &split("render s.toml --size 512x384 --spp 8 -q -o r.exr"),
+    );
+    assert!(whole.halves().eq(super::halves_of(&folder.path().join("r.exr"))));
+
+    // Another page, on a fast link, is not held up by it.
+    let mut fast = viewer.page();
+    fast.send(r#"{"do":"restart"}"#);
+    fast.frame_where(|h| h["final"] == true && h["samples"] == 8.0);
+}

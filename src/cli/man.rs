@@ -22,7 +22,7 @@ pub(super) fn man(args: &ManArgs) -> Result<ExitCode, CliError> {
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
         let text = page(command)?;
         let name = format!("{}.1", command.get_display_name().unwrap_or(command.get_name()));
-        Output::prepare(&folder.join(name))?.write(|w| w.write_all(&text))?;
+        Output::prepare(folder.join(name))?.write(|w| w.write_all(&text))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -51,7 +51,7 @@ fn set_changes(document: &mut DocumentMut, materials: &[String], lights: &[Strin
         });
         let patches = patches
             .as_table_like_mut()
-            .ok_or("`patch` is no section; correct it first")?;
+            .ok_or("`patch` is not a section; correct it first")?;
         let patch = patches.entry(name).or_insert(Item::Table(Table::new()));
         let patch = patch
             .as_table_like_mut()

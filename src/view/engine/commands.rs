@@ -176,7 +176,7 @@ impl Engine<'_> {
         };
         // Writers ask for a file that can be replaced.
         let folder = tempfile::tempdir().map_err(|error| words(&error))?;
-        let output = Output::prepare(&folder.path().join(name)).map_err(|error| words(&error))?;
+        let output = Output::prepare(folder.path().join(name)).map_err(|error| words(&error))?;
         let path = output.path().to_path_buf();
         match renderer.write(state, &image, &[(format, output)], &metadata).first() {
             Some(error) => Err(words(error)),

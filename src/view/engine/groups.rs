@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 const GROUPS: &str = "light_group=";
 
 impl Engine<'_> {
-    /// Sees to it that groups are told apart if a page shows them, and not otherwise.
+    /// Separates groups if a page shows them, and only then.
     pub(super) fn follow_pages(&mut self) -> Change {
         let is_wanted = self.hub.channels().contains(LIGHTS);
         if is_wanted == self.tells_groups {
@@ -42,7 +42,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Has `settings` tell groups apart, or not.
+    /// Makes `settings` separate groups, or not.
     pub(super) fn tell_groups(&self, settings: &mut Settings) {
         settings.aovs.retain(|aov| *aov != Aov::Lights);
         if self.tells_groups {

@@ -92,7 +92,7 @@ pub(super) struct Engine<'a> {
     changes: BTreeMap<String, Option<String>>,
     /// Changes of materials and lights.
     edits: SceneChanges,
-    /// Whether the light of each light group is told apart.
+    /// Whether the light of each light group is separate.
     tells_groups: bool,
     /// Whether the scene file has such groups.
     has_own_groups: bool,

@@ -40,7 +40,7 @@ impl<'a> Turns<'a> {
         })
     }
 
-    /// Whether it is its turn beside a picture of `state`.
+    /// Whether the rival is to render next, beside a picture of `state`.
     pub fn is_next(&self, state: &RenderState, is_complete: bool) -> bool {
         !self.is_complete && (is_complete || self.state.seconds < state.seconds)
     }

@@ -753,7 +753,7 @@ fn light_that_cannot_be_met_is_said() {
     );
     // Beside a lamp, a warning
     let out = done(folder.path(), &["render", "s.toml", "--direct", "none"]);
-    assert!(words(&out).contains("spot light cannot be met"), "{}", words(&out));
+    assert!(words(&out).contains("no ray can hit a spot light"), "{}", words(&out));
     // Alone, an error
     append(folder.path(), "s.toml", "[material.lamp]\ndiffuse = [0, 0, 0]\n");
     for flags in [["--direct", "none"], ["--integrator", "naive"]] {

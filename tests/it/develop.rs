@@ -277,7 +277,7 @@ fn files_of_other_renderers_are_developed() {
     );
     let said = refused(at, &split("develop depth.exr -o x.png"), 1);
     assert!(
-        said.contains("depth.exr: has no layer with colours") && said.contains("of Z, odd"),
+        said.contains("depth.exr: has no layer with colours") && said.contains("--channel: Z, odd"),
         "{said}"
     );
     done(at, &split("develop -q depth.exr --channel odd -o x.png"));
@@ -311,7 +311,7 @@ fn what_cannot_be_developed_is_refused_with_what_can() {
         (
             "s.exr -o x.png --denoise=atrous --channel N",
             2,
-            &["N is no picture of light"],
+            &["N is not a layer of light"],
         ),
         (
             "s.exr -o x.png --crop 0,0,41,10",

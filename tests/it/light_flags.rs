@@ -113,7 +113,7 @@ fn a_sun_of_angle_0_is_parallel_light() {
     // A disc can be met by rays, single directions cannot.
     let wide = floor(&format!("{light}angle = 10\n"));
     let refusal = refused(plain.path(), &split("render s.toml --integrator naive"), 2);
-    assert!(refusal.contains("directional light cannot be met"), "{refusal}");
+    assert!(refusal.contains("no ray can hit a directional light"), "{refusal}");
     done(wide.path(), &split("render s.toml --integrator naive --spp 1"));
 }
 

@@ -453,7 +453,7 @@ fn channels_of_files_do_not_depend_on_the_way() {
 fn what_cannot_be_told_apart_is_refused() {
     let folder = files();
     for (args, words) in [
-        ("--integrator ao --aov direct", "ao tells no paths apart"),
+        ("--integrator ao --aov direct", "ao cannot separate light paths"),
         (
             "--integrator sppm --aov P,bounces",
             "use one of path, naive, direct, bdpt",

@@ -136,7 +136,7 @@ fn textures_are_found_elsewhere() {
         "{said}"
     );
     assert!(
-        said.contains("it was looked for in lib, lib/textures, lib/maps, ., textures, maps; put it there, or name its folder with --texture-dir"),
+        said.contains("searched in lib, lib/textures, lib/maps, ., textures, maps; put it there, or name its folder with --texture-dir"),
         "{said}"
     );
     let said = refused(at, &["render", "a.obj", "--strict"], 1);

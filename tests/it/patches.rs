@@ -227,7 +227,7 @@ fn names_that_no_face_uses_are_told_with_the_nearest() {
         ),
         ("[patch.metal]\nroughness = 0.1\n", "did you mean `Metal`?"),
         ("[material.Metall]\nroughness = 0.1\n", "did you mean `Metal`?"),
-        ("[material.xyz]\npatch = true\n", "that of a `usemtl` line"),
+        ("[material.xyz]\npatch = true\n", "a name from a `usemtl` line"),
     ] {
         fs::write(at.join("t.toml"), format!("{HEADER}{text}")).unwrap();
         let said = words(&done(at, &split("render t.toml -q -o t.png")));

@@ -246,7 +246,7 @@ fn init_writes_what_renders_alike() {
         "#file = \"../models/lib/textures/wood.png\"",
         "#[patch.\"Glass.001\"]",
         "# Its texture gone.png is missing.",
-        "# Defined, and used by no face: Unused",
+        "# Defined, but not used by any face: Unused",
         "# Camera: ",
     ] {
         assert!(text.contains(expected), "{expected}: {text}");
@@ -264,7 +264,7 @@ fn init_writes_what_renders_alike() {
     // It replaces nothing unasked, and no other file at all.
     let said = refused(at, &split("init models/a.obj -o scenes/a.toml"), 2);
     assert!(
-        said.contains("scenes/a.toml exists already") && said.contains("--force"),
+        said.contains("scenes/a.toml already exists") && said.contains("--force"),
         "{said}"
     );
     done(

@@ -21,6 +21,9 @@ type Samples<'py> = (
     Bound<'py, PyArray1<bool>>,
 );
 
+/// Values and densities.
+type ValuesAndDensities<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>);
+
 /// Scattering at a surface, in its local frame.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Bsdf(embrasure::bsdf::Bsdf);
@@ -73,7 +76,7 @@ impl Bsdf {
         py: Python<'py>,
         wo: PyReadonlyArray2<f32>,
         wi: PyReadonlyArray2<f32>,
-    ) -> PyResult<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>)> {
+    ) -> PyResult<ValuesAndDensities<'py>> {
         let (wo, wi) = (Rows::<f32, 3>::new("wo", &wo)?, Rows::<f32, 3>::new("wi", &wi)?);
         if wo.len() != wi.len() {
             return Err(PyValueError::new_err("wo and wi: arrays of one length are expected"));

@@ -15,7 +15,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A developed image, and how it came to be.
 pub struct Developed {
@@ -128,7 +128,7 @@ impl Film {
         })
     }
 
-    fn write(&self, path: &PathBuf, tone: Option<&str>, exposure: Option<&str>) -> Result<(), Error> {
+    fn write(&self, path: &Path, tone: Option<&str>, exposure: Option<&str>) -> Result<(), Error> {
         let Developed { image, exr, .. } = &self.0;
         let format = match Format::of_path(path)? {
             Format::Exr(_) => Format::Exr(exr.clone()),
@@ -145,10 +145,11 @@ impl Film {
                 let image = image.clone();
                 let steps = "read".into();
                 let written = Written { image, steps };
-                Ok(match format {
+                match format {
                     Format::Exr(format) => written.write_exr(&output, &format)?,
                     Format::Png(tone) => written.write_png(&output, &tone)?,
-                })
+                }
+                Ok(())
             }
         }
     }
@@ -309,7 +310,7 @@ pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
 }
 
 /// The channels of the first window that a channel has.
-fn image_of_layers(path: &PathBuf) -> Result<Image, FileError> {
+fn image_of_layers(path: &Path) -> Result<Image, FileError> {
     let layers = read_layers(path)?;
     let crop = layers.channels[0].window;
     let channels = layers.channels.into_iter().filter(|channel| channel.window == crop);

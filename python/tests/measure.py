@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import subprocess
 import sys
@@ -14,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 from statistics import median
-from typing import List
+from typing import Callable, Dict, List
 
 import numpy as np
 
@@ -66,5 +65,5 @@ def intersect(trace_rays: str, scene: str, count: str) -> None:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("PYTHONHASHSEED", "0")
-    {"render": render, "intersect": intersect}[sys.argv[1]](*sys.argv[2:])
+    commands: Dict[str, Callable[..., None]] = {"render": render, "intersect": intersect}
+    commands[sys.argv[1]](*sys.argv[2:])

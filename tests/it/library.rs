@@ -97,7 +97,8 @@ impl SampleTracer for Openness {
         };
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
-        out.radiance(world.transmittance(&vertex.ray_along(wi), out).color().into());
+        let open = world.transmittance(&vertex.ray_along(wi), out).color();
+        out.radiance(open.into());
     }
 }
 

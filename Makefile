@@ -41,7 +41,7 @@ run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -86,8 +86,10 @@ python: setup ## build the Python module, and the program, for use in place: PYT
 	$(CARGO) build --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))"
 	scripts/python-package $(TARGET)/release/libembrasure_python.so out/python
 
+lint-python: setup ## check the Python crate by clippy
+	$(CARGO) clippy --release --locked -p embrasure -p embrasure-python --features "$(PYTHON_NEEDS) $(call python,$(PYTHON_NEEDS))" -- -D warnings
+
 test-python: python ## test the Python module against the program, with its types, notebooks and page, in an environment of its own (.deps/python)
-	$(CARGO) clippy --locked -p embrasure-python --features "$(call python,$(LINTED))" -- -D warnings
 	scripts/setup-python
 	EMBRASURE_PROGRAM=$(abspath $(TARGET))/release/embrasure PYTHONPATH=out/python:python/tests .deps/python/bin/python -m pytest -q -p no:cacheprovider python/tests
 

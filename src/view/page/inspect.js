@@ -81,7 +81,8 @@ export class Inspector {
         $("pixel-sample").value = sample;
         this.ask(pixel);
       });
-      const bar = element("div", { class: "bar", style: `width:${Math.round(90 * share)}px` });
+      const bar = element("div", { class: "bar" });
+      bar.style.width = `${Math.round(90 * share)}px`;
       return element("tr", {}, element("td", {}, button), element("td", {}, radiance.map((x) => number(x)).join(", ")),
         element("td", {}, `${(100 * share).toPrecision(3)} %`, bar));
     });

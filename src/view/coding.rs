@@ -12,8 +12,10 @@ use std::io::Write;
 /// Bits of the mantissa that rounding takes: six of ten stay, which is an error of 0.8 % at most. A step of an 8-bit display is about as large.
 pub(super) const ROUNDING: u32 = 4;
 
-/// Bits of the largest finite number.
+/// Bits of the largest finite number, of infinity, and of a number that is none.
 const LARGEST: u16 = 0x7bff;
+const INFINITY: u16 = 0x7c00;
+const QUIET_NAN: u16 = 0x7e00;
 
 /// Packs `halves`, three for each pixel of rows of `width`, without their last `rounding` bits, which are rounded.
 pub(super) fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
@@ -45,8 +47,12 @@ pub(super) fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
 fn rounded(bits: u16, rounding: u32) -> u16 {
     let (sign, size) = (bits & 0x8000, bits & 0x7fff);
     let unit = 1 << rounding;
-    if rounding == 0 || size > LARGEST {
-        return bits & !(unit - 1);
+    match size {
+        _ if rounding == 0 => return bits,
+        // The bits that stay of a NaN may be those of infinity.
+        size if size > INFINITY => return sign | QUIET_NAN,
+        INFINITY => return bits,
+        _ => {}
     }
     sign | ((size + unit / 2) & !(unit - 1)).min(LARGEST & !(unit - 1))
 }

@@ -289,9 +289,12 @@ fn backends_agree_through_glass() {
             film_of(&path_tracer(world.with_accel(&accel), Some(4)), size, 256, 1)
         })
     };
-    let mut films = vec![film(&backend(&scene)), film(&BruteForce::new(&scene))];
-    #[cfg(feature = "obvhs")]
-    films.push(film(&embrasure::accel::bvh::BvhAccel::new(&scene)));
+    let films = [
+        film(&backend(&scene)),
+        film(&BruteForce::new(&scene)),
+        #[cfg(feature = "obvhs")]
+        film(&embrasure::accel::bvh::BvhAccel::new(&scene)),
+    ];
     for other in &films[1..] {
         let (a, b) = (film_mean(&films[0], 1), film_mean(other, 1));
         let error = film_error(&films[0], 1);

@@ -236,7 +236,7 @@ fn default_names_spare_files_of_the_scene_and_of_others() {
     let said = words(&done(at, &split(&line)));
     assert!(
         said.contains(
-            "a.exr is there and was not written by this program: the pictures are a.render.png and a.render.exr"
+            "a.exr exists and was not written by this program: the pictures are a.render.png and a.render.exr"
         ),
         "{said}"
     );

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 /// A box corner with a smooth edge, whose material leaves its reading to a dialect.
 fn scene() -> TempDir {
     folder(&[
-        ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 1\n"),
+        ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 0\n"),
         (
             "a.obj",
             "mtllib a.mtl\nusemtl a\nv -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv -1 0.5 -2\nv 1 0.5 -2\nf 4 3 2 1\nf 1 2 6 5\n",

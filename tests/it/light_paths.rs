@@ -460,7 +460,7 @@ fn what_cannot_be_told_apart_is_refused() {
         ),
         ("--aov direct,glossy", "unknown channels"),
         ("--aov lpe:a=LSX", "`X` at character 3"),
-        ("--aov lpe:a=CDL,lpe:a=CGL", "stands for CDL and for CGL"),
+        ("--aov lpe:a=CDL,lpe:a=CGL", "defined twice, as CDL and as CGL"),
         ("--aov bounces:2,bounces:3", "ask for bounces once"),
         ("--aov lpe:a=C.{7}D.*L", "more than 64 classes"),
         ("--aov lpe:caustics", "needs a name"),

@@ -429,7 +429,7 @@ fn scene_files_place_and_move_objects() {
     write("flat.txt", "1 0 0 0  0 1 0 0  0 0 1 0\n1 0 0 0  0 0 0 0  0 0 1 0\n");
     write("word.txt", "\n1 0 0 0  0 1 0 0  0 0 one 0\n");
     for (text, place, word) in [
-        ("obj_close = \"other.obj\"", "s.toml:4:", "other faces"),
+        ("obj_close = \"other.obj\"", "s.toml:4:", "differ from those"),
         ("obj_close = \"missing.obj\"", "s.toml:4:", "missing.obj"),
         ("instances = \"bad.txt\"", "bad.txt:1:", "11 numbers"),
         ("instances = \"flat.txt\"", "flat.txt:2:", "flattens"),

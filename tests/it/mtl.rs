@@ -144,33 +144,33 @@ fn textures_are_found_elsewhere() {
 
     // Beside the OBJ file, beside the library, and in the folder given: each comes before the last.
     for (file, flags, found) in [
-        ("maps/wall.png", &["a.obj"][..], "maps/wall.png is taken"),
-        ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is taken"),
+        ("maps/wall.png", &["a.obj"][..], "maps/wall.png is used"),
+        ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is used"),
         (
             "given/wall.png",
             &["a.obj", "--strict", "--texture-dir", "maps", "--texture-dir", "given"],
-            "maps/wall.png is taken",
+            "maps/wall.png is used",
         ),
         (
             "given/wall.png",
             &["a.obj", "--texture-dir", "given"],
-            "given/wall.png is taken",
+            "given/wall.png is used",
         ),
-        ("given/wall.png", &["s.toml"], "given/wall.png is taken"),
+        ("given/wall.png", &["s.toml"], "given/wall.png is used"),
         (
             "given/wall.png",
             &["a.obj", "--set", "render.texture_dir=given"],
-            "given/wall.png is taken",
+            "given/wall.png is used",
         ),
         (
             "given/wall.png",
             &["s.toml", "--texture-dir", "maps"],
-            "maps/wall.png is taken",
+            "maps/wall.png is used",
         ),
     ] {
         write_grey_png(&at.join(file), &[100]);
         let said = render(flags);
-        assert_eq!(said.matches("is taken").count(), 1, "{flags:?}: {said}");
+        assert_eq!(said.matches("is used").count(), 1, "{flags:?}: {said}");
         assert!(
             said.contains(found) && !said.contains("is missing"),
             "{flags:?}: {said}"

@@ -46,7 +46,7 @@ impl Loader<'_> {
                 FoundTexture::Elsewhere(path) => {
                     let name = (request.place.file.clone(), statement.file.clone());
                     if self.found_elsewhere.insert(name) {
-                        let found = request.remark(&format!("is not at this path; {} is used", path.display()));
+                        let found = request.remark(&format!("is missing there; {} is used", path.display()));
                         let found = found.help("write its path relative to the file that names it");
                         self.findings.add(Severity::Warning, "found-elsewhere", found);
                     }

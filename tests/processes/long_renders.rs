@@ -136,7 +136,7 @@ fn crops_and_ranges_are_joined() {
     );
     let said = merge(&["left.exr", "top.exr", "first.exr", "second.exr", "first.exr"]);
     assert!(
-        said.contains("samples 0..64 of pixel 17,12 are in first.exr too"),
+        said.contains("samples 0..64 of pixel 17,12 are also in first.exr"),
         "{said}"
     );
     let said = merge(&["one.exr"]);
@@ -583,7 +583,7 @@ fn full_disks_lose_nothing() {
             said.contains("disk/c.exr: cannot write") && said.contains("disk/o.exr: cannot write"),
             "{said}"
         );
-        assert!(said.contains("the render goes on"), "{said}");
+        assert!(said.contains("the render continues"), "{said}");
         assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
         let samples = read_channel(&folder.path().join("kept.exr"), "samples");
         assert!(samples.iter().all(|&n| n == 1024.0));

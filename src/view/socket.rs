@@ -4,7 +4,7 @@
 //! tells how fast the link is, and pictures are packed where it is slow. Commands are taken at a limited rate: a page that sends more waits, and one that sends nonsense for
 //! long is closed.
 
-use super::frame::Coding;
+use super::frame::{Coding, PICTURE};
 use super::hub::{Hub, Mail, PageId};
 use super::protocol::Command;
 use std::io::ErrorKind;
@@ -45,6 +45,9 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
         .max_message_size(Some(MAX_COMMAND))
         .max_frame_size(Some(MAX_COMMAND));
     let id = hub.join();
+    // A complete picture is shown to a page that comes later, too.
+    let (name, second) = (PICTURE.to_string(), None);
+    hub.send(Mail::Command(id, Command::Channel { name, second }));
     hub.tell(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
     let mut page = Page {
         socket: WebSocket::from_raw_socket(stream, Role::Server, Some(config)),

@@ -123,7 +123,7 @@ fn integrators_can_be_brought() {
     assert_eq!(renderer.render_with(&mut brought, &Openness, &()), Outcome::Complete);
     let picture = renderer.develop(&brought);
     assert_eq!(renderer.develop(&own), picture);
-    assert_eq!(own.statistics.rays, brought.statistics.rays);
+    assert_eq!(own.statistics.samples, brought.statistics.samples);
     let open = &picture.channels[0].values;
     assert!(
         open.iter().any(|&v| v > 0.0) && open.iter().any(|&v| v < 0.99),

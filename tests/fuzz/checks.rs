@@ -133,7 +133,7 @@ fn check_environment(folder: &Path, bytes: &[u8]) {
     let is_exr = bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
     let name = if is_exr { "exr" } else { "hdr" };
     write(&folder.join("t").with_extension(name), bytes);
-    let file = SceneFile::load(&folder.join(name).with_extension("toml")).expect("a sound scene file");
+    let file = SceneFile::load(folder.join(name).with_extension("toml")).expect("a sound scene file");
     if let Some(loaded) = check_load(&file, folder) {
         check_render(&loaded.scene, None);
     }

@@ -337,7 +337,7 @@ fn keys_place_the_ground() {
     let of = |ground: &str, set: &[&str]| {
         let folder = stage(ground);
         let set: Vec<String> = set.iter().map(|key| key.to_string()).collect();
-        let file = SceneFile::load_with(&folder.path().join("s.toml"), &set).unwrap();
+        let file = SceneFile::load_with(folder.path().join("s.toml"), &set).unwrap();
         load_scene(&file, SceneBuilder::new()).unwrap().scene
     };
     let plane = |ground: &str| {

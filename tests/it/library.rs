@@ -74,7 +74,7 @@ fn pictures_are_those_of_the_command_line() {
     assert_eq!(renderer.render(&mut state, &()), Outcome::Complete);
     let outputs = [(
         Format::Exr(ExrFormat::default()),
-        Output::prepare(&path("library.exr")).unwrap(),
+        Output::prepare(path("library.exr")).unwrap(),
     )];
     let failures = renderer.write(
         &state,
@@ -141,7 +141,7 @@ fn renders_are_gone_on_with() {
     let (mut whole, mut state) = (renderer.start(), renderer.start());
     renderer.render(&mut whole, &());
     let mut stops = 0;
-    let checkpoint = Output::prepare(&path("c.exr")).unwrap();
+    let checkpoint = Output::prepare(path("c.exr")).unwrap();
     while renderer.render(&mut state, &Patience(AtomicU64::new(2000))) == Outcome::Stopped {
         stops += 1;
         state.keep(&checkpoint, &renderer.metadata(&state, false)).unwrap();
@@ -280,7 +280,7 @@ fn builds_are_told_apart() {
         let mut metadata = renderer.metadata(&state, true);
         assert_eq!(metadata.build, embrasure::BUILD);
         metadata.build = build.into();
-        state.keep(&Output::prepare(&path(name)).unwrap(), &metadata).unwrap();
+        state.keep(&Output::prepare(path(name)).unwrap(), &metadata).unwrap();
     };
     keep("own.exr", embrasure::BUILD);
     keep("other.exr", "0123456789ab");

@@ -50,7 +50,11 @@ impl Backend {
                 AnyAccel::Obvhs(accel) => Some(AnyAccel::Obvhs(accel)),
                 _ => None,
             }),
-            _ => Ok(None),
+            _ => {
+                // A program without these backends uses neither.
+                let _ = (scene, pool);
+                Ok(None)
+            }
         }
     }
 

@@ -180,8 +180,8 @@ fn textures_are_found_elsewhere() {
     assert!(String::from_utf8_lossy(&checked.stdout).contains("[found-elsewhere]"));
 
     for (value, word) in [
-        ("3", "texture_dir is no name of a folder"),
-        ("[\"given\", 3]", "texture_dir is no name of a folder"),
+        ("3", "texture_dir is not the name of a folder"),
+        ("[\"given\", 3]", "texture_dir is not the name of a folder"),
         ("\"gone\"", "texture_dir: there is no folder gone"),
     ] {
         fs::write(at.join("s.toml"), scene.replace("[\"given\"]", value)).unwrap();

@@ -166,25 +166,20 @@ impl<'a> Renderer<'a> {
     /// render can be resumed then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
-        let start = Instant::now();
-        let film = &mut state.film;
-        let task = Render {
-            session: self.session,
-            method: self.session.settings().method(),
-            prepared: &self.prepared,
-            film,
-            observer,
-        };
-        let (outcome, statistics) = self.accel.with(task);
-        state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
-        state.seconds += start.elapsed().as_secs_f64();
-        outcome
+        add_samples(state, |film| {
+            self.accel.with(Render {
+                session: self.session,
+                method: self.session.settings().method(),
+                prepared: &self.prepared,
+                film,
+                observer,
+            })
+        })
     }
 
     /// Does what [`Renderer::render`] does by an integrator of the caller's: `tracer` finds the light of each sample in place of the method that the settings
     /// name. Files name that method all the same ([`Metadata::settings`]).
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
-        let start = Instant::now();
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
         let integrator = Traced {
@@ -192,14 +187,12 @@ impl<'a> Renderer<'a> {
             tracer,
         };
         let (sampler, end) = (settings.random_numbers(), settings.samples().end);
-        let film = &mut state.film;
-        let (outcome, statistics) = self.session.install(|| match settings.noise {
-            None => render::render(&integrator, &sampler, film, end, &observer),
-            Some(level) => render::render_to_noise(&integrator, &sampler, film, level, end, &observer),
-        });
-        state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
-        state.seconds += start.elapsed().as_secs_f64();
-        outcome
+        add_samples(state, |film| {
+            self.session.install(|| match settings.noise {
+                None => render::render(&integrator, &sampler, film, end, &observer),
+                Some(level) => render::render_to_noise(&integrator, &sampler, film, level, end, &observer),
+            })
+        })
     }
 
     /// What files say of a picture of `state`; `is_complete` where nothing is missing of it.
@@ -367,6 +360,15 @@ pub enum Unfinished {
     Failed(DenoiseError),
     /// It was given up before its end.
     GivenUp,
+}
+
+/// Adds the samples that `take` gives to the film of `state`, their statistics, and the time that they took.
+fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome, Statistics)) -> Outcome {
+    let start = Instant::now();
+    let (outcome, statistics) = take(&mut state.film);
+    state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
+    state.seconds += start.elapsed().as_secs_f64();
+    outcome
 }
 
 /// Adds samples to a film.

@@ -8,19 +8,21 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 
 # The feature sets that `make test` runs, each compiled once. For one more: a name here, and its flags below.
 #
-# `all` has what this machine can have, and every test. The others have no Embree: they run what traces rays by their own backend or names it.
-# Lobes, textures, files and sampling are the same code in every set. A set compiles either the unit tests, of which
-# it runs the modules LIB_*, or tests/it, of which it runs IT_*. Brute force is too slow for most scenes.
+# `all` has what this machine can have, and every test. `obvhs` has no Embree: it runs what traces rays by its own backend or names it (LIB_obvhs of the
+# unit tests, IT_obvhs of tests/it). Lobes, textures, files and sampling are the same code in both. A build without any backend, `none`, is linted alone.
 #
-# Packages that the other sets do not use are named with them: bindgen of embree4-sys, and Open Image Denoise, ask more of procedural macros than
-# others do, and without them all that uses such macros would be compiled once more.
-# The crate itself is compiled with little optimisation there, by which tests take a sixth longer: that is less than compiling saves.
-FEATURE_SETS := all none obvhs
-SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features --config profile.dev.package.embrasure.opt-level=1
-FLAGS_all     = --workspace --exclude embrasure-oidn --exclude embrasure-python --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
+# Unit tests of the renderer are short, and compiled with little optimisation; so is the renderer itself where it lacks Embree: tests take a sixth
+# longer by that, which is less than compiling saves. Packages that a set does not use are named with it: bindgen of embree4-sys, and Open Image
+# Denoise, ask more of procedural macros than others do, and without them all that uses such macros would be compiled once more.
+FEATURE_SETS := all obvhs
+OPT_1        := --config profile.dev.package.embrasure-core.opt-level=1
+SMALL        := -p embrasure -p embrasure-embree-sys --no-default-features $(OPT_1)
+FEATURES_all  = --features "$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN)"
+FLAGS_all     = --workspace --exclude embrasure-core --exclude embrasure-oidn --exclude embrasure-python $(FEATURES_all)
+FLAGS_core    = -p embrasure-core -p embrasure-embree-sys --features "embrasure-core/embree embrasure-core/tobj $(subst embrasure/,embrasure-core/,$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN))" $(OPT_1)
 FLAGS_none   := $(SMALL) --features embrasure/cli
-LIB_none     := accel:: integrator::opacity:: session:: cli::
 FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
+LIB_obvhs    := session:: cli::
 IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: iterations:: lights:: motion:: surfaces::
 
 # The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
@@ -34,9 +36,6 @@ with_obvhs = @if $(HAS_OBVHS); then echo '$(1)' && $(1); else \
 # The features with which all targets are linted and documented. Of the features that are the default, and of none, the library is enough; the example
 # brings the features of dependencies that tests have, so that these are checked once.
 LINTED = embrasure/oidn $(call optional,obvhs,HAS_OBVHS)
-
-# What a set runs.
-run_set = $(CARGO) test --locked $(FLAGS_$(1)) $(if $(LIB_$(1)),--lib -- $(LIB_$(1)))$(if $(IT_$(1)),--test it -- $(IT_$(1)))
 
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
@@ -59,8 +58,8 @@ lint: setup ## check formatting, words, clippy and rustdoc; any warning is an er
 	$(CARGO) fmt --all --check
 	$(CARGO) fmt --manifest-path tests/fuzz/Cargo.toml --check
 	$(CARGO) clippy --workspace --exclude embrasure-python --all-targets --locked --features "$(LINTED)" -- -D warnings
-	$(CARGO) clippy -p embrasure --lib --example made_in_code --locked -- -D warnings
-	$(CARGO) clippy $(SMALL) --lib --example made_in_code --locked -- -D warnings
+	$(CARGO) clippy -p embrasure -p embrasure-core --lib --example made_in_code --locked -- -D warnings
+	$(CARGO) clippy -p embrasure-core $(SMALL) --lib --example made_in_code --locked -- -D warnings
 	$(CARGO) clippy $(FLAGS_none) --all-targets --locked -- -D warnings
 	$(call with_obvhs,$(CARGO) clippy $(FLAGS_obvhs) --lib --test it --locked -- -D warnings)
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --workspace --exclude embrasure-python --no-deps --document-private-items --locked --features "$(LINTED)"
@@ -70,13 +69,11 @@ test: setup lint $(FEATURE_SETS:%=test-%) ## lint, then run the tests with each 
 test-all: setup
 	@$(HAS_OBVHS) || { echo 'skipped: tests of obvhs: the crate needs Rust 1.88'; [ -z "$$EMBRASURE_REQUIRE_OBVHS" ]; }
 	@$(HAS_OIDN) || { echo 'skipped: tests of Open Image Denoise: it cannot be had'; [ -z "$$EMBRASURE_REQUIRE_OIDN" ]; }
-	$(call run_set,all)
-
-test-none: setup
-	$(call run_set,none)
+	$(CARGO) test --locked $(FLAGS_all)
+	$(CARGO) test --locked $(FLAGS_core) --lib
 
 test-obvhs: setup
-	$(call with_obvhs,$(call run_set,obvhs))
+	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_obvhs) --lib --test it -- $(LIB_obvhs) $(IT_obvhs))
 
 # The Python module has the features of the program that `make demo` builds, so that both are made of one compiled library.
 python        = $(subst embrasure/,embrasure-python/,$(1))

@@ -55,33 +55,17 @@
 // Parts that the commands alone use.
 #![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports))]
 
-pub mod accel;
-pub mod bsdf;
-pub mod camera;
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod color;
-pub mod compare;
-pub mod denoise;
 pub mod description;
-pub mod film;
-pub mod geometry;
-pub mod guess;
-pub mod integrator;
-pub mod io;
-pub mod light;
-pub mod lint;
-pub mod material;
-pub mod math;
-pub mod options;
-pub mod render;
-pub mod sampler;
-pub mod sampling;
-pub mod scene;
 pub mod session;
-pub mod texture;
 #[cfg(feature = "view")]
 mod view;
+
+pub use embrasure_core::{
+    accel, bsdf, camera, color, compare, denoise, film, geometry, guess, integrator, io, light, lint, material, math,
+    method, options, render, sampler, sampling, scene, texture,
+};
 
 pub use description::SceneFile;
 pub use film::{Aov, Image, PathPart, Rect};

@@ -15,7 +15,7 @@ use crate::math::{Ray, list};
 use crate::options::{Backend, Denoising, SamplingOptions};
 use crate::render::{Outcome, Statistics};
 use crate::scene::Scene;
-use crate::session::Session;
+use crate::session::{AnyAccel, Session};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -215,7 +215,7 @@ impl Audit<'_> {
     fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
-        let audited: &dyn Accel = &auditor;
+        let audited = AnyAccel::Audited(&auditor);
         let world = self.session.world(&audited);
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
@@ -223,7 +223,7 @@ impl Audit<'_> {
         let (_, statistics) = self.session.install(|| {
             settings
                 .method()
-                .render((world, &prepared), &sampler, &mut film, samples, None, &progress)
+                .render((world, &prepared), &sampler, &mut film, (samples, None), &progress)
         });
         progress.finish();
         (auditor.findings(), statistics)

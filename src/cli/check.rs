@@ -4,15 +4,12 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, set_load};
 use super::words;
-use crate::accel::Dispatch;
-use crate::camera::Camera;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint::{self, Forecast};
-use crate::math::UVec2;
 use crate::options::Backend;
 use crate::scene::{Scene, SceneBuilder};
-use crate::session::{AccelTask, CameraSettings, FoundCamera, all_threads, forecast, thread_pool};
+use crate::session::{CameraSettings, FoundCamera, all_threads, forecast, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -86,7 +83,7 @@ impl Report {
         let pool = thread_pool(all_threads())?;
         let (inspection, linted) = pool.install(|| {
             let inspection = inspect_scene(&file, SceneBuilder::new());
-            let linted = lint::inspect(&file, &inspection);
+            let linted = lint::inspect(&inspection, file.eye(), &|message| file.whole(message));
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
@@ -130,14 +127,12 @@ impl Report {
             Err(error) => self.refused("wrong-camera", &whole, error.into()),
             Ok(_) if scene.triangle_count() == 0 => {}
             Ok(FoundCamera { camera, .. }) => {
-                let view = View {
-                    scene: &scene,
-                    camera: &camera,
-                    resolution: job.settings.resolution,
-                    file: &job.scene,
-                };
                 let accel = job.settings.backend.build(&scene, &pool)?;
-                self.findings.extend(accel.with(view));
+                let (accel, resolution) = (accel.as_dyn(), job.settings.resolution);
+                self.findings
+                    .extend(lint::inspect_view(accel, &scene, &camera, resolution, &|message| {
+                        job.scene.whole(message)
+                    }));
             }
         }
         Ok(())
@@ -365,20 +360,4 @@ fn finding_json(finding: &Finding) -> Value {
         "count": finding.count,
         "places": error.position.iter().chain(&finding.more).map(place).collect::<Vec<_>>(),
     })
-}
-
-/// Looks through the camera.
-struct View<'a> {
-    scene: &'a Scene,
-    camera: &'a Camera,
-    resolution: UVec2,
-    file: &'a SceneFile,
-}
-
-impl AccelTask for View<'_> {
-    type Output = Option<Finding>;
-
-    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
-        lint::inspect_view(accel, self.scene, self.camera, self.resolution, self.file)
-    }
 }

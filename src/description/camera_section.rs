@@ -1,5 +1,5 @@
 use crate::guess::{Orbit, View};
-use crate::options::names::{join_names, name_of};
+use crate::options::{join_names, name_of};
 use serde::de::{Deserializer, Error};
 use serde::{Deserialize, Serialize, Serializer};
 use std::ops::Range;

@@ -30,14 +30,13 @@ mod template;
 mod unknown_key;
 mod write;
 
+pub use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use camera_section::{CameraSection, NamedView, OrbitAngles};
 pub use ground_section::{Albedo, GroundSection};
 pub use in_order::InOrder;
 pub use light_group_section::LightGroupSection;
 pub use light_section::{DEFAULT_SUN, LightSection, Rotation};
-pub use load::{
-    DEFAULT_MATERIAL, Inspection, Loaded, MaterialSource, ObjSource, inspect_scene, load_scene, load_scene_watched,
-};
+pub use load::{Loaded, inspect_scene, load_scene, load_scene_watched};
 pub use made_object::MadeObject;
 pub use map_section::MapSection;
 pub use material_section::{ColorValue, MaterialSection};

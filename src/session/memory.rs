@@ -2,9 +2,10 @@
 
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
-use crate::film::Film;
+use crate::film::{Aov, Film};
 use crate::io::{MemoryLimit, in_words};
 use crate::lint::Forecast;
+use crate::method::PictureSize;
 use crate::scene::Scene;
 
 impl Session {
@@ -34,11 +35,24 @@ pub(crate) fn forecast(file: &SceneFile, scene: &Scene, settings: &Settings) -> 
 
 /// What a render of the scene will take whose largest OBJ file has so many bytes.
 pub(super) fn forecast_of(scene: &Scene, largest_file: u64, settings: &Settings) -> Forecast {
-    let method = settings.method().memory(settings, scene);
+    let method = settings.method().memory(&picture_size(settings, scene), scene);
     Forecast {
         prepared: method.prepared,
         sampling: method.iteration,
         ..Forecast::new(scene, settings.crop(), largest_file)
+    }
+}
+
+/// What the memory of a method depends on.
+fn picture_size(settings: &Settings, scene: &Scene) -> PictureSize {
+    let classes = settings.paths().ok().flatten().map_or(0, |paths| paths.classes());
+    PictureSize {
+        resolution: settings.resolution,
+        crop: settings.crop(),
+        filter: settings.filter(),
+        threads: settings.threads,
+        tells_groups: settings.aovs.contains(&Aov::Lights),
+        parts: settings.parts_of_light(scene) - settings.light_paths.len() + classes,
     }
 }
 

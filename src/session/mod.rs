@@ -6,36 +6,33 @@
 //! Values of the scene file are checked when `Settings` are made of it, each by itself, with its place in the file. Combinations are checked
 //! (`Settings::check`) after flags, or a program, have changed them. Those errors name flags, because most readers of them have typed some.
 //!
-//! `backend` chooses the acceleration structure and `method::run` the integrator, once each, before the first ray.
+//! [`method`](crate::method) chooses the acceleration structure and the integrator, once each, before the first ray.
 
-mod backend;
 mod camera;
 #[cfg(feature = "view")]
 mod change;
-mod error;
 mod guesses;
 mod hash;
 mod lighting;
 mod memory;
 mod merge;
-mod method;
 mod renderer;
 mod settings;
 mod state;
+mod version;
 
-pub use backend::{BUILD, version_text};
+pub use crate::method::{Error, InvalidSetting};
 pub use camera::CameraSettings;
 pub(crate) use camera::FoundCamera;
-pub use error::{Error, InvalidSetting};
 pub use guesses::Guesses;
 pub use merge::{Joined, Parts};
 pub use renderer::{Renderer, Unfinished};
 pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;
+pub use version::{BUILD, version_text};
 
-pub(crate) use backend::{AccelTask, AnyAccel};
+pub(crate) use crate::method::{AnyAccel, Prepared};
 pub(crate) use memory::forecast;
-pub(crate) use method::Prepared;
 pub(crate) use renderer::denoised;
 pub(crate) use settings::all_threads;
 

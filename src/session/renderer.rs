@@ -4,15 +4,13 @@
 //! instruction set, size, crop and first sample. Settings name the number of samples only where the sampler depends on it (`zsobol`, `hammersley`,
 //! `orthogonal`, `--directions perturbed-qmc` and `fibonacci`).
 
-use super::backend::BUILD;
 use super::memory::check_pixels;
-use super::{AccelTask, AnyAccel, Error, Prepared, RenderState, Session, Settings, thread_pool};
-use crate::accel::{Accel, Auditor, BackendInfo, Dispatch};
+use super::{AnyAccel, BUILD, Error, Prepared, RenderState, Session, Settings, thread_pool};
+use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::film::{Aov, Film, Image};
 use crate::integrator::{SampleTracer, Traced};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Output, guarded};
-use crate::options::Method;
 use crate::render::{self, Observer, Outcome, Statistics};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -74,7 +72,10 @@ impl<'a> Renderer<'a> {
 
     /// Makes what has to be there before the first sample.
     pub(crate) fn prepare(&self) {
-        self.accel.with(Prepare(self));
+        let settings = self.session.settings();
+        let world = (self.session.world(&self.accel), &self.prepared);
+        self.session
+            .install(|| settings.method().prepare(world, &settings.random_numbers(), &()));
     }
 
     /// What it is a renderer of.
@@ -166,14 +167,12 @@ impl<'a> Renderer<'a> {
     /// render can be resumed then. Bits depend neither on threads nor on when it was stopped. One that was stopped early may have no sample at all
     /// ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
+        let settings = self.session.settings();
+        let (sampler, limits) = (settings.random_numbers(), (settings.samples().end, settings.noise));
+        let world = (self.session.world(&self.accel), &self.prepared);
         add_samples(state, |film| {
-            self.accel.with(Render {
-                session: self.session,
-                method: self.session.settings().method(),
-                prepared: &self.prepared,
-                film,
-                observer,
-            })
+            let render = || settings.method().render(world, &sampler, film, limits, observer);
+            self.session.install(render)
         })
     }
 
@@ -369,50 +368,4 @@ fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome
     state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
     state.seconds += start.elapsed().as_secs_f64();
     outcome
-}
-
-/// Adds samples to a film.
-struct Render<'a> {
-    session: &'a Session,
-    method: Method,
-    prepared: &'a Prepared,
-    film: &'a mut Film,
-    observer: &'a dyn Observer,
-}
-
-impl AccelTask for Render<'_> {
-    type Output = (Outcome, Statistics);
-
-    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
-        let Self {
-            session,
-            method,
-            prepared,
-            film,
-            observer,
-        } = self;
-        let settings = session.settings();
-        let (sampler, end) = (settings.random_numbers(), settings.samples().end);
-        let world = session.world(accel);
-        session.install(|| method.render((world, prepared), &sampler, film, end, settings.noise, observer))
-    }
-}
-
-/// Makes what has to be there before the first sample.
-struct Prepare<'a>(&'a Renderer<'a>);
-
-impl AccelTask for Prepare<'_> {
-    type Output = ();
-
-    fn run<A: Dispatch>(self, accel: &A) {
-        let (session, prepared) = (self.0.session, &self.0.prepared);
-        let method = session.settings().method();
-        session.install(|| {
-            method.prepare(
-                (session.world(accel), prepared),
-                &session.settings().random_numbers(),
-                &(),
-            )
-        });
-    }
 }

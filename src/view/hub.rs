@@ -1,8 +1,9 @@
 //! What the render and the threads of the pages share: commands on their way to the render, messages and pictures on their way to the pages.
 
-use super::frame::{Frame, PICTURE};
+use super::frame::Frame;
 use super::protocol::Command;
 use crate::color::Tone;
+use crate::io::half_picture::PICTURE;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;

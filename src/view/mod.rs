@@ -2,14 +2,13 @@
 //!
 //! [`serve`] renders on the thread that calls it, by the sessions that `render` uses, so the picture of N samples has the bits of `render --spp N`. `engine` is that
 //! loop; `hub` is what it shares with the pages. `server` accepts connections and answers requests (`http`); each page has a thread with its WebSocket (`socket`),
-//! whose words `protocol` defines. `frame` makes pixels of films, `coding` packs them for slow links, `parameters` lists what can be set, `scene_file` writes cameras and other
+//! whose words `protocol` defines. `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`), `parameters` lists what can be set, `scene_file` writes cameras and other
 //! changes into a scene file, `watch` notices files that change, and `page` has the files of the page itself.
 //!
 //! The render is for its user alone: the server listens on the loopback address unless told otherwise, a link has 128 random bits, and the name by which a browser
 //! asks (`Host`) and the page that asks (`Origin`) are checked, so that a page elsewhere cannot ask by a name of its own. Sizes, rates and numbers of connections are
 //! limited. Files other than the page's are not served, but for the picture.
 
-mod coding;
 mod engine;
 mod frame;
 mod http;

@@ -4,9 +4,10 @@
 //! tells how fast the link is, and pictures are packed where it is slow. Commands are taken at a limited rate: a page that sends more waits, and one that sends nonsense for
 //! long is closed.
 
-use super::frame::{Coding, PICTURE};
+use super::frame::Coding;
 use super::hub::{Hub, Mail, PageId};
 use super::protocol::Command;
+use crate::io::half_picture::PICTURE;
 use std::io::ErrorKind;
 use std::net::TcpStream;
 use std::thread;

@@ -1,4 +1,4 @@
-//! What the page does with packed pictures (`page/coding.js`), written anew from its description in `src/view/coding.rs`.
+//! What the page does with packed pictures (`page/coding.js`), written anew from its description in `src/core/io/packed.rs`.
 
 use flate2::read::DeflateDecoder;
 use serde_json::Value;

@@ -7,13 +7,13 @@ use super::error::CliError;
 use super::job::Job;
 use super::progress::Progress;
 use super::warnings::ShownWarnings;
-use crate::accel::{Accel, Dispatch, Query, QueryKind, Recorder};
+use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{RayKind, RaySink, Sink};
-use crate::math::{Ray, UVec2};
+use crate::math::UVec2;
 use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
 use crate::sampler::SampleKey;
-use crate::session::{AccelTask, Prepared, Session, thread_pool};
+use crate::session::{AnyAccel, Prepared, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -155,13 +155,14 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneReport, CliError> {
             build_s.push(start.elapsed().as_secs_f64());
         }
         tell("rays");
-        let measured = backend.build(scene, session.pool())?.with(Measure {
+        let measure = Measure {
             session: &session,
+            accel: backend.build(scene, session.pool())?,
             prepared: session.prepared(),
             repeat: args.repeat.get(),
             build_s: median(build_s),
-        })?;
-        backends.push(measured);
+        };
+        backends.push(measure.run()?);
     }
     Ok(SceneReport {
         scene: name.into_owned(),
@@ -184,21 +185,33 @@ fn shrink(job: &mut Job) {
     *resolution = UVec2::new(side(resolution.x), side(resolution.y));
 }
 
+/// What is measured on one scene by one backend.
 struct Measure<'a> {
     session: &'a Session,
+    accel: AnyAccel<'a>,
     prepared: Prepared,
     repeat: usize,
     build_s: f64,
 }
 
-impl AccelTask for Measure<'_> {
-    type Output = Result<BackendReport, CliError>;
+/// The rays of a render, tile by tile in the order of tracing.
+#[derive(Default)]
+struct Recording {
+    all: Vec<Vec<Query>>,
+    /// Those to the closest hit after 0, 1 and 2 scatterings, and those to lights.
+    by_kind: [Vec<Vec<Query>>; 4],
+}
 
-    fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
-        let recording = self.session.install(|| self.record(accel));
+/// Place of the rays to lights in `by_kind`.
+const SHADOW: usize = 3;
+
+impl Measure<'_> {
+    fn run(&self) -> Result<BackendReport, CliError> {
+        let recording = self.session.install(|| self.record());
         let mut threads = vec![1, self.session.settings().threads];
         threads.dedup();
-        let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(accel, &recording, n)).collect();
+        let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(&recording, n)).collect();
+        let accel = self.accel.as_dyn();
         let info = accel.info();
         Ok(BackendReport {
             name: info.name,
@@ -210,34 +223,21 @@ impl AccelTask for Measure<'_> {
             runs: runs?,
         })
     }
-}
 
-/// The rays of a render, tile by tile in the order of tracing.
-#[derive(Default)]
-struct Recording {
-    all: Vec<Vec<Query>>,
-    /// Those to the closest hit after 0, 1 and 2 scatterings, and those to lights.
-    by_kind: [Vec<Vec<Ray>>; 4],
-}
-
-/// Place of the rays to lights in `by_kind`.
-const SHADOW: usize = 3;
-
-impl Measure<'_> {
     /// Renders once, and keeps the rays.
-    fn record<A: Dispatch>(&self, accel: &A) -> Recording {
+    fn record(&self) -> Recording {
         let settings = self.session.settings();
-        let (world, progress) = (self.session.world(accel), Progress::new(0, true));
+        let (world, progress) = (self.session.world(&self.accel), Progress::new(0, true));
         settings
             .method()
             .prepare((world, &self.prepared), &settings.random_numbers(), &progress);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
-            let any: &dyn Accel = accel;
+            let any = self.accel.as_dyn();
             let recorder = Recorder::new(&any);
             let recorded: &dyn Accel = &recorder;
             let mut sampler = settings.random_numbers();
-            let mut rays = <[Vec<Ray>; 4]>::default();
+            let mut rays = <[Vec<Query>; 4]>::default();
             let mut all = Vec::new();
             for (pixel, _) in tile.iter() {
                 for index in SAMPLES {
@@ -252,10 +252,10 @@ impl Measure<'_> {
                     for (query, _) in recorder.take() {
                         all.push(query);
                         match query.kind {
-                            QueryKind::Occlusion => rays[SHADOW].push(query.ray),
+                            QueryKind::Occlusion => rays[SHADOW].push(query),
                             QueryKind::Closest => {
                                 if scatterings < SHADOW {
-                                    rays[scatterings].push(query.ray);
+                                    rays[scatterings].push(query);
                                 }
                                 scatterings += 1;
                             }
@@ -276,33 +276,32 @@ impl Measure<'_> {
         recording
     }
 
-    fn measure<A: Dispatch>(&self, accel: &A, recording: &Recording, threads: usize) -> Result<Run, CliError> {
+    fn measure(&self, recording: &Recording, threads: usize) -> Result<Run, CliError> {
         let pool = thread_pool(threads)?;
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
-        let closest = |ray: &Ray| accel.intersect(ray).is_some();
-        let occluded = |ray: &Ray| accel.occluded(ray);
+        let accel = self.accel.as_dyn();
 
         // A render and its rays alone, in turns
         let mut pairs = Vec::new();
         for _ in 0..self.repeat {
-            let render_s = seconds(&|| self.render(accel));
-            let replay_s = seconds(&|| trace(&recording.all, |query| query.ask(accel).is_hit()));
+            let render_s = seconds(&|| self.render());
+            let replay_s = seconds(&|| trace(accel, &recording.all));
             pairs.push((render_s, replay_s));
         }
 
-        let rate = |rays: &[Vec<Ray>], of: &(dyn Fn(&Ray) -> bool + Sync)| {
+        let rate = |rays: &[Vec<Query>]| {
             let count: usize = rays.iter().map(Vec::len).sum();
-            let times = (0..self.repeat).map(|_| seconds(&|| trace(rays, of)));
+            let times = (0..self.repeat).map(|_| seconds(&|| trace(accel, rays)));
             (count > 0).then(|| count as f64 / median(times.collect()) / 1e6)
         };
         let [camera, first_bounce, second_bounce, shadow] = &recording.by_kind;
         Ok(Run {
             threads,
             mrays_per_s: Rates {
-                camera: rate(camera, &closest),
-                first_bounce: rate(first_bounce, &closest),
-                second_bounce: rate(second_bounce, &closest),
-                shadow: rate(shadow, &occluded),
+                camera: rate(camera),
+                first_bounce: rate(first_bounce),
+                second_bounce: rate(second_bounce),
+                shadow: rate(shadow),
             },
             rays: recording.all.iter().map(Vec::len).sum(),
             render_s: median(pairs.iter().map(|(render, _)| *render).collect()),
@@ -311,22 +310,20 @@ impl Measure<'_> {
         })
     }
 
-    fn render<A: Dispatch>(&self, accel: &A) {
+    fn render(&self) {
         let settings = self.session.settings();
         let mut film = Film::starting_at(settings.resolution, settings.crop(), SAMPLES.start);
-        let world = (self.session.world(accel), &self.prepared);
+        let world = (self.session.world(&self.accel), &self.prepared);
         let sampler = settings.random_numbers();
         let method = settings.method();
         let progress = Progress::new(0, true);
-        black_box(method.render(world, &sampler, &mut film, SAMPLES.end, None, &progress));
+        black_box(method.render(world, &sampler, &mut film, (SAMPLES.end, None), &progress));
     }
 }
 
-/// Asks for every item, a tile at a time to each thread.
-fn trace<T: Sync>(tiles: &[Vec<T>], is_hit: impl Fn(&T) -> bool + Sync) {
-    let hits = tiles
-        .par_iter()
-        .map(|tile| tile.iter().filter(|item| is_hit(item)).count());
+/// Asks for all rays, a tile at a time to each thread.
+fn trace(accel: &dyn Accel, tiles: &[Vec<Query>]) {
+    let hits = tiles.par_iter().map(|tile| accel.count_hits(tile));
     black_box(hits.sum::<usize>());
 }
 

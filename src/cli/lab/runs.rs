@@ -6,7 +6,6 @@
 
 use super::budget::{Budget, Step, is_mark};
 use super::contenders::Contender;
-use crate::accel::Dispatch;
 use crate::cli::error::CliError;
 use crate::cli::progress::{Progress, is_interrupted};
 use crate::color::Tone;
@@ -14,7 +13,7 @@ use crate::film::{Film, RgbImage, metered};
 use crate::options::Method;
 use crate::render::{Outcome, last_cut};
 use crate::sampler::RenderSampler;
-use crate::session::{AccelTask, Prepared, Renderer, Session, Unfinished, denoised};
+use crate::session::{Prepared, Renderer, Session, Unfinished, denoised};
 use std::time::Instant;
 
 /// The picture of a contender after so many samples.
@@ -183,21 +182,11 @@ impl<'a> Estimate<'a> {
 
     /// Makes what has to be there before the first sample.
     fn prepare(&mut self) -> Result<(), Interrupted> {
-        struct Prepare<'a, 'b>(&'b Estimate<'a>, RenderSampler);
-        impl AccelTask for Prepare<'_, '_> {
-            type Output = Outcome;
-
-            fn run<A: Dispatch>(self, accel: &A) -> Outcome {
-                let Self(estimate, sampler) = self;
-                let session = estimate.session();
-                let world = (session.world(accel), &estimate.prepared);
-                let (outcome, _) = session.install(|| estimate.method.prepare(world, &sampler, estimate.progress));
-                outcome
-            }
-        }
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);
-        let outcome = self.renderer.accel().with(Prepare(self, sampler));
+        let session = self.session();
+        let world = (session.world(self.renderer.accel()), &self.prepared);
+        let (outcome, _) = session.install(|| self.method.prepare(world, &sampler, self.progress));
         self.preparing = start.elapsed().as_secs_f64();
         self.seconds = self.preparing;
         whole(outcome)
@@ -205,39 +194,11 @@ impl<'a> Estimate<'a> {
 
     /// Adds to `film` the samples before `end`; gives the seconds that took.
     fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
-        struct Take<'a, 'b> {
-            estimate: &'b Estimate<'a>,
-            sampler: RenderSampler,
-            film: &'b mut Film,
-            end: u32,
-        }
-        impl AccelTask for Take<'_, '_> {
-            type Output = Outcome;
-
-            fn run<A: Dispatch>(self, accel: &A) -> Outcome {
-                let Self {
-                    estimate,
-                    sampler,
-                    film,
-                    end,
-                } = self;
-                let session = estimate.session();
-                let world = (session.world(accel), &estimate.prepared);
-                let render = || {
-                    estimate
-                        .method
-                        .render(world, &sampler, film, end, None, estimate.progress)
-                };
-                session.install(render).0
-            }
-        }
         let start = Instant::now();
-        let outcome = self.renderer.accel().with(Take {
-            estimate: self,
-            sampler: self.sampler(end),
-            film,
-            end,
-        });
+        let (session, sampler) = (self.session(), self.sampler(end));
+        let world = (session.world(self.renderer.accel()), &self.prepared);
+        let render = || self.method.render(world, &sampler, film, (end, None), self.progress);
+        let (outcome, _) = session.install(render);
         let seconds = start.elapsed().as_secs_f64();
         whole(outcome).map(|()| seconds)
     }

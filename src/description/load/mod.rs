@@ -15,17 +15,15 @@ use super::object_section::ObjectSection;
 use super::patches::PatchList;
 use super::scene_file::SceneFile;
 use super::texture::TextureRequest;
-use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Position, Severity, Warning};
+use super::{DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
 use crate::light::LightGroupId;
+use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
 use crate::scene::{BuildError, DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, SceneReport};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
-
-/// Name of the material of faces that name none.
-pub const DEFAULT_MATERIAL: &str = "default";
 
 /// A scene read from files.
 #[derive(Debug)]
@@ -36,53 +34,6 @@ pub struct Loaded {
     pub warnings: Vec<Warning>,
     /// All files that were read; nothing may be written over them.
     pub files: Vec<PathBuf>,
-}
-
-/// What the files of a scene say, wrong or not.
-#[derive(Debug)]
-pub struct Inspection {
-    /// The scene as far as it can be had: what is wrong is left out of it, or replaced by a default.
-    pub scene: Option<Scene>,
-    /// What is wrong, missing, repaired or assumed, in the order in which it was found.
-    pub findings: Findings,
-    /// The scene's materials, by their id.
-    pub materials: Vec<MaterialSource>,
-    /// The OBJ files that could be read.
-    pub objs: Vec<ObjSource>,
-    /// Files of the scene's textures, by their id.
-    pub textures: Vec<PathBuf>,
-    /// All files that were read; nothing may be written over them.
-    pub files: Vec<PathBuf>,
-}
-
-/// Where a material of the scene is from.
-#[derive(Clone, Debug)]
-pub struct MaterialSource {
-    /// Its name.
-    pub name: String,
-    /// The OBJ file whose faces use it; `None` where it is the scene file's and thus that of all of them.
-    pub obj: Option<PathBuf>,
-    /// Where it is defined; `None` for the default one.
-    pub place: Option<(PathBuf, Position)>,
-    /// What it says, patches included, before its textures are read.
-    pub(crate) found: FileMaterial,
-}
-
-/// An OBJ file of the scene, and what its libraries define.
-#[derive(Clone, Debug)]
-pub struct ObjSource {
-    /// The file.
-    pub path: PathBuf,
-    /// Names of materials, in the order of their libraries, with library and line.
-    pub materials: Vec<(String, PathBuf, usize)>,
-}
-
-impl ObjSource {
-    fn new(path: PathBuf, obj: &ObjFile) -> Self {
-        let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
-        let materials = obj.materials.iter().map(named).collect();
-        Self { path, materials }
-    }
 }
 
 /// Reads everything that `file` names and builds the scene with `builder`, which may hold parts and settings already. What is wrong first is the

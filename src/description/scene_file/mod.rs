@@ -15,6 +15,7 @@ use super::{
     CameraSection, FileError, GroundSection, LightGroupSection, LightSection, LoadOptions, MadeObject, MaterialSection,
     ObjectSection, Position, SceneOptions,
 };
+use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -284,6 +285,12 @@ impl SceneFile {
     /// An error at bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         self.source.error(span, message)
+    }
+
+    /// Where `[camera]` has the camera, if it says so.
+    pub fn eye(&self) -> Option<Vec3> {
+        let position = self.camera.as_ref()?.position.as_ref()?;
+        Some(Vec3::from(*position.get_ref()))
     }
 
     /// An error of the scene as a whole.

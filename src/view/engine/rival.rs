@@ -3,10 +3,11 @@
 use super::{Change, Engine, samples_of};
 use crate::compare::Errors;
 use crate::film::RgbImage;
+use crate::io::half_picture;
 use crate::options::{IntegratorKind, Named};
 use crate::render::Outcome;
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
-use crate::view::frame::{self, Frame, RIVAL};
+use crate::view::frame::{Frame, RIVAL};
 use crate::view::parameters;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -161,7 +162,7 @@ impl Engine<'_> {
             self.hub.next_frame(),
             RIVAL,
             size,
-            &frame::light(film),
+            &half_picture::light(film),
             &facts,
             is_final,
         );
@@ -205,7 +206,7 @@ impl Engine<'_> {
 /// The light of each pixel.
 fn picture(state: &RenderState) -> RgbImage {
     let size = state.film.crop().size();
-    let values = frame::light(&state.film);
+    let values = half_picture::light(&state.film);
     RgbImage {
         width: size.x as usize,
         height: size.y as usize,

@@ -4,6 +4,7 @@ use super::{DENOISING, Engine, MEASURING, STATUS, samples_of};
 use crate::color::{Curve, Exposure, Tone};
 use crate::description::{LightSection, MaterialSection};
 use crate::film::{Image, metered};
+use crate::io::half_picture;
 use crate::material::Material;
 use crate::session::{RenderState, Renderer, Session};
 use crate::view::frame::{self, Frame};
@@ -35,13 +36,13 @@ impl Engine<'_> {
         for channel in &channels {
             let values = match channel.as_str() {
                 // The moving camera is seen by one of both alone.
-                frame::RIVAL if size != whole.to_array() => Some(frame::light(&state.film)),
+                frame::RIVAL if size != whole.to_array() => Some(half_picture::light(&state.film)),
                 frame::RIVAL => None,
-                frame::PICTURE => Some(frame::light(&state.film)),
-                frame::LIGHTS if groups.is_empty() => Some(frame::light(&state.film)),
+                half_picture::PICTURE => Some(half_picture::light(&state.film)),
+                frame::LIGHTS if groups.is_empty() => Some(half_picture::light(&state.film)),
                 frame::LIGHTS => {
                     let layers: Vec<String> = groups.iter().map(|name| format!("light_{name}")).collect();
-                    Some(frame::stacked(
+                    Some(half_picture::stacked(
                         developed.get_or_insert_with(|| renderer.develop(state)),
                         &layers,
                     ))
@@ -49,10 +50,10 @@ impl Engine<'_> {
                 frame::DENOISED => match self.denoised(renderer, state, is_last) {
                     Some(values) => Some(values),
                     // A preview is shown at once.
-                    None if size != whole.to_array() => Some(frame::light(&state.film)),
+                    None if size != whole.to_array() => Some(half_picture::light(&state.film)),
                     None => None,
                 },
-                name => frame::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
+                name => half_picture::layer(developed.get_or_insert_with(|| renderer.develop(state)), name),
             };
             if let Some(values) = values {
                 let id = self.hub.next_frame();
@@ -73,7 +74,7 @@ impl Engine<'_> {
     fn denoised(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) -> Option<Vec<f32>> {
         let is_whole = state.film.tiles().iter().all(|tile| tile.samples() > 0);
         if renderer.session().settings().denoiser.is_none() || !is_whole {
-            return Some(frame::light(&state.film));
+            return Some(half_picture::light(&state.film));
         }
         let share = self.shown.denoising.as_secs_f64() / self.shown.denoised_at.elapsed().as_secs_f64();
         if share > DENOISING && !is_last {
@@ -87,14 +88,14 @@ impl Engine<'_> {
         }
         self.shown.denoising = start.elapsed();
         self.shown.denoised_at = Instant::now();
-        frame::layer(&image, frame::PICTURE)
+        half_picture::layer(&image, half_picture::PICTURE)
     }
 
     /// What each page is told first.
     pub(super) fn greet(&self, session: &Session) {
         let scene = session.scene();
         let bounds = scene.bounds();
-        let mut channels = frame::layers(Image::channel_names());
+        let mut channels = half_picture::layers(Image::channel_names());
         channels.insert(1, frame::DENOISED.into());
         channels.insert(2, frame::LIGHTS.into());
         let tone = self.settings.tone;

@@ -1,4 +1,4 @@
-// From linear light to the codes of an sRGB display: the curves of src/color/tone.rs.
+// From linear light to the codes of an sRGB display: the curves of src/core/color/tone.rs.
 
 // Values of all 16-bit floats.
 export const HALVES = (() => {

@@ -1,0 +1,528 @@
+//! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`, for light paths that reach the lens).
+
+mod aperture;
+mod importance;
+
+pub use aperture::{Aperture, BLADES};
+pub use importance::Importance;
+
+use crate::math::{Ray, UVec2, Vec2, Vec3, encode_fields};
+use crate::sampling::warp::uniform_disk;
+use thiserror::Error;
+
+/// A perspective camera: a pinhole, or an ideal thin lens when its radius is positive.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    position: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+    /// From pixel coordinates to the plane at distance 1: `(x, y) → x · scale − offset`, y downwards.
+    scale: f32,
+    offset: Vec2,
+    resolution: UVec2,
+    lens_radius: f32,
+    /// Shape of the lens's opening; `None` for a disk.
+    aperture: Option<Aperture>,
+    focus_distance: f32,
+    /// Where it goes from time 0 to time 1.
+    path: Option<[Pose; 2]>,
+    /// When the shutter opens and closes.
+    shutter: [f32; 2],
+}
+
+/// Where a camera is and looks. Lengths are scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Centre of the lens.
+    pub position: Vec3,
+    /// The point in the middle of the image.
+    pub look_at: Vec3,
+    /// A direction that is up in the image; not parallel to the view axis.
+    pub up: Vec3,
+}
+
+impl Pose {
+    /// On the way to `close`, where each part changes linearly.
+    fn lerp(&self, close: &Self, time: f32) -> Self {
+        Self {
+            position: self.position.lerp(close.position, time),
+            look_at: self.look_at.lerp(close.look_at, time),
+            up: self.up.lerp(close.up, time),
+        }
+    }
+
+    /// Right, up and forward as unit vectors; `None` where they are undefined.
+    fn axes(&self) -> Option<[Vec3; 3]> {
+        let forward = (self.look_at - self.position).try_normalize()?;
+        let right = forward.cross(self.up.try_normalize()?).try_normalize()?;
+        Some([right, right.cross(forward), forward])
+    }
+}
+
+/// How a camera moves, and when it looks. Times run from 0, where everything is at its first place, to 1, where it is at its last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraMotion {
+    /// Where the camera is at time 1, if it moves.
+    pub close: Option<Pose>,
+    /// When the shutter opens and when it closes; light counts evenly in between.
+    pub shutter: [f32; 2],
+}
+
+/// What a camera is made from. Lengths are scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraParameters {
+    /// Centre of the lens.
+    pub position: Vec3,
+    /// The point in the middle of the image.
+    pub look_at: Vec3,
+    /// A direction that is up in the image; not parallel to the view axis.
+    pub up: Vec3,
+    /// Vertical field of view in degrees, inside (0, 180).
+    pub vertical_fov: f32,
+    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`] the distance of its corners from the centre.
+    pub lens_radius: f32,
+    /// Distance from the lens, along the view axis, to the plane in focus.
+    pub focus_distance: f32,
+}
+
+/// All that a camera is made of but the size of its image.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraDescription {
+    /// Where it is at first, and what it sees.
+    pub parameters: CameraParameters,
+    /// How it moves, and when it looks; `None` where it stands still, with its shutter open all the time.
+    pub motion: Option<CameraMotion>,
+    /// Shape of the lens's opening; `None` for a disk.
+    pub aperture: Option<Aperture>,
+}
+
+impl CameraDescription {
+    /// A camera that stands still, with the full disk of its lens.
+    pub fn still(parameters: CameraParameters) -> Self {
+        Self {
+            parameters,
+            motion: None,
+            aperture: None,
+        }
+    }
+
+    /// The camera for an image of `resolution` pixels.
+    pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
+        let camera = match self.motion {
+            None => Camera::new(self.parameters, resolution),
+            Some(motion) => Camera::moving(self.parameters, motion, resolution),
+        };
+        match self.aperture {
+            None => camera,
+            Some(aperture) => camera?.with_aperture(aperture),
+        }
+    }
+}
+
+encode_fields!(Pose { position, look_at, up });
+encode_fields!(CameraMotion { close, shutter });
+encode_fields!(CameraParameters {
+    position,
+    look_at,
+    up,
+    vertical_fov,
+    lens_radius,
+    focus_distance,
+});
+encode_fields!(CameraDescription {
+    parameters,
+    motion,
+    aperture,
+});
+
+/// A camera parameter that no camera can have.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("camera {parameter} {message}")]
+pub struct CameraError {
+    /// The field of [`CameraParameters`].
+    pub parameter: &'static str,
+    message: String,
+}
+
+impl CameraError {
+    /// That nothing says what `parameter` is.
+    pub fn unknown(parameter: &'static str) -> Self {
+        Self {
+            parameter,
+            message: "is not given and cannot be guessed".into(),
+        }
+    }
+
+    /// That `parameter` must be above 0.
+    pub fn not_positive(parameter: &'static str, value: f32) -> Self {
+        Self {
+            parameter,
+            message: format!("must be positive, not {value}"),
+        }
+    }
+}
+
+impl Camera {
+    /// A camera for an image of `resolution` pixels.
+    ///
+    /// A parameter that no camera can have is an error.
+    pub fn new(parameters: CameraParameters, resolution: UVec2) -> Result<Self, CameraError> {
+        let c = parameters;
+        let error = |parameter, message: &str| {
+            Err(CameraError {
+                parameter,
+                message: message.into(),
+            })
+        };
+        for (parameter, v) in [("position", c.position), ("look_at", c.look_at), ("up", c.up)] {
+            if !v.is_finite() {
+                return error(parameter, &format!("must be finite numbers, not {v}"));
+            }
+        }
+        if !(c.vertical_fov > 0.0 && c.vertical_fov < 180.0) {
+            let message = format!("must lie between 0 and 180 degrees, not {}", c.vertical_fov);
+            return error("vertical_fov", &message);
+        }
+        if !(c.lens_radius >= 0.0 && c.lens_radius.is_finite()) {
+            return error("lens_radius", &format!("must be 0 or more, not {}", c.lens_radius));
+        }
+        if !(c.focus_distance > 0.0 && c.focus_distance.is_finite()) {
+            return Err(CameraError::not_positive("focus_distance", c.focus_distance));
+        }
+        let Some(forward) = (c.look_at - c.position).try_normalize() else {
+            return error("look_at", "must not be the camera's position");
+        };
+        let right = c.up.try_normalize().and_then(|up| forward.cross(up).try_normalize());
+        let Some(right) = right else {
+            return error("up", "must not be zero or parallel to the view direction");
+        };
+        let up = right.cross(forward);
+
+        // The image plane at distance 1 is 2 tan(fov/2) high.
+        let (width, height) = (resolution.x as f32, resolution.y as f32);
+        let scale = 2.0 * (0.5 * c.vertical_fov.to_radians()).tan() / height;
+        Ok(Self {
+            position: c.position,
+            right,
+            up,
+            forward,
+            scale,
+            offset: 0.5 * scale * Vec2::new(width, height),
+            resolution,
+            lens_radius: c.lens_radius,
+            aperture: None,
+            focus_distance: c.focus_distance,
+            path: None,
+            shutter: [0.0, 1.0],
+        })
+    }
+
+    /// The camera of `parameters`, moving. A motion that no camera can have is an error.
+    pub fn moving(parameters: CameraParameters, motion: CameraMotion, resolution: UVec2) -> Result<Self, CameraError> {
+        let mut camera = Self::new(parameters, resolution)?;
+        let [open, close] = motion.shutter;
+        if !(0.0 <= open && open <= close && close <= 1.0) {
+            return Err(CameraError {
+                parameter: "shutter",
+                message: format!("must open and close between 0 and 1, in this order, not at {open} and {close}"),
+            });
+        }
+        camera.shutter = motion.shutter;
+        if let Some(last) = motion.close {
+            let first = Pose {
+                position: parameters.position,
+                look_at: parameters.look_at,
+                up: parameters.up,
+            };
+            // What holds along the way is looked at here and there.
+            const PLACES: u32 = 64;
+            let places = (0..=PLACES).map(|i| i as f32 / PLACES as f32);
+            for place in places {
+                if first.lerp(&last, place).axes().is_none() {
+                    return Err(CameraError {
+                        parameter: "close",
+                        message: format!(
+                            "position cannot be reached: at time {place} the camera looks along `up`, or has no direction"
+                        ),
+                    });
+                }
+            }
+            camera.path = Some([first, last]);
+        }
+        Ok(camera)
+    }
+
+    /// The same with another opening than a disk. One that no lens can have is an error.
+    pub fn with_aperture(self, aperture: Aperture) -> Result<Self, CameraError> {
+        aperture.check()?;
+        Ok(Self {
+            aperture: Some(aperture),
+            ..self
+        })
+    }
+
+    /// Columns and rows of its image.
+    pub fn resolution(&self) -> UVec2 {
+        self.resolution
+    }
+
+    /// Whether it moves while the shutter is open.
+    pub fn is_moving(&self) -> bool {
+        self.path.is_some()
+    }
+
+    /// The time of `u` in [0, 1), evenly between the shutter's opening and closing.
+    pub fn time(&self, u: f32) -> f32 {
+        let [open, close] = self.shutter;
+        open + u * (close - open)
+    }
+
+    /// The share of the shutter interval that has passed at `time`, 0 to 1; 0 where the shutter is open for an instant.
+    pub fn share_of_shutter(&self, time: f32) -> f32 {
+        let [open, close] = self.shutter;
+        let share = (time - open) / (close - open);
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The camera as it stands at `time`.
+    fn at(&self, time: f32) -> Self {
+        let pose = self.path.map(|[first, last]| first.lerp(&last, time));
+        match pose.and_then(|pose| Some((pose, pose.axes()?))) {
+            None => *self,
+            Some((pose, [right, up, forward])) => Self {
+                position: pose.position,
+                right,
+                up,
+                forward,
+                path: None,
+                ..*self
+            },
+        }
+    }
+
+    /// The ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point drawn with `u_lens`, at `time`.
+    ///
+    /// All rays of one film point meet in the plane of focus. The direction is a unit vector.
+    // ANCHOR: ray
+    #[inline]
+    pub fn ray(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
+        match self.is_moving() {
+            true => self.at(time).ray_of_still(film, u_lens, time),
+            false => self.ray_of_still(film, u_lens, time),
+        }
+    }
+
+    #[inline]
+    fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
+        // Direction through the centre of the lens, with depth 1 along the axis.
+        let image = film * self.scale - self.offset;
+        let through_center = image.x * self.right - image.y * self.up + self.forward;
+        if self.lens_radius == 0.0 {
+            return Ray::new(self.position, through_center.normalize()).when(time);
+        }
+        // The point in focus is common to all lens points.
+        let lens = self.on_lens(u_lens);
+        let to_focus = self.focus_distance * through_center - lens;
+        Ray::new(self.position + lens, to_focus.normalize()).when(time)
+    }
+    // ANCHOR_END: ray
+
+    /// The point of the lens drawn with `u`, relative to its centre.
+    fn on_lens(&self, u: Vec2) -> Vec3 {
+        let opening = match &self.aperture {
+            None => uniform_disk(u),
+            Some(aperture) => aperture.sample(u),
+        };
+        let lens = self.lens_radius * opening;
+        lens.x * self.right + lens.y * self.up
+    }
+
+    /// Where it is at `time`: the centre of its lens.
+    pub fn position(&self, time: f32) -> Vec3 {
+        self.at(time).position
+    }
+
+    /// Width of a pixel at the distance of `p`, scene units, at `time`.
+    pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
+        self.scale * p.distance(self.at(time).position)
+    }
+
+    /// How much wider a pixel is for each scene unit that it is further away.
+    pub fn pixel_width_by_distance(&self) -> f32 {
+        self.scale
+    }
+
+    /// Whether rays start from more than a single point.
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0
+    }
+
+    /// Where `p` is on the film at `time`, through the centre of the lens: pixels, origin top left. `None` behind the camera.
+    pub fn film_of(&self, p: Vec3, time: f32) -> Option<Vec2> {
+        let camera = self.at(time);
+        let to = p - camera.position;
+        let depth = to.dot(camera.forward);
+        let image = Vec2::new(to.dot(camera.right), -to.dot(camera.up)) / depth;
+        (depth > 0.0).then(|| (image + camera.offset) / camera.scale)
+    }
+
+    /// When the shutter opens and when it closes.
+    pub fn shutter(&self) -> [f32; 2] {
+        self.shutter
+    }
+
+    /// Distance of `p` from the camera along the view axis, at `time`.
+    pub fn depth(&self, p: Vec3, time: f32) -> f32 {
+        let camera = self.at(time);
+        (p - camera.position).dot(camera.forward)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> CameraParameters {
+        CameraParameters {
+            position: Vec3::new(1.0, 2.0, 3.0),
+            look_at: Vec3::new(1.0, 2.0, -7.0),
+            up: Vec3::Y,
+            vertical_fov: 90.0,
+            lens_radius: 0.0,
+            focus_distance: 4.0,
+        }
+    }
+
+    #[test]
+    fn image_axes() {
+        let camera = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
+        let towards = |x, y| camera.ray(Vec2::new(x, y), Vec2::ZERO, 0.0).direction;
+        assert!(towards(100.0, 50.0).distance(Vec3::NEG_Z) < 1e-6);
+        // Top edge: 45° up. Right edge: twice as far in x.
+        assert!(towards(100.0, 0.0).distance(Vec3::new(0.0, 1.0, -1.0).normalize()) < 1e-6);
+        assert!(towards(200.0, 50.0).distance(Vec3::new(2.0, 0.0, -1.0).normalize()) < 1e-6);
+    }
+
+    #[test]
+    fn lens_rays_meet_in_the_plane_of_focus() {
+        let p = CameraParameters {
+            lens_radius: 0.5,
+            ..parameters()
+        };
+        let camera = Camera::new(p, UVec2::new(200, 100)).unwrap();
+        let pinhole = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
+        let film = Vec2::new(31.0, 77.5);
+        let center = pinhole.ray(film, Vec2::ZERO, 0.0);
+        let focus = center.origin + center.direction * (4.0 / -center.direction.z);
+        for u in [Vec2::new(0.1, 0.9), Vec2::new(0.7, 0.3), Vec2::ZERO] {
+            let ray = camera.ray(film, u, 0.0);
+            assert!(ray.origin.distance(p.position) <= 0.5 + 1e-6);
+            let at = ray.origin + ray.direction * (4.0 / -ray.direction.z);
+            assert!(at.distance(focus) < 1e-5, "{at} {focus}");
+        }
+    }
+
+    /// At any time a moving camera is the still one that stands there.
+    #[test]
+    fn a_moving_camera_is_a_still_one_at_each_time() {
+        let p = CameraParameters {
+            lens_radius: 0.2,
+            ..parameters()
+        };
+        let close = Pose {
+            position: Vec3::new(2.0, 2.0, 1.0),
+            look_at: Vec3::new(3.0, 2.5, -5.0),
+            up: Vec3::new(0.3, 1.0, 0.0),
+        };
+        let motion = CameraMotion {
+            close: Some(close),
+            shutter: [0.25, 0.75],
+        };
+        let moving = Camera::moving(p, motion, UVec2::new(200, 100)).unwrap();
+        assert_eq!((moving.time(0.0), moving.time(0.5)), (0.25, 0.5));
+        for time in [0.0, 0.3, 1.0] {
+            let still = CameraParameters {
+                position: p.position.lerp(close.position, time),
+                look_at: p.look_at.lerp(close.look_at, time),
+                up: p.up.lerp(close.up, time),
+                ..p
+            };
+            let still = Camera::new(still, UVec2::new(200, 100)).unwrap();
+            let (film, lens) = (Vec2::new(31.0, 77.5), Vec2::new(0.1, 0.9));
+            let [a, b] = [moving.ray(film, lens, time), still.ray(film, lens, time)];
+            assert!(
+                a.origin.distance(b.origin) < 1e-5 && a.direction.distance(b.direction) < 1e-5,
+                "{a:?} {b:?}"
+            );
+            let q = Vec3::new(4.0, -3.0, -8.0);
+            assert!((moving.depth(q, time) - still.depth(q, time)).abs() < 1e-4);
+        }
+        // Through the point it looks at, or with a shutter that closes before it opens
+        let through = Pose {
+            position: Vec3::new(1.0, 2.0, -17.0),
+            ..close
+        };
+        let bad = [
+            CameraMotion {
+                close: Some(Pose {
+                    look_at: p.look_at,
+                    ..through
+                }),
+                ..motion
+            },
+            CameraMotion {
+                shutter: [0.5, 0.4],
+                ..motion
+            },
+            CameraMotion {
+                shutter: [f32::NAN, 1.0],
+                ..motion
+            },
+        ];
+        for motion in bad {
+            assert!(Camera::moving(p, motion, UVec2::new(8, 8)).is_err(), "{motion:?}");
+        }
+    }
+
+    #[test]
+    fn impossible_cameras_are_refused() {
+        let bad = [
+            CameraParameters {
+                look_at: parameters().position,
+                ..parameters()
+            },
+            CameraParameters {
+                up: Vec3::Z,
+                ..parameters()
+            },
+            CameraParameters {
+                up: Vec3::ZERO,
+                ..parameters()
+            },
+            CameraParameters {
+                vertical_fov: 180.0,
+                ..parameters()
+            },
+            CameraParameters {
+                vertical_fov: f32::NAN,
+                ..parameters()
+            },
+            CameraParameters {
+                lens_radius: -1.0,
+                ..parameters()
+            },
+            CameraParameters {
+                focus_distance: 0.0,
+                ..parameters()
+            },
+            CameraParameters {
+                position: Vec3::NAN,
+                ..parameters()
+            },
+        ];
+        for p in bad {
+            assert!(Camera::new(p, UVec2::new(8, 8)).is_err(), "{p:?}");
+        }
+    }
+}

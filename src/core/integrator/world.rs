@@ -1,0 +1,387 @@
+//! The world that all integrators share: scene, backend, camera and pixel filter, and the ray queries over them.
+//!
+//! Textures are filtered by an eighth of the width that a pixel has on the surface as the camera sees it directly (`World::footprint`). This depends
+//! on the point alone and needs no state along a path, so both ends of a bidirectional path agree on it. The rest of the filtering is the mean over
+//! the pixel's samples. After a diffuse bounce the filter is sharper than it need be, which costs noise and no blur. docs/benchmarks.md, "Texture
+//! filters", has the widths that were tried.
+//!
+//! `World::vertex` has a separate path for plain shapes, whose normal and material are the same all over.
+
+use super::background::Backdrop;
+use super::opacity::{OpacityWalk, Passing, Transmittance, stops};
+use super::path_record;
+use super::vertex::Vertex;
+use super::{RayKind, RaySink, Sink};
+use crate::accel::Accel;
+use crate::bsdf::Bsdf;
+use crate::camera::Camera;
+use crate::color::Spectrum;
+use crate::film::{Filter, LightPaths};
+use crate::geometry::{Hit, SurfacePoint};
+use crate::light::{Emission, LightId};
+use crate::material::BsdfSlot;
+use crate::math::{Frame, Ray, Vec2};
+use crate::sampler::{Dimension, SampleKey, Sampler};
+use crate::sampling::Wavelength;
+use crate::scene::Scene;
+
+/// Width of a sample, in pixels.
+///
+/// A pixel's samples have places of their own in it, and their mean filters textures once more: for n samples 1/√n is wide enough (PBR4
+/// §10.1.3, which stops at 1/8). Here n is taken to be 64, whatever it will be, so that samples stay what they are when others are added: fewer
+/// see more noise of textures than need be, which is far below that of light (docs/benchmarks.md).
+const SAMPLE_WIDTH: f32 = 0.125;
+
+/// The scene, its backend and its camera: shared by all integrators.
+#[derive(Debug)]
+pub struct World<'a, A> {
+    /// Scene.
+    pub scene: &'a Scene,
+    /// Backend of ray queries over `scene`.
+    pub accel: &'a A,
+    /// Camera.
+    pub camera: &'a Camera,
+    /// Pixel filter.
+    pub filter: &'a Filter,
+    /// Whether first surfaces come with their [`Features`](crate::film::Features).
+    pub features: bool,
+    /// Whether bidirectional methods separate their strategies.
+    pub strategies: bool,
+    /// What separates light paths, where they are distinguished.
+    pub paths: Option<&'a LightPaths>,
+    /// What camera rays see where they leave the scene.
+    pub backdrop: Backdrop,
+}
+
+// Derived, these would ask the same of `A`, of which there is only a reference.
+impl<A> Clone for World<'_, A> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<A> Copy for World<'_, A> {}
+
+impl<'a, A> World<'a, A> {
+    /// This world with another backend for ray queries.
+    pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
+        let Self {
+            scene,
+            camera,
+            filter,
+            features,
+            strategies,
+            paths,
+            backdrop,
+            ..
+        } = self;
+        World {
+            scene,
+            accel,
+            camera,
+            filter,
+            features,
+            strategies,
+            paths,
+            backdrop,
+        }
+    }
+}
+
+impl<'a, A: Accel> World<'a, A> {
+    /// A world that is seen against its lights, and of which nothing but the picture is wanted.
+    pub fn new(scene: &'a Scene, accel: &'a A, camera: &'a Camera, filter: &'a Filter) -> Self {
+        Self {
+            scene,
+            accel,
+            camera,
+            filter,
+            features: false,
+            strategies: false,
+            paths: None,
+            backdrop: Backdrop::default(),
+        }
+    }
+
+    /// Starts the sample `key`: the ray through a point near the pixel that the filter draws, from a random point of the lens, at `time` or, where
+    /// that is not given, at a random time.
+    #[inline(always)]
+    pub fn camera_ray(
+        &self,
+        key: SampleKey,
+        time: Option<f32>,
+        sampler: &mut impl Sampler,
+        out: &mut impl Sink,
+    ) -> Ray {
+        sampler.start(key);
+        let (place, weight) = self.filter.sample(sampler.get_2d(Dimension::PIXEL));
+        out.weight(weight);
+        let film = key.pixel().as_vec2() + place;
+        let ray = self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler);
+        path_record::start(&ray, None, Spectrum::ONE, out);
+        ray
+    }
+
+    /// A random time, where anything moves.
+    pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
+        self.time_at(|| sampler.get_1d(Dimension::TIME))
+    }
+
+    /// Whether anything, or the camera, is not where it was at another time.
+    pub(super) fn moves(&self) -> bool {
+        self.scene.is_moving() || self.camera.is_moving()
+    }
+
+    /// The time at `u` of the shutter interval; `u` is drawn only where anything moves.
+    pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
+        match self.moves() {
+            true => self.camera.time(u()),
+            false => 0.0,
+        }
+    }
+
+    /// Light that sets out from a light of the scene, which `choice` draws by power, with the probability of that light.
+    pub(super) fn sample_emission(
+        &self,
+        time: f32,
+        choice: f32,
+        u: impl FnOnce() -> [Vec2; 2],
+    ) -> Option<(LightId, f32, Emission)> {
+        let (id, pmf) = self.scene.emission_selection().sample(choice)?;
+        Some((id, pmf, self.emission_of(id, time, u())?))
+    }
+
+    /// Light that sets out from the light `id` at a point and in a direction that the numbers draw.
+    pub(super) fn emission_of(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
+        let light = &self.scene.lights()[id.0 as usize];
+        light.sample_emission(time, u_position, u_direction, self.scene.textures(), &self.scene.ball())
+    }
+
+    /// The ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    #[inline(always)]
+    pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
+        let lens = match self.camera.has_lens() {
+            true => sampler.get_2d(Dimension::LENS),
+            false => Vec2::ZERO,
+        };
+        self.camera.ray(film, lens, time)
+    }
+
+    /// Whether surfaces and lights stay where they are while the camera looks.
+    pub fn stands_still(&self) -> bool {
+        let [open, close] = self.camera.shutter();
+        !self.scene.is_moving() || open == close
+    }
+
+    /// The first surface of the sample `key`, noted for the auxiliary channels; `None` where the ray leaves the scene.
+    pub fn look<'v>(
+        &'v self,
+        key: SampleKey,
+        sampler: &mut impl Sampler,
+        slot: &'v BsdfSlot<'v>,
+        out: &mut impl Sink,
+    ) -> Option<(Hit, Vertex<'v>)> {
+        let ray = self.camera_ray(key, None, sampler, out);
+        let mut beta = Spectrum::ONE;
+        let Some(hit) = self.intersect(&ray, RayKind::Camera, &mut beta, out) else {
+            self.see_background(&ray, beta, out);
+            return None;
+        };
+        let vertex = self.vertex(&hit, &ray, slot);
+        out.first_surface(self.first_surface(&hit, &vertex));
+        Some((hit, vertex))
+    }
+
+    /// The closest hit, counted; surfaces with alpha and thin glass let rays pass at random, and the throughput `beta` is multiplied by the tint of
+    /// the glass.
+    #[inline(always)]
+    pub fn intersect(&self, ray: &Ray, kind: RayKind, beta: &mut Spectrum, out: &mut impl RaySink) -> Option<Hit> {
+        out.ray(kind);
+        let hit = self.accel.intersect(ray);
+        if self.scene.has_absorption() {
+            let (hit, tint) = self.first_in_bodies(ray, hit, kind, None, out);
+            *beta *= tint;
+            return hit;
+        }
+        if self.lets_pass(kind) {
+            let (hit, tint) = self.first_opaque(*ray, hit, kind, None, out);
+            *beta *= tint;
+            return hit;
+        }
+        hit
+    }
+
+    /// [`World::first_opaque`] where bodies absorb light: the tint is what they leave of it, too.
+    #[inline(never)]
+    pub(super) fn first_in_bodies(
+        &self,
+        ray: &Ray,
+        first: Option<Hit>,
+        kind: RayKind,
+        u: Option<f32>,
+        out: &mut impl RaySink,
+    ) -> (Option<Hit>, Spectrum) {
+        let (hit, tint) = match self.lets_pass(kind) {
+            true => self.first_opaque(*ray, first, kind, u, out),
+            false => (first, Spectrum::ONE),
+        };
+        (
+            hit,
+            hit.map_or(tint, |hit| tint * self.scene.transmittance_to(&hit, ray)),
+        )
+    }
+
+    /// Whether surfaces may let rays of this kind pass straight on.
+    #[inline(always)]
+    pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
+        self.scene.lets_light_pass() || (kind == RayKind::Camera && self.scene.ground().is_some())
+    }
+
+    /// The first surface along `ray` that is opaque where the ray meets it, and the tint of the glass before it; `first` is the ray's closest hit. A
+    /// surface of opacity α stops the share α of all rays, by [`stops`]. Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The
+    /// ground stops no camera ray from below.
+    #[inline(never)]
+    pub(super) fn first_opaque(
+        &self,
+        ray: Ray,
+        first: Option<Hit>,
+        kind: RayKind,
+        u: Option<f32>,
+        out: &mut impl RaySink,
+    ) -> (Option<Hit>, Spectrum) {
+        let is_below = |hit: &Hit| {
+            let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
+            kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
+        };
+        let has_thin_surfaces = self.scene.has_thin_surfaces();
+        let mut passing = Passing::new(u);
+        let mut stops = |hit: &Hit, tint: &mut Spectrum| {
+            let is_absent = is_below(hit) || self.scene.misses_lamp(hit, &ray);
+            let stops = !is_absent
+                && stops(hit, &ray, self.scene.opacity(hit))
+                && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
+            *tint = passing.tint;
+            stops
+        };
+        let mut tint = Spectrum::ONE;
+        let Some(mut hit) = first else {
+            return (None, tint);
+        };
+        // Most surfaces are opaque, and no walk begins.
+        if stops(&hit, &mut tint) {
+            return (Some(hit), tint);
+        }
+        let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
+        while let Some(next) = walk.next(kind, out) {
+            hit = next;
+            if stops(&hit, &mut tint) {
+                return (Some(hit), tint);
+            }
+        }
+        (walk.is_cut().then_some(hit), tint)
+    }
+
+    /// Transmittance along `ray`: clear or blocked, unless it crosses thin glass or surfaces of an opacity below 1, or lies in a body that absorbs.
+    #[inline(always)]
+    pub fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
+        let passed = self.transmittance_of_surfaces(ray, out);
+        match ray.body {
+            0 => passed,
+            _ => Transmittance {
+                tint: passed.tint * self.scene.transmittance_along(ray),
+                ..passed
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn transmittance_of_surfaces(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
+        if self.scene.lets_light_pass() {
+            return self.transmittance_by_walk(*ray, out);
+        }
+        out.ray(RayKind::Shadow);
+        match self.accel.occluded(ray) {
+            true => Transmittance::BLOCKED,
+            false => Transmittance::CLEAR,
+        }
+    }
+
+    #[inline(never)]
+    fn transmittance_by_walk(&self, ray: Ray, out: &mut impl RaySink) -> Transmittance {
+        let mut walk = OpacityWalk::along(self.accel, ray);
+        let mut transmittance = Transmittance::CLEAR;
+        while let Some(hit) = walk.next(RayKind::Shadow, out) {
+            transmittance.cross(&hit, &ray, self.scene);
+            if transmittance.is_blocked() {
+                return Transmittance::BLOCKED;
+            }
+        }
+        match walk.is_cut() {
+            true => Transmittance::BLOCKED,
+            false => transmittance,
+        }
+    }
+
+    /// The surface at `hit`, seen along `ray`; `slot` holds a BSDF that varies over it, and the view of its BSDF.
+    #[inline(always)]
+    pub fn vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
+        let Some((point, bsdf)) = self.scene.plain_surface(hit, ray.time) else {
+            return self.detailed_vertex(hit, ray, slot);
+        };
+        let frame = Frame::from_z(point.ns);
+        let wo = frame.to_local(-ray.direction);
+        Vertex {
+            wo,
+            bsdf,
+            view: Vertex::view_in(slot, bsdf, wo),
+            frame,
+            point,
+            is_bent: false,
+            body: self.scene.body_behind(hit),
+        }
+    }
+
+    /// The wavelength of the light of a path, where glass disperses it.
+    #[inline(always)]
+    pub(super) fn wavelength(&self, sampler: &impl Sampler) -> Option<Wavelength> {
+        (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
+    }
+
+    /// The BSDF, made in `slot`, that the surface at `hit` has for a wavelength, where that makes a difference.
+    #[inline(never)]
+    pub(super) fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
+        let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;
+        Some(slot.bsdf.get_or_init(|| bsdf))
+    }
+
+    /// [`World::vertex`] where normals or materials vary, which is kept out of line.
+    #[inline(never)]
+    fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
+        let wo = -ray.direction;
+        let point = self.scene.surface_point_along(hit, ray);
+        let footprint = self.footprint(&point);
+        let shaded = self.scene.with_bumps(hit, point, footprint);
+        let point = shaded.seen_from(wo);
+        let frame = self.scene.frame(hit, &point);
+        let wo = frame.to_local(wo);
+        let bsdf = self.scene.bsdf(hit, ray.time, footprint, &slot.bsdf);
+        Vertex {
+            wo,
+            bsdf,
+            view: Vertex::view_in(slot, bsdf, wo),
+            frame,
+            point,
+            is_bent: point.ns != shaded.ns,
+            body: self.scene.body_behind(hit),
+        }
+    }
+
+    /// How much of the surface at `point`, in scene units, a ray stands for: its share of what a pixel sees there if it looks straight from the
+    /// camera. Along a path that is what the camera would see, at least (PBR4 §10.1.3, which approximates the same way). It depends on the place alone:
+    /// paths that meet a point, from the camera or from a light, must find the same surface there.
+    pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
+        let to = point.p - self.camera.position(point.time);
+        // A pixel's square is stretched along one axis, where it is seen at a grazing angle: the side of a square of the same area.
+        let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
+        SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()
+    }
+}

@@ -1,0 +1,131 @@
+//! Finding files whose names come from other systems.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// The file that another one, in `folder`, calls `name`.
+///
+/// Names from other systems are understood: where no file has the very name, `\` separates folders like `/`, and
+/// letters may be of the other case. Of several such files or folders the first in the order of their names is taken.
+pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
+    let exact = folder.join(name);
+    if is_there(&exact) {
+        return Some(exact);
+    }
+    let mut path = folder.to_path_buf();
+    for component in Path::new(&with_slashes(name)).components() {
+        path = match component {
+            Component::Normal(part) => find_entry(&path, part)?,
+            other => path.join(other),
+        };
+    }
+    is_there(&path).then_some(path)
+}
+
+/// Whether there is something other than a folder; whether it can be read shows when it is opened.
+fn is_there(path: &Path) -> bool {
+    path.metadata().is_ok_and(|metadata| !metadata.is_dir())
+}
+
+/// Whether the file `found` for `name` is written there with letters of the wrong case.
+pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
+    found != folder.join(name) && found != folder.join(with_slashes(name))
+}
+
+/// How many files of its folder have the name of `found`, in whatever case.
+pub(crate) fn count_alike(found: &Path) -> usize {
+    let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
+    let Some(wanted) = found.file_name().map(lowercase) else {
+        return 0;
+    };
+    let entries = fs::read_dir(listed(found.parent().unwrap_or(Path::new(""))));
+    let names = entries
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.file_name()));
+    names.filter(|name| lowercase(name) == wanted).count()
+}
+
+/// The folder, by a name that the system lists.
+fn listed(folder: &Path) -> &Path {
+    if folder == Path::new("") {
+        Path::new(".")
+    } else {
+        folder
+    }
+}
+
+fn with_slashes(name: &str) -> String {
+    name.replace('\\', "/")
+}
+
+/// The entry of a folder that has this name, in whatever case.
+fn find_entry(folder: &Path, name: &OsStr) -> Option<PathBuf> {
+    let exact = folder.join(name);
+    if exact.exists() {
+        return Some(exact);
+    }
+    let lowercase = |name: &OsStr| name.to_string_lossy().to_lowercase();
+    let wanted = lowercase(name);
+    let names = fs::read_dir(listed(folder))
+        .ok()?
+        .filter_map(|entry| Some(entry.ok()?.file_name()));
+    let found = names.filter(|name| lowercase(name) == wanted).min()?;
+    Some(folder.join(found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_other_systems_find_their_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        fs::create_dir_all(folder.join("Textures/inner")).unwrap();
+        for name in [
+            "a.mtl",
+            "Textures/Brick.PNG",
+            "Textures/inner/x y.png",
+            "B.mtl",
+            "b.MTL",
+        ] {
+            fs::write(folder.join(name), name).unwrap();
+        }
+        // Name, the file found, and whether the case is wrong; on systems that ignore case that is never so.
+        let cases = [
+            ("a.mtl", Some("a.mtl"), false),
+            ("./a.mtl", Some("a.mtl"), false),
+            (".\\Textures\\Brick.PNG", Some("Textures/Brick.PNG"), false),
+            ("textures\\brick.png", Some("Textures/Brick.PNG"), true),
+            ("TEXTURES/inner\\X Y.png", Some("Textures/inner/x y.png"), true),
+            ("Textures/../A.MTL", Some("a.mtl"), true),
+            ("b.mtl", Some("B.mtl"), true),
+            ("b.MTL", Some("b.MTL"), false),
+            ("Textures", None, false),
+            ("gone/a.mtl", None, false),
+            ("", None, false),
+            ("..", None, false),
+            ("a\0b", None, false),
+        ];
+        for (name, file, differs) in cases {
+            let found = find_file(folder, name);
+            let content = found.as_ref().map(|path| fs::read_to_string(path).unwrap());
+            if !folder.join("A.MTL").exists() {
+                assert_eq!(content.as_deref(), file, "{name}");
+                assert!(
+                    found.is_none_or(|path| case_differs(folder, name, &path) == differs),
+                    "{name}"
+                );
+            }
+        }
+        if !folder.join("A.MTL").exists() {
+            let counts = ["a.mtl", "b.MTL", "gone.mtl"].map(|name| count_alike(&folder.join(name)));
+            assert_eq!(counts, [1, 2, 0]);
+        }
+        let absolute = folder.join("A.mtl");
+        assert!(find_file(Path::new("elsewhere"), absolute.to_str().unwrap()).is_some());
+        assert_eq!(find_file(Path::new(""), "CARGO.toml"), Some("Cargo.toml".into()));
+    }
+}

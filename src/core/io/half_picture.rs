@@ -1,0 +1,116 @@
+//! Pictures in memory as 16-bit floats, red, green and blue of each pixel, for programs that show them.
+
+use crate::film::{Channel, Film, Image};
+use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
+
+/// The layer of light.
+pub const PICTURE: &str = "picture";
+
+/// The largest number that a 16-bit float can be.
+pub const MAX_HALF: f32 = 65504.0;
+
+/// `values` as bits of 16-bit floats.
+pub fn halves(values: &[f32]) -> Vec<u16> {
+    let mut halves = vec![0; values.len()];
+    halves
+        .reinterpret_cast_mut::<half::f16>()
+        .convert_from_f32_slice(values);
+    halves
+}
+
+/// Adds `halves` to `bytes`, the low byte of each first.
+pub fn append_bytes(halves: &[u16], bytes: &mut Vec<u8>) {
+    bytes.extend(halves.iter().flat_map(|half| half.to_le_bytes()));
+}
+
+/// Red, green and blue of each pixel of the crop; NaN where it has no sample.
+pub fn light(film: &Film) -> Vec<f32> {
+    let crop = film.crop();
+    let width = crop.size().x as usize;
+    let mut values = vec![f32::NAN; 3 * crop.area() as usize];
+    for (pixel, sums) in film.pixels() {
+        if sums.samples() > 0 {
+            let at = pixel - crop.min;
+            let first = 3 * (at.y as usize * width + at.x as usize);
+            for (c, value) in values[first..first + 3].iter_mut().enumerate() {
+                *value = shown(sums.mean(c) as f32);
+            }
+        }
+    }
+    values
+}
+
+/// The layers `names` of `image`, one after the other.
+pub fn stacked(image: &Image, names: &[String]) -> Vec<f32> {
+    names.iter().filter_map(|name| layer(image, name)).flatten().collect()
+}
+
+/// What a page can be shown of `value`.
+fn shown(value: f32) -> f32 {
+    value.clamp(-MAX_HALF, MAX_HALF)
+}
+
+/// Layers of channels: each once, and [`PICTURE`] for light.
+pub fn layers<'a>(channels: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in channels.map(layer_of) {
+        if names.iter().all(|known| known != name) {
+            names.push(name.into());
+        }
+    }
+    names
+}
+
+/// The layer that the channel `name` belongs to.
+fn layer_of(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((layer, _)) => layer,
+        None if matches!(name, "R" | "G" | "B") => PICTURE,
+        None => name,
+    }
+}
+
+/// Three values of each pixel of a layer, a single channel three times; `None`: there is no such layer.
+pub fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
+    let channels: Vec<&Channel> = image
+        .channels
+        .iter()
+        .filter(|c| layer_of(&c.name) == name)
+        .take(3)
+        .collect();
+    let of = |c: usize| {
+        channels
+            .get(c)
+            .or(if channels.len() == 1 { channels.first() } else { None })
+    };
+    channels.first()?;
+    let mut values = vec![0.0; 3 * image.crop.area() as usize];
+    for c in 0..3 {
+        if let Some(channel) = of(c) {
+            for (pixel, value) in values.chunks_exact_mut(3).zip(&channel.values) {
+                pixel[c] = shown(*value);
+            }
+        }
+    }
+    Some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Rect;
+    use crate::math::UVec2;
+
+    #[test]
+    fn layers_have_three_values() {
+        let size = UVec2::new(1, 1);
+        let image = Film::new(size, Rect::full(size)).develop();
+        let names = layers(image.channels.iter().map(|c| &*c.name));
+        assert_eq!(names, ["picture", "albedo", "N", "Z", "variance", "samples"]);
+        for name in &names {
+            assert_eq!(layer(&image, name).map(|values| values.len()), Some(3), "{name}");
+        }
+        assert_eq!(layer(&image, "Z"), Some(vec![65504.0; 3]));
+        assert_eq!(layer(&image, "none"), None);
+    }
+}

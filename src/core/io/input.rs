@@ -1,0 +1,228 @@
+//! Opening input files: all of them are opened here.
+//!
+//! Opening never waits (`O_NONBLOCK`), and what is no regular file is refused by the handle that was opened. Failures of the system are remembered,
+//! because decoders report them like damage.
+
+use super::FileError;
+use std::ffi::OsStr;
+use std::fs::{File, FileType, OpenOptions};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+/// A regular file that is open for reading. It remembers when the system fails to read it, whatever a decoder makes of that.
+pub(crate) struct Input {
+    file: File,
+    length: u64,
+    failure: ReadFailure,
+}
+
+/// What the system said when reading failed, if it did; clones share it.
+#[derive(Clone, Default)]
+pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
+
+impl ReadFailure {
+    /// The failure as the error of `path`, where there was one; else `error`, which says what is wrong with the contents.
+    pub fn or(&self, path: &Path, error: FileError) -> FileError {
+        match self.0.get() {
+            Some(failure) => FileError::system(path, "cannot read it", failure).help("check the disk or the network"),
+            None => error,
+        }
+    }
+}
+
+impl Input {
+    /// Opens a regular file; `what` it is says the error, such as `the OBJ file`. Never waits: a pipe without a writer is refused like all that
+    /// is no regular file.
+    pub fn open(path: &Path, what: &str) -> Result<Self, FileError> {
+        if path == OsStr::new("-") {
+            let error = FileError::new(path, format!("{what} cannot be standard input"));
+            return Err(error
+                .help("give a file name; write ./- for a file called `-`")
+                .unreadable());
+        }
+        let refused = |error: io::Error| match error.kind() {
+            io::ErrorKind::NotFound => FileError::new(path, format!("cannot read {what}: no such file")),
+            _ => FileError::system(path, &format!("cannot read {what}"), &error),
+        };
+        let mut options = OpenOptions::new();
+        options.read(true);
+        #[cfg(unix)]
+        {
+            // Opening a pipe would wait for a writer.
+            let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
+            std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
+        }
+        // Of what was opened, since another file may take the name meanwhile
+        let opened = options.open(path).and_then(|file| Ok((file.metadata()?, file)));
+        let (metadata, file) = opened.map_err(refused)?;
+        if !metadata.is_file() {
+            let kind = kind_name(metadata.file_type());
+            let error = FileError::new(path, format!("{what} is {kind}, not a regular file"));
+            return Err(error
+                .help("give the name of a file, or save the data in one")
+                .unreadable());
+        }
+        Ok(Self {
+            file,
+            length: metadata.len(),
+            failure: ReadFailure::default(),
+        })
+    }
+
+    /// Bytes that the file had when it was opened.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// What tells whether reading has failed, after a decoder has taken the file.
+    pub fn failure(&self) -> ReadFailure {
+        self.failure.clone()
+    }
+
+    /// With a buffer; an error where the file has no byte.
+    pub fn buffered(self, path: &Path) -> Result<BufReader<Self>, FileError> {
+        let failure = self.failure();
+        let mut reader = BufReader::new(self);
+        match reader.fill_buf() {
+            Ok([]) => Err(FileError::new(path, "the file is empty").help("save or copy it again")),
+            Ok(_) => Ok(reader),
+            Err(error) => Err(failure.or(path, FileError::system(path, "cannot read it", &error))),
+        }
+    }
+
+    /// All bytes.
+    pub fn bytes(mut self, path: &Path) -> Result<Vec<u8>, FileError> {
+        let mut bytes = Vec::new();
+        let length = usize::try_from(self.length).unwrap_or(usize::MAX);
+        if bytes.try_reserve_exact(length).is_err() {
+            let error = FileError::new(path, format!("not enough memory for its {length} bytes"));
+            return Err(error.help("free some memory, or cut it into several files"));
+        }
+        self.read_to_end(&mut bytes)
+            .map_err(|error| FileError::system(path, "cannot read it", &error).help("check the disk or the network"))?;
+        if bytes.len() < length {
+            let message = format!("the file shrank while it was read: {} of {length} bytes", bytes.len());
+            return Err(FileError::new(path, message)
+                .help("try again when the file is complete")
+                .unreadable());
+        }
+        Ok(bytes)
+    }
+}
+
+/// All bytes of a regular file; `what` it is says the error.
+pub fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
+    Input::open(path, what)?.bytes(path)
+}
+
+/// Reads a regular file as text, in UTF-8 or UTF-16; bytes of other encodings become replacement characters.
+///
+/// # Errors
+///
+/// The file cannot be read. The error calls the file `what`.
+pub fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
+    let bytes = read_bytes(path, what)?;
+    if let Some(characters) = utf16_characters(&bytes) {
+        return Ok(characters
+            .map(|character| character.unwrap_or(char::REPLACEMENT_CHARACTER))
+            .collect());
+    }
+    Ok(String::from_utf8(bytes).unwrap_or_else(|e| String::from_utf8_lossy(e.as_bytes()).into_owned()))
+}
+
+/// The characters of a text in UTF-16: one that begins with a byte-order mark, or with ASCII of which every other byte is 0.
+fn utf16_characters(bytes: &[u8]) -> Option<impl Iterator<Item = Result<char, std::char::DecodeUtf16Error>>> {
+    let (start, decode): (usize, fn([u8; 2]) -> u16) = match *bytes {
+        [0xff, 0xfe, ..] => (2, u16::from_le_bytes),
+        [0xfe, 0xff, ..] => (2, u16::from_be_bytes),
+        [first, 0, second, 0, ..] if first != 0 && second != 0 => (0, u16::from_le_bytes),
+        [0, first, 0, second, ..] if first != 0 && second != 0 => (0, u16::from_be_bytes),
+        _ => return None,
+    };
+    let pairs = bytes[start..].chunks_exact(2);
+    Some(char::decode_utf16(pairs.map(move |pair| decode([pair[0], pair[1]]))))
+}
+
+/// What an entry of a folder is, if it is no regular file.
+fn kind_name(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a pipe";
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return "a device";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+    }
+    if kind.is_dir() { "a directory" } else { "something else" }
+}
+
+impl Read for Input {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(buffer);
+        let failed = read.as_ref().err().filter(|e| e.kind() != io::ErrorKind::Interrupted);
+        if let Some(code) = failed.and_then(io::Error::raw_os_error) {
+            _ = self.failure.0.set(io::Error::from_raw_os_error(code));
+        }
+        read
+    }
+}
+
+impl Seek for Input {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_in_utf16_are_read_like_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        let text = "usemtl wände 🎨\nv 1 2 3\n";
+        let units: Vec<u16> = text.encode_utf16().collect();
+        let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+        let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+        for bytes in [
+            text.as_bytes().to_vec(),
+            little.clone(),
+            big.clone(),
+            [&[0xff, 0xfe], &little[..]].concat(),
+            [&[0xfe, 0xff], &big[..]].concat(),
+        ] {
+            std::fs::write(&path, &bytes).unwrap();
+            assert_eq!(read_text(&path, "the file").unwrap(), text, "{:?}", &bytes[..4]);
+        }
+        // Other encodings are kept as far as they are ASCII; zeros alone are no UTF-16.
+        for (bytes, expected) in [(&b"v\xe4 1"[..], "v\u{fffd} 1"), (b"\0\0\0\0", "\0\0\0\0"), (b"", "")] {
+            std::fs::write(&path, bytes).unwrap();
+            assert_eq!(read_text(&path, "the file").unwrap(), expected);
+        }
+    }
+
+    /// What `/proc` calls a regular file of no byte cannot be read at its start.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn failures_of_the_system_are_remembered() {
+        let path = Path::new("/proc/self/mem");
+        let input = Input::open(path, "the picture").unwrap();
+        let failure = input.failure();
+        let error = input.buffered(path).err().unwrap();
+        assert!(
+            error.is_unreadable() && error.message.starts_with("cannot read it"),
+            "{error}"
+        );
+        let damage = FileError::new(path, "the picture is invalid");
+        assert_eq!(failure.or(path, damage.clone()).message, error.message);
+        assert_eq!(ReadFailure::default().or(path, damage.clone()), damage);
+        assert!(read_bytes(path, "the picture").unwrap_err().is_unreadable());
+    }
+}

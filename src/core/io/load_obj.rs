@@ -1,0 +1,37 @@
+//! OBJ files by the reader that the user chooses.
+
+use super::memory::Allowance;
+use super::normals::smooth_by_angle;
+use super::obj::{self, ObjFile};
+#[cfg(feature = "tobj")]
+use super::tobj_reader;
+use super::{FileError, Findings, LoadObserver, LoadOptions, ObjReader};
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Reads an OBJ file and the libraries it names by the reader of the options, in the current rayon pool. An error is that there is nothing to go on
+/// with; everything else that is wrong, missing or assumed is among the findings.
+pub fn load_obj(
+    path: &Path,
+    options: &LoadOptions,
+    allowance: Allowance,
+    observer: &dyn LoadObserver,
+    findings: &mut Findings,
+) -> Result<ObjFile, FileError> {
+    let mut file = match options.parameters.obj_reader() {
+        ObjReader::Own => obj::read_obj(path, options, allowance, observer, findings)?,
+        #[cfg(feature = "tobj")]
+        ObjReader::Tobj => tobj_reader::read_obj(path, options, allowance, observer, findings)?,
+        #[cfg(not(feature = "tobj"))]
+        ObjReader::Tobj => {
+            let error = FileError::new(path, "obj-reader tobj: not built in").of_flag();
+            return Err(error.help("use --obj-reader own, or build with the feature tobj"));
+        }
+    };
+    if let Some(degrees) = options.parameters.smooth() {
+        file.groups
+            .par_iter_mut()
+            .for_each(|g| smooth_by_angle(&mut g.mesh, degrees));
+    }
+    Ok(file)
+}

@@ -1,0 +1,70 @@
+use super::{MtlDialect, Severity};
+use crate::options::names::named;
+use crate::options::{Named, Range, parameters};
+use crate::scene::Panes;
+use crate::texture::TextureFilter;
+
+parameters! {
+    /// How files are read where their formats leave something open.
+    pub struct LoadParameters, heading "", values values {
+        /// Dialect of MTL files: the program that wrote them
+        ///
+        /// `auto` recognises the program; `spec` reads the statements literally.
+        mtl_dialect: MtlDialect = MtlDialect::Auto;
+        /// Reader of OBJ and MTL files: own, or the crate tobj
+        ///
+        /// See docs/guide/reference/readers.md.
+        obj_reader: ObjReader = ObjReader::Own;
+        /// Smooth edges below this angle in degrees, ignoring the file's normals
+        smooth: f32, default "normals of the file", in Range::Above(0.0);
+        /// Texture filter: mip, or bilinear in the finest level
+        texture_filter: TextureFilter = TextureFilter::Mip;
+        /// Light through thin glass and window panes: straight, or refracted
+        ///
+        /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered rays find the light, and panes are bodies.
+        panes: Panes = Panes::Straight;
+    }
+}
+
+/// Reader of OBJ and MTL files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObjReader {
+    /// This crate's own.
+    Own,
+    /// The tobj crate; feature `tobj`. Values, faces and materials are those that it reads.
+    Tobj,
+}
+
+named! {
+    ObjReader: "own" => Self::Own, "tobj" => Self::Tobj;
+}
+
+impl Named for Panes {
+    const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
+}
+
+impl Named for MtlDialect {
+    const NAMES: &'static [(&'static str, Self)] = Self::NAMES;
+}
+
+/// How files are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoadOptions {
+    /// What the formats leave open.
+    pub parameters: LoadParameters,
+    /// Bytes that the render, and reading its files, may take at most; `None` for what the system leaves.
+    pub max_memory: Option<u64>,
+    /// Whether files that are missing or cannot be used are errors where a render could do without them.
+    pub strict: bool,
+}
+
+impl LoadOptions {
+    /// How bad it is that a file is missing, or cannot be used, which a render could do without.
+    pub fn severity_of_lack(&self) -> Severity {
+        if self.strict {
+            Severity::Error
+        } else {
+            Severity::Warning
+        }
+    }
+}

@@ -1,0 +1,266 @@
+use crate::math::Vec2;
+use crate::texture::{Channel, Mapping, Wrap};
+
+/// What a texture of an MTL file is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapSlot {
+    /// Diffuse reflectance.
+    Diffuse,
+    /// Specular reflectance.
+    Specular,
+    /// Radiance of a light.
+    Emission,
+    /// Exponent of Phong's lobe.
+    Exponent,
+    /// Roughness.
+    Roughness,
+    /// Share of metal.
+    Metallic,
+    /// Opacity.
+    Opacity,
+    /// Height above the surface.
+    Bump,
+    /// Normals in the frame of the texture.
+    Normal,
+}
+
+/// A texture statement: which file, and how it lies on the surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapStatement {
+    /// What the texture is for.
+    pub slot: MapSlot,
+    /// The file's name, as it is written.
+    pub file: String,
+    /// How it lies on the surface.
+    pub mapping: Mapping,
+    /// Options that have no effect here.
+    pub ignored: Vec<&'static str>,
+}
+
+impl MapSlot {
+    /// What the keyword, in lower case, is for. Blender writes its pictures of metallic as reflection maps.
+    pub fn of_keyword(key: &str, is_blender: bool) -> Option<Self> {
+        Some(match key {
+            "map_refl" | "refl" if is_blender => Self::Metallic,
+            "map_kd" => Self::Diffuse,
+            "map_ks" => Self::Specular,
+            "map_ke" | "map_emissive" => Self::Emission,
+            "map_ns" => Self::Exponent,
+            "map_pr" => Self::Roughness,
+            "map_pm" => Self::Metallic,
+            "map_d" | "map_opacity" => Self::Opacity,
+            "map_bump" | "bump" => Self::Bump,
+            "norm" | "map_kn" | "map_norm" => Self::Normal,
+            _ => return None,
+        })
+    }
+}
+
+#[cfg(feature = "tobj")]
+impl MapSlot {
+    /// The usual keyword for it.
+    pub fn keyword(self) -> &'static str {
+        match self {
+            Self::Diffuse => "map_Kd",
+            Self::Specular => "map_Ks",
+            Self::Emission => "map_Ke",
+            Self::Exponent => "map_Ns",
+            Self::Roughness => "map_Pr",
+            Self::Metallic => "map_Pm",
+            Self::Opacity => "map_d",
+            Self::Bump => "map_Bump",
+            Self::Normal => "norm",
+        }
+    }
+}
+
+#[cfg(feature = "tobj")]
+impl MapStatement {
+    /// The statement without its keyword, with all options that count: equal texts are equal bits.
+    pub fn text(&self) -> String {
+        let Mapping {
+            scale,
+            offset,
+            wrap,
+            channel,
+            base,
+            gain,
+            bump,
+        } = self.mapping;
+        let clamp = if wrap == Wrap::Clamp { "on" } else { "off" };
+        let channel = channel.and_then(|channel| Channel::NAMES.iter().find(|(_, known)| *known == channel));
+        let channel = channel.map_or(String::new(), |(name, _)| format!(" -imfchan {name}"));
+        format!(
+            "-s {} {} -o {} {} -clamp {clamp} -mm {base} {gain} -bm {bump}{channel} {}",
+            scale.x, scale.y, offset.x, offset.y, self.file
+        )
+    }
+}
+
+impl MapStatement {
+    /// Reads what follows the keyword: options, and a name that may have blanks. An error says what is wrong.
+    pub fn parse(slot: MapSlot, rest: &str) -> Result<Self, String> {
+        let mut map = Self {
+            slot,
+            file: String::new(),
+            mapping: Mapping::default(),
+            ignored: Vec::new(),
+        };
+        let mapping = &mut map.mapping;
+        let mut words = Words(rest);
+        while let Some(option) = words.option() {
+            match option {
+                "-s" => mapping.scale = words.vector(option, 1.0)?,
+                "-o" => mapping.offset = words.vector(option, 0.0)?,
+                "-t" => {
+                    words.vector(option, 0.0)?;
+                    map.ignored.push("-t");
+                }
+                "-clamp" => {
+                    mapping.wrap = match words.switch(option)? {
+                        true => Wrap::Clamp,
+                        false => Wrap::Repeat,
+                    }
+                }
+                "-blendu" | "-blendv" | "-cc" => {
+                    words.switch(option)?;
+                }
+                "-bm" => mapping.bump = words.number(option)?,
+                "-mm" => (mapping.base, mapping.gain) = (words.number(option)?, words.number(option)?),
+                "-boost" | "-texres" => {
+                    words.number(option)?;
+                }
+                "-imfchan" => mapping.channel = Some(words.channel(option)?),
+                "-type" => {
+                    words.next();
+                    map.ignored.push("-type");
+                }
+                // What a texture is for tells its colour space.
+                "-colorspace" => {
+                    words.next();
+                    map.ignored.push("-colorspace");
+                }
+                _ => return Err(format!("unknown texture option `{option}`")),
+            }
+        }
+        map.file = words.0.trim().to_string();
+        if map.file.is_empty() {
+            return Err("the file name of the texture is missing".into());
+        }
+        Ok(map)
+    }
+}
+
+/// What is left of a statement.
+struct Words<'a>(&'a str);
+
+impl<'a> Words<'a> {
+    fn next(&mut self) -> Option<&'a str> {
+        let word = self.peek()?;
+        self.0 = &self.0.trim_start()[word.len()..];
+        Some(word)
+    }
+
+    fn peek(&self) -> Option<&'a str> {
+        self.0.split_whitespace().next()
+    }
+
+    /// The next word, if it is an option: a file's name does not start like one.
+    fn option(&mut self) -> Option<&'a str> {
+        let word = self.peek()?;
+        let is_option = word
+            .strip_prefix('-')
+            .is_some_and(|name| name.starts_with(|c: char| c.is_ascii_alphabetic()));
+        is_option.then(|| self.next()).flatten()
+    }
+
+    fn number(&mut self, option: &str) -> Result<f32, String> {
+        let word = self.next().unwrap_or("");
+        let number = word.parse().ok().filter(|n: &f32| n.is_finite());
+        number.ok_or_else(|| format!("`{option} {word}` should be a finite number"))
+    }
+
+    /// One to three numbers, of which textures have two; those that are missing are `default`.
+    fn vector(&mut self, option: &str, default: f32) -> Result<Vec2, String> {
+        let u = self.number(option)?;
+        let mut others = [default; 2];
+        for other in &mut others {
+            let Some(value) = self.peek().and_then(|word| word.parse().ok()) else {
+                break;
+            };
+            *other = value;
+            self.next();
+        }
+        let v = others[0];
+        match v.is_finite() {
+            true => Ok(Vec2::new(u, v)),
+            false => Err(format!("`{option} {u} {v}` should be finite numbers")),
+        }
+    }
+
+    fn switch(&mut self, option: &str) -> Result<bool, String> {
+        match self.next() {
+            Some("on") => Ok(true),
+            Some("off") => Ok(false),
+            other => Err(format!("`{option} {}` should be `on` or `off`", other.unwrap_or(""))),
+        }
+    }
+
+    fn channel(&mut self, option: &str) -> Result<Channel, String> {
+        let word = self.next().unwrap_or("");
+        let found = Channel::NAMES.iter().find(|(name, _)| *name == word);
+        let channel = found.map(|(_, channel)| *channel);
+        channel.ok_or_else(|| format!("`{option} {word}` should be r, g, b, m, l or z"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(rest: &str) -> MapStatement {
+        MapStatement::parse(MapSlot::Diffuse, rest).unwrap()
+    }
+
+    #[test]
+    fn options_come_before_names_with_blanks() {
+        let plain = map("textures\\old wall.png");
+        assert_eq!(
+            (plain.file.as_str(), plain.mapping.scale),
+            ("textures\\old wall.png", Vec2::ONE)
+        );
+        let all = map("-s 2 3 1 -o 0.5 -clamp on -bm 0.2 -imfchan g -mm 0.1 2 -blendu off -texres 512 a b.png ");
+        let expected = Mapping {
+            scale: Vec2::new(2.0, 3.0),
+            offset: Vec2::new(0.5, 0.0),
+            wrap: Wrap::Clamp,
+            channel: Some(Channel::Green),
+            base: 0.1,
+            gain: 2.0,
+            bump: 0.2,
+        };
+        assert_eq!((all.mapping, all.file.as_str()), (expected, "a b.png"));
+        assert_eq!(map("-s 2 1.png").file, "1.png");
+        assert_eq!(map("-1.png").file, "-1.png");
+        assert_eq!(map("-type sphere a.png").ignored, ["-type"]);
+        let linear = map("-colorspace linear a.png");
+        assert_eq!((&linear.ignored[..], &*linear.file), (&["-colorspace"][..], "a.png"));
+    }
+
+    #[test]
+    fn mistakes_are_named() {
+        for (rest, word) in [
+            ("", "missing"),
+            ("-s 2", "missing"),
+            ("-s x a.png", "-s x"),
+            ("-s inf a.png", "-s inf"),
+            ("-clamp 1 a.png", "-clamp 1"),
+            ("-imfchan q a.png", "-imfchan q"),
+            ("-bm", "-bm"),
+            ("-huh a.png", "-huh"),
+        ] {
+            let error = MapStatement::parse(MapSlot::Bump, rest).unwrap_err();
+            assert!(error.contains(word), "{rest}: {error}");
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! MTL files: statements and materials (`section`), and textures (`map`).
+//!
+//! Programs disagree about the meaning of statements (`dialect`). `writer` tells who wrote a library, and `translate` puts what that program meant in
+//! place of what it wrote, before a material is made.
+
+mod dialect;
+mod map;
+mod reflectance;
+mod section;
+mod translate;
+mod writer;
+
+use super::input::read_text;
+use super::statements::{place_of, split_keyword, statements};
+use super::{FileError, Finding, Findings, MAX_WRONG, Position, Severity};
+use crate::color::Spectrum;
+use crate::material::Material;
+pub use dialect::MtlDialect;
+pub use map::{MapSlot, MapStatement};
+pub(super) use section::{Complaint, Section};
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+use writer::{Reading, Signature};
+
+/// Default diffuse reflectance of a surface.
+const DEFAULT_DIFFUSE: f32 = 0.8;
+/// The material of faces that have none.
+pub fn default_material(name: &str) -> Material {
+    Material {
+        name: name.into(),
+        diffuse: Spectrum::splat(DEFAULT_DIFFUSE),
+        ..Material::default()
+    }
+}
+
+/// Where a library named in an OBJ file lies: relative to the OBJ's folder.
+pub(crate) fn library_path(obj: &Path, name: &str) -> PathBuf {
+    obj.parent().unwrap_or(Path::new("")).join(name)
+}
+
+/// A material of a file, and the textures it asks for.
+#[derive(Clone, Debug)]
+pub struct FileMaterial {
+    /// What the library says of it.
+    pub material: Material,
+    /// Its textures.
+    pub maps: Vec<MapRequest>,
+    /// The library that defines it.
+    pub library: PathBuf,
+    /// Of its `newmtl`.
+    pub line: usize,
+}
+
+impl FileMaterial {
+    /// The default material, which no library defines.
+    pub fn default_of(name: &str) -> Self {
+        Self {
+            material: default_material(name),
+            maps: Vec::new(),
+            library: PathBuf::new(),
+            line: 0,
+        }
+    }
+
+    /// Whether it asks for a texture in `slot`.
+    pub fn has_map(&self, slot: MapSlot) -> bool {
+        self.maps.iter().any(|request| request.statement.slot == slot)
+    }
+}
+
+/// A texture statement.
+#[derive(Clone, Debug)]
+pub struct MapRequest {
+    /// What it says.
+    pub statement: MapStatement,
+    /// Where it stands: an error without a message.
+    pub place: FileError,
+}
+
+impl MapRequest {
+    /// Says of the texture what is worth a warning.
+    pub fn remark(&self, words: &str) -> FileError {
+        let message = format!("texture `{}` {words}", self.statement.file);
+        FileError {
+            message,
+            ..self.place.clone()
+        }
+    }
+}
+
+/// The materials of an MTL file in its order. Statements that are wrong are left out.
+pub fn load_mtl(path: &Path, dialect: MtlDialect, findings: &mut Findings) -> Vec<FileMaterial> {
+    let Some(text) = read_library(path, findings) else {
+        return Vec::new();
+    };
+    let library = Library::new(&text, dialect);
+    let sections = library.sections(path, &text, findings);
+    library.materials(path, sections, findings)
+}
+
+/// The text of a library; `None` where it cannot be read.
+pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<String> {
+    read_text(path, "the material library")
+        .map_err(|error| {
+            let error = error.help_if_none("check its permissions");
+            findings.add(Severity::Error, "unreadable-file", error);
+        })
+        .ok()
+}
+
+/// What the statements of a library mean, by its writer and by what the user says.
+pub(super) struct Library {
+    dialect: MtlDialect,
+    signature: Option<Signature>,
+    is_blender: bool,
+}
+
+impl Library {
+    /// A library with this text.
+    pub fn new(text: &str, dialect: MtlDialect) -> Self {
+        let signature = Signature::find(text);
+        let is_blender = match dialect {
+            MtlDialect::Auto => signature.as_ref().is_some_and(|s| s.dialect == MtlDialect::Blender),
+            dialect => dialect == MtlDialect::Blender,
+        };
+        Self {
+            dialect,
+            signature,
+            is_blender,
+        }
+    }
+
+    /// A material without statements.
+    pub fn section(&self, name: &str, line: usize) -> Section {
+        let max_clearcoat = if self.is_blender { translate::BLENDER_COAT } else { 1.0 };
+        Section::new(name, line, max_clearcoat)
+    }
+
+    /// Takes a statement of a material.
+    pub fn read(&self, section: &mut Section, [key, rest]: [&str; 2], place: FileError) -> Result<Effect, Complaint> {
+        let lower = key.to_ascii_lowercase();
+        let line = place.position.map_or(0, |position| position.line);
+        let Some(slot) = MapSlot::of_keyword(&lower, self.is_blender) else {
+            let is_known = section.set(&lower, key, rest)?;
+            if is_known {
+                section.lines.push((lower, line));
+            }
+            return Ok(if is_known { Effect::Full } else { Effect::None });
+        };
+        let statement = MapStatement::parse(slot, rest).map_err(|message| {
+            let help = "options come first, then the name of a picture: map_Kd -s 2 2 wall.png";
+            (format!("{key}: {message}"), help)
+        })?;
+        let ignored = statement.ignored.clone();
+        // The last one of a kind wins.
+        section.maps.retain(|m| m.statement.slot != slot);
+        section.maps.push(MapRequest { statement, place });
+        Ok(Effect::Without(ignored))
+    }
+
+    /// The statements of each material, before the habits of the writer count.
+    pub fn sections(&self, path: &Path, text: &str, findings: &mut Findings) -> Vec<Section> {
+        let mut sections: Vec<Section> = Vec::new();
+        let mut skipped: Vec<(String, usize)> = Vec::new();
+        let mut wrong_count = 0;
+        let mut unknown: HashSet<String> = HashSet::new();
+        for (line, statement) in statements(text) {
+            let (key, rest) = split_keyword(&statement);
+            if key.eq_ignore_ascii_case("newmtl") {
+                sections.push(self.section(rest, line));
+                continue;
+            }
+            // Statements before the first material belong to none.
+            let Some(section) = sections.last_mut() else { continue };
+            let place = FileError::new(path, "").at(Position::line(line));
+            match self.read(section, [key, rest], place) {
+                Ok(Effect::Full) => {}
+                Ok(Effect::Without(options)) => {
+                    skipped.extend(options.into_iter().map(|option| (option.to_string(), line)));
+                }
+                Ok(Effect::None) if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
+                Ok(Effect::None) => {}
+                Err((message, help)) => {
+                    wrong_count += 1;
+                    if wrong_count <= MAX_WRONG {
+                        let error = FileError::new(path, format!("material `{}`: {message}", section.name));
+                        let error = error.at(place_of(text, line, suspect(key, rest))).help(help);
+                        findings.add(Severity::Error, "wrong-statement", error);
+                    }
+                }
+            }
+        }
+        findings.add_untold(path, wrong_count.saturating_sub(MAX_WRONG));
+        if let Some((first, line)) = skipped.first() {
+            let keys: Vec<&str> = skipped.iter().map(|(key, _)| key.as_str()).collect();
+            let message = format!("no effect: {}; the first is here", keys.join(", "));
+            let error = FileError::new(path, message).at(place_of(text, *line, first));
+            let others = skipped.iter().skip(1).map(|&(_, line)| Position::line(line));
+            let finding = Finding::new(Severity::Warning, "unknown-keyword", error);
+            findings.push(finding.repeated(skipped.len() as u64, others));
+        }
+        sections
+    }
+
+    /// The materials of these statements, by the habits of the writer.
+    pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
+        let reading = Reading::new(self.dialect, self.signature.as_ref(), &sections);
+        let mut is_read_otherwise = false;
+        let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        let mut materials = Vec::with_capacity(sections.len());
+        for mut section in sections {
+            // A guess is reported if the literal reading differs.
+            let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
+            let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
+            section.translate(reading.writer);
+            let (material, remarks) = section.material(reading.tr);
+            for key in section.idle_numbers(&material) {
+                idle.entry(key)
+                    .or_default()
+                    .push(section.line_of(&key.to_ascii_lowercase()));
+            }
+            is_read_otherwise |= by_letter != (material.clone(), slots(&section));
+            for remark in remarks.into_iter().chain(section.assumed()) {
+                let message = format!("material `{}`: {}", section.name, remark.words);
+                let error = FileError::new(path, message);
+                let error = match section.line_of(remark.key) {
+                    // A reader without line numbers
+                    0 => error,
+                    line => error.at(Position::line(line)),
+                };
+                findings.add(remark.severity, remark.code, error);
+            }
+            materials.push(FileMaterial {
+                material,
+                maps: section.maps,
+                library: path.to_path_buf(),
+                line: section.line,
+            });
+        }
+        for (key, lines) in idle {
+            let why = match key {
+                "Ns" => "there is no highlight",
+                "Ni" => "nothing refracts",
+                _ => "ambient light is computed",
+            };
+            let number = lines.len() as u64;
+            let noun = if number == 1 { "material" } else { "materials" };
+            let message = format!("{key} of {number} {noun} has no effect: {why}; the first is here");
+            let mut places = lines.into_iter().map(Position::line);
+            if let Some(first) = places.next() {
+                let error = FileError::new(path, message).at(first);
+                findings.push(Finding::new(Severity::Note, "idle-number", error).repeated(number, places));
+            }
+        }
+        if let Some((line, words)) = reading.guess.filter(|_| is_read_otherwise) {
+            let error = FileError::new(path, words).at(Position::line(line));
+            let help = "--mtl-dialect spec reads the file literally: Ks and Ns as a Phong lobe, Tr as transparency";
+            findings.add(Severity::Note, "mtl-dialect", error.help(help));
+        }
+        materials
+    }
+}
+
+/// The part of a statement that has an effect.
+pub(super) enum Effect {
+    /// All of it.
+    Full,
+    /// All but these options of a texture.
+    Without(Vec<&'static str>),
+    /// Nothing: the keyword is not known.
+    None,
+}
+
+/// Of a statement that is wrong the word that likely is: the first that is not a number, or the whole.
+fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
+    let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
+    let mut words = rest.split_whitespace();
+    let wrong = words.clone().find(|word| !is_number(word));
+    wrong.or_else(|| words.next()).unwrap_or(key)
+}
+
+#[cfg(test)]
+mod dialect_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,145 @@
+//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, which browsers undo themselves (`DecompressionStream`). `src/view/page/coding.js` is the other end.
+//!
+//! The bits of a 16-bit float, taken as a whole number, are about the logarithm of its value, so the difference of two channels is about their ratio: noise that all
+//! channels share goes out of it. Green is coded as it is, red and blue as differences from it. Each number is predicted by the mean of its neighbours to the left and above;
+//! what is left is folded to numbers without a sign, whose low and high bytes stand in planes of their own. All of it wraps around, so every pattern of bits comes
+//! back: the coding is lossless. A picture that will soon be replaced may be rounded first, to fewer bits of the mantissa.
+
+use flate2::Compression;
+use flate2::write::DeflateEncoder;
+use std::io::Write;
+
+/// Bits of the mantissa that rounding takes: six of ten stay, which is an error of 0.8 % at most. A step of an 8-bit display is about as large.
+pub const ROUNDING: u32 = 4;
+
+/// Bits of the largest finite number, of infinity, and of a number that is none.
+const LARGEST: u16 = 0x7bff;
+const INFINITY: u16 = 0x7c00;
+const QUIET_NAN: u16 = 0x7e00;
+
+/// Packs `halves`, three for each pixel of rows of `width`, without their last `rounding` bits, which are rounded.
+pub fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
+    let pixels: Vec<[u16; 3]> = halves
+        .chunks_exact(3)
+        .map(|rgb| {
+            let [r, g, b] = [0, 1, 2].map(|c| rounded(rgb[c], rounding) >> rounding);
+            [g, r.wrapping_sub(g), b.wrapping_sub(g)]
+        })
+        .collect();
+    let count = pixels.len();
+    let mut planes = vec![0; 6 * count];
+    for (i, pixel) in pixels.iter().enumerate() {
+        let left = (i % width > 0).then(|| pixels[i - 1]);
+        let above = i.checked_sub(width).map(|above| pixels[above]);
+        for c in 0..3 {
+            let folded = fold(pixel[c].wrapping_sub(predicted(left.map(|p| p[c]), above.map(|p| p[c]))));
+            planes[2 * c * count + i] = folded as u8;
+            planes[(2 * c + 1) * count + i] = (folded >> 8) as u8;
+        }
+    }
+    let mut encoder = DeflateEncoder::new(Vec::with_capacity(planes.len() / 2), Compression::fast());
+    // Writing to memory cannot fail.
+    let _ = encoder.write_all(&planes);
+    encoder.finish().unwrap_or_default()
+}
+
+/// `bits` of a 16-bit float to the nearest with `rounding` last bits of 0. What is finite stays so, and NaN stays NaN.
+fn rounded(bits: u16, rounding: u32) -> u16 {
+    let (sign, size) = (bits & 0x8000, bits & 0x7fff);
+    let unit = 1 << rounding;
+    match size {
+        _ if rounding == 0 => return bits,
+        // The bits that stay of a NaN may be those of infinity.
+        size if size > INFINITY => return sign | QUIET_NAN,
+        INFINITY => return bits,
+        _ => {}
+    }
+    sign | ((size + unit / 2) & !(unit - 1)).min(LARGEST & !(unit - 1))
+}
+
+/// What neighbours let expect. The first pixel is expected to be 0.
+fn predicted(left: Option<u16>, above: Option<u16>) -> u16 {
+    match (left, above) {
+        // Signed, as differences of channels are
+        (Some(left), Some(above)) => ((i32::from(left as i16) + i32::from(above as i16)) >> 1) as u16,
+        (Some(one), None) | (None, Some(one)) => one,
+        (None, None) => 0,
+    }
+}
+
+/// 0, −1, 1, −2, … as 0, 1, 2, 3, …
+fn fold(difference: u16) -> u16 {
+    (difference << 1) ^ (((difference as i16) >> 15) as u16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::read::DeflateDecoder;
+    use std::io::Read;
+
+    /// What the page does.
+    fn unpack(packed: &[u8], width: usize, rounding: u32) -> Vec<u16> {
+        let mut planes = Vec::new();
+        DeflateDecoder::new(packed).read_to_end(&mut planes).unwrap();
+        let count = planes.len() / 6;
+        let mut pixels: Vec<[u16; 3]> = Vec::new();
+        for i in 0..count {
+            let left = (i % width > 0).then(|| pixels[i - 1]);
+            let above = i.checked_sub(width).map(|above| pixels[above]);
+            pixels.push([0, 1, 2].map(|c| {
+                let folded = u16::from(planes[2 * c * count + i]) | (u16::from(planes[(2 * c + 1) * count + i]) << 8);
+                let difference = (folded >> 1) ^ (folded & 1).wrapping_neg();
+                difference.wrapping_add(predicted(left.map(|p| p[c]), above.map(|p| p[c])))
+            }));
+        }
+        let back = |[g, r, b]: [u16; 3]| [r.wrapping_add(g), g, b.wrapping_add(g)].map(|code| code << rounding);
+        pixels.into_iter().flat_map(back).collect()
+    }
+
+    /// All patterns of bits come back, infinities and NaN among them.
+    #[test]
+    fn packing_is_lossless() {
+        let mut halves: Vec<u16> = (0..=u16::MAX).collect();
+        // In another order as well, so that neighbours are far from each other
+        halves.extend((0..=u16::MAX).map(|i| i.wrapping_mul(40_503)));
+        halves.push(0);
+        assert_eq!(halves.len() % 3, 0);
+        for width in [1, 7, 128] {
+            assert_eq!(unpack(&pack(&halves, width, 0), width, 0), halves, "{width}");
+        }
+        assert!(unpack(&pack(&[], 1, 0), 1, 0).is_empty());
+    }
+
+    #[test]
+    fn rounding_is_to_the_nearest() {
+        let halves: Vec<u16> = (0..=u16::MAX - 1).collect();
+        let back = unpack(&pack(&halves, 64, ROUNDING), 64, ROUNDING);
+        for (&bits, &back) in halves.iter().zip(&back) {
+            let [value, shown] = [bits, back].map(|bits| half::f16::from_bits(bits).to_f32());
+            assert_eq!(value.is_nan(), shown.is_nan(), "{bits:x}");
+            assert_eq!(value.is_finite(), shown.is_finite(), "{bits:x}");
+            if value.is_finite() {
+                // Half a unit in the last place that stays, of normal numbers or those below
+                let most = (value.abs() / 128.0).max(2f32.powi(-24 + ROUNDING as i32 - 1));
+                assert!(
+                    (value - shown).abs() <= most || shown.abs() == 65_024.0,
+                    "{value} {shown}"
+                );
+            }
+        }
+    }
+
+    /// A smooth picture takes a small part of its bytes.
+    #[test]
+    fn smooth_pictures_are_small() {
+        let halves: Vec<u16> = (0..64 * 64)
+            .flat_map(|i| {
+                let (x, y) = ((i % 64) as f32, (i / 64) as f32);
+                [1.0, 0.5, 0.25].map(|c| half::f16::from_f32(c * (1.0 + 0.01 * x + 0.02 * y)).to_bits())
+            })
+            .collect();
+        let packed = pack(&halves, 64, 0).len();
+        assert!(packed < halves.len() * 2 / 4, "{packed}");
+    }
+}

@@ -1,0 +1,180 @@
+//! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved here, and a text is cut between statements.
+
+use super::Position;
+use std::borrow::Cow;
+
+/// The statements of an OBJ or MTL file with the lines they start on, counted from 1.
+///
+/// A byte-order mark is skipped, a `\` at the end of a line joins the next line to it, and comments are left out: a `#`
+/// starts one at the beginning of a word, so that names like `Mat#2` stay whole. Empty statements are left out too.
+pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    std::iter::from_fn(move || {
+        let (index, line) = lines.next()?;
+        let line = uncommented(line);
+        let statement = match line.strip_suffix('\\') {
+            None => Cow::Borrowed(line),
+            Some(start) => Cow::Owned(joined(start, lines.by_ref().map(|(_, line)| line))),
+        };
+        Some((index + 1, statement))
+    })
+    .filter(|(_, statement)| !statement.is_empty())
+}
+
+/// Cuts a text into pieces of `size` bytes or a little more, none of which ends within a statement.
+pub(crate) fn pieces(text: &str, size: usize) -> Vec<&str> {
+    let mut pieces = Vec::new();
+    let mut rest = text;
+    while !rest.is_empty() {
+        let (piece, after) = rest.split_at(statement_end(rest, size));
+        pieces.push(piece);
+        rest = after;
+    }
+    pieces
+}
+
+/// Where the first word that is `word` stands in the statement that begins on `line` of `text`; the line, where there is none.
+///
+/// Made for messages: it counts lines anew.
+pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
+    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    for (index, content) in lines.skip(line.saturating_sub(1)) {
+        let starts_word = |i: usize| content[..i].chars().next_back().is_none_or(char::is_whitespace);
+        let ends_word = |i: usize| {
+            content[i..]
+                .chars()
+                .next()
+                .is_none_or(|c| c.is_whitespace() || c == '\\')
+        };
+        let mut places = content.match_indices(word).map(|(i, _)| i);
+        if let Some(start) = places.find(|&i| starts_word(i) && ends_word(i + word.len())) {
+            return Position {
+                line: index + 1,
+                column: Some(content[..start].chars().count() + 1),
+            };
+        }
+        if !uncommented(content).ends_with('\\') {
+            break;
+        }
+    }
+    Position::line(line)
+}
+
+/// The keyword of a statement, and what follows it.
+pub(crate) fn split_keyword(statement: &str) -> (&str, &str) {
+    let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
+    (keyword, rest.trim())
+}
+
+/// The statement that begins with `start` and goes on in `lines`.
+fn joined<'a>(start: &str, lines: impl Iterator<Item = &'a str>) -> String {
+    let mut statement = start.to_string();
+    for line in lines {
+        let line = uncommented(line);
+        let more = line.strip_suffix('\\');
+        if !statement.is_empty() {
+            statement.push(' ');
+        }
+        statement.push_str(more.unwrap_or(line));
+        if more.is_none() {
+            break;
+        }
+    }
+    statement.truncate(statement.trim_end().len());
+    statement
+}
+
+/// Where the statement ends that byte `from` belongs to, or the text.
+fn statement_end(text: &str, from: usize) -> usize {
+    let Some(before) = text.as_bytes().get(..from) else {
+        return text.len();
+    };
+    let mut end = before.iter().rposition(|&b| b == b'\n').map_or(0, |i| i + 1);
+    for line in text[end..].split_inclusive('\n') {
+        end += line.len();
+        if !uncommented(line).ends_with('\\') {
+            break;
+        }
+    }
+    end
+}
+
+/// The line without its comment and surrounding blanks.
+pub fn uncommented(line: &str) -> &str {
+    // Few lines have a comment, and this is the faster search.
+    if !line.as_bytes().contains(&b'#') {
+        return line.trim();
+    }
+    let starts_word = |i: usize| line[..i].chars().next_back().is_none_or(char::is_whitespace);
+    let end = line.match_indices('#').map(|(i, _)| i).find(|&i| starts_word(i));
+    line[..end.unwrap_or(line.len())].trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str =
+        "\u{feff}v 1 2 3 # corner\r\n# all comment \\\n\nf 1 \\\n  2 3\\\n4\nusemtl Mat#2 # name\nend \\";
+
+    #[test]
+    fn comments_continuations_and_marks_are_seen_through() {
+        let got: Vec<(usize, String)> = statements(TEXT).map(|(n, s)| (n, s.into_owned())).collect();
+        let words: Vec<Vec<&str>> = got.iter().map(|(_, s)| s.split_whitespace().collect()).collect();
+        assert_eq!(
+            words,
+            [
+                vec!["v", "1", "2", "3"],
+                vec!["f", "1", "2", "3", "4"],
+                vec!["usemtl", "Mat#2"],
+                vec!["end"]
+            ]
+        );
+        assert_eq!(got.iter().map(|(n, _)| *n).collect::<Vec<_>>(), [1, 4, 7, 8]);
+    }
+
+    #[test]
+    fn words_have_places() {
+        let place = |line, word| {
+            let Position { line, column } = place_of(TEXT, line, word);
+            (line, column)
+        };
+        assert_eq!(place(1, "v"), (1, Some(1)));
+        assert_eq!(place(1, "3"), (1, Some(7)));
+        assert_eq!(place(4, "3"), (5, Some(5)));
+        assert_eq!(place(4, "4"), (6, Some(1)));
+        assert_eq!(place(4, "7"), (4, None));
+        assert_eq!(place(7, "Mat#2"), (7, Some(8)));
+        assert_eq!(place(99, "x"), (99, None));
+        // As columns of characters, and never a part of a word
+        assert_eq!(place_of("ä 10 1\n", 1, "1").column, Some(6));
+    }
+
+    #[test]
+    fn pieces_hold_whole_statements() {
+        let whole: Vec<_> = statements(TEXT).map(|(_, s)| s).collect();
+        for size in 0..=TEXT.len() + 1 {
+            let pieces = pieces(TEXT, size);
+            assert_eq!(pieces.concat(), TEXT);
+            let split: Vec<_> = pieces.iter().flat_map(|p| statements(p)).map(|(_, s)| s).collect();
+            assert_eq!(split, whole, "pieces of {size} bytes");
+        }
+        assert!(pieces(TEXT, 1).len() == 5, "{:?}", pieces(TEXT, 1));
+    }
+
+    /// A statement begins with its keyword, wherever its first words stand.
+    #[test]
+    fn a_statement_may_begin_with_an_empty_line() {
+        let got: Vec<_> = statements("\\\n \\\nf 1 2 3\n").collect();
+        assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
+    }
+
+    /// Takes minutes if each line that is joined copies the statement anew.
+    #[test]
+    fn a_statement_may_have_many_lines() {
+        let text = "1\\\n".repeat(300_000);
+        let got: Vec<_> = statements(&text).collect();
+        assert_eq!(got.len(), 1);
+        assert_eq!(got[0].1.len(), 600_000 - 1);
+    }
+}

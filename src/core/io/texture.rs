@@ -1,0 +1,300 @@
+//! Textures from pictures: of a file's samples a texture keeps those that it is for, such as one byte a texel of an opacity map, whatever the file
+//! has.
+
+use super::memory::Allowance;
+use super::read_picture::{Picture, PictureSize, Samples, Wanted, picture_size, read_picture};
+use super::{FileError, LoadObserver};
+use crate::color::{Spectrum, srgb};
+use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// What a texture is for, which decides how a file's numbers are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TextureKind {
+    /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept where there is any.
+    Color,
+    /// One number of each texel, linear: opacity, roughness, heights.
+    Value(Channel),
+    /// A normal map: three numbers, linear.
+    Normal,
+}
+
+/// A texture that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct TextureRequest {
+    /// The file.
+    pub path: PathBuf,
+    /// What it is for.
+    pub kind: TextureKind,
+    /// What lies beside the unit square.
+    pub wrap: Wrap,
+}
+
+/// Textures that were read, each once.
+#[derive(Debug)]
+pub struct LoadedTextures {
+    /// By id, in the order in which they were asked for first.
+    pub textures: Vec<Texture>,
+    /// For each request its texture, or why there is none.
+    pub ids: Vec<Result<TextureId, FileError>>,
+    /// What was repaired.
+    pub warnings: Vec<FileError>,
+}
+
+impl LoadedTextures {
+    /// Bytes of all textures.
+    pub fn bytes(&self) -> usize {
+        self.textures.iter().map(Texture::bytes).sum()
+    }
+}
+
+/// Reads what is asked for in the current rayon pool. Requests for one file, also by different names, that agree in all else
+/// share a texture. The number of threads has no influence on any texture. There is none where all together take more memory than the system leaves.
+pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
+    load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
+        textures: Vec::new(),
+        ids: vec![Err(error); requests.len()],
+        warnings: Vec::new(),
+    })
+}
+
+/// The same, where reading may take so much memory; an error where it takes more.
+pub fn load_textures_within(
+    requests: &[TextureRequest],
+    allowance: Allowance,
+    observer: &dyn LoadObserver,
+) -> Result<LoadedTextures, FileError> {
+    // Requests by the first that asks for the same
+    let mut firsts = HashMap::new();
+    let mut distinct = Vec::new();
+    let places: Vec<usize> = requests
+        .iter()
+        .map(|request| {
+            let path = request.path.canonicalize().unwrap_or_else(|_| request.path.clone());
+            *firsts.entry((path, request.kind, request.wrap)).or_insert_with(|| {
+                distinct.push(request);
+                distinct.len() - 1
+            })
+        })
+        .collect();
+    if !distinct.is_empty() {
+        observer.begin("reading textures", distinct.len() as u64);
+    }
+    check_memory(&distinct, allowance)?;
+    let load = |request: &&TextureRequest| {
+        let texture = load_texture_within(&request.path, request.kind, request.wrap, allowance);
+        observer.advance(1);
+        texture
+    };
+    let results: Vec<Result<Texture, FileError>> = distinct.par_iter().map(load).collect();
+
+    let (mut textures, mut warnings) = (Vec::new(), Vec::new());
+    let mut ids = Vec::with_capacity(results.len());
+    for (result, request) in results.into_iter().zip(&distinct) {
+        ids.push(result.map(|texture| {
+            if texture.replaced_texels() > 0 {
+                let count = texture.replaced_texels();
+                let message = match count {
+                    1 => "1 texel is NaN, infinite or negative and counts as 0".into(),
+                    _ => format!("{count} texels are NaN, infinite or negative and count as 0"),
+                };
+                warnings.push(FileError::new(&request.path, message));
+            }
+            textures.push(texture);
+            TextureId(textures.len() as u32 - 1)
+        }));
+    }
+    Ok(LoadedTextures {
+        textures,
+        ids: places.into_iter().map(|place| ids[place].clone()).collect(),
+        warnings,
+    })
+}
+
+/// Refuses textures that take too much together, before they are read. What their headers say counts; each thread reads one at a time, at worst the
+/// largest ones.
+fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
+    let cost = |request: &&TextureRequest| {
+        let size = picture_size(&request.path, wanted_for(request.kind), allowance);
+        // What is wrong with a header is said when the picture is read.
+        size.map_or((0, 0), |size| cost(&size, request.kind))
+    };
+    let costs: Vec<(u64, u64)> = requests.par_iter().map(cost).collect();
+    let mut passing: Vec<u64> = costs.iter().map(|(_, passing)| *passing).collect();
+    passing.sort_unstable_by(|a, b| b.cmp(a));
+    let at_once: u64 = passing.iter().take(rayon::current_num_threads()).sum();
+    let bytes = costs.iter().map(|(kept, _)| kept).sum::<u64>() + at_once;
+    match costs
+        .iter()
+        .zip(requests)
+        .max_by_key(|((kept, passing), _)| kept + passing)
+    {
+        Some((_, largest)) => allowance.check(&largest.path, bytes).map_err(|mut error| {
+            if requests.len() > 1 {
+                error.message = format!(
+                    "of {} textures this is the largest; all of them: {}",
+                    requests.len(),
+                    error.message
+                );
+            }
+            error.unreadable()
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Bytes that a texture takes for good, and those that it takes besides while it is read and its levels are made.
+fn cost(size: &PictureSize, kind: TextureKind) -> (u64, u64) {
+    let channels = match kind {
+        TextureKind::Value(_) => 1,
+        _ => size.channels,
+    };
+    let halved = |(width, height): (u64, u64)| ((width / 2).max(1), (height / 2).max(1));
+    let finest = (size.width, size.height);
+    let levels = std::iter::successors(Some(finest), |&level| (level != halved(level)).then(|| halved(level)));
+    let texels: u64 = levels.map(|(width, height)| width * height).sum();
+    let kept = texels * channels * size.sample_bytes;
+    // Levels are made of floats: two rows, and the level before and after.
+    let (width, height) = halved(finest);
+    let floats = channels * (2 * size.width + width * height * 3 / 2);
+    let chosen = size.width * size.height * channels * size.sample_bytes;
+    let levelling = chosen + kept + floats * size_of::<f32>() as u64;
+    (kept, size.reading_bytes().max(levelling) - kept)
+}
+
+/// What a picture is read for that becomes a texture of this kind.
+fn wanted_for(kind: TextureKind) -> Wanted {
+    match kind {
+        TextureKind::Value(Channel::Depth) => Wanted::Depth,
+        _ => Wanted::Colors,
+    }
+}
+
+/// Reads a PNG, JPEG, TGA, BMP, Radiance or EXR picture as a texture of the given kind.
+///
+/// Pictures are taken as they are stored: without a look at gamma chunks, colour profiles or the camera's orientation.
+pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Texture, FileError> {
+    load_texture_within(path, kind, wrap, Allowance::of_system())
+}
+
+fn load_texture_within(path: &Path, kind: TextureKind, wrap: Wrap, allowance: Allowance) -> Result<Texture, FileError> {
+    let picture = read_picture(path, wanted_for(kind), allowance)?;
+    if kind == TextureKind::Normal && picture.channels < 3 {
+        let error = FileError::new(path, "a normal map has red, green and blue, but this picture is grey");
+        return Err(error.help("a picture of heights belongs to map_bump"));
+    }
+    let Picture {
+        width,
+        height,
+        channels,
+        samples,
+    } = picture;
+    let (channels, texels) = match samples {
+        Samples::Bytes(samples) => {
+            let curve = if kind == TextureKind::Color {
+                Curve::Srgb
+            } else {
+                Curve::Linear
+            };
+            let (channels, samples) = chosen(samples, channels, kind);
+            (channels, Texels::Bytes(samples, curve))
+        }
+        Samples::Shorts(samples) => {
+            let (channels, mut samples) = chosen(samples, channels, kind);
+            if kind == TextureKind::Color {
+                linearize(&mut samples, channels);
+            }
+            (channels, Texels::Shorts(samples))
+        }
+        Samples::Floats(samples) => {
+            let (channels, samples) = chosen(samples, channels, kind);
+            (channels, Texels::Floats(samples))
+        }
+    };
+    let refused = || {
+        FileError::new(
+            path,
+            format!("a picture of {width}x{height} texels cannot be a texture"),
+        )
+    };
+    Texture::new(width, height, channels, texels, wrap).ok_or_else(refused)
+}
+
+/// A number of a picture.
+trait Sample: Copy + PartialEq {
+    /// Of alpha, where all is covered.
+    const OPAQUE: Self;
+
+    /// Luminance of a colour, rounded to what this type has.
+    fn luminance(rgb: [Self; 3]) -> Self;
+}
+
+impl Sample for u8 {
+    const OPAQUE: Self = u8::MAX;
+
+    fn luminance(rgb: [Self; 3]) -> Self {
+        f32::luminance(rgb.map(f32::from)).round() as u8
+    }
+}
+
+impl Sample for u16 {
+    const OPAQUE: Self = u16::MAX;
+
+    fn luminance(rgb: [Self; 3]) -> Self {
+        f32::luminance(rgb.map(f32::from)).round() as u16
+    }
+}
+
+impl Sample for f32 {
+    const OPAQUE: Self = 1.0;
+
+    fn luminance(rgb: [Self; 3]) -> Self {
+        Spectrum::from(rgb).luminance()
+    }
+}
+
+/// The samples of a picture that a texture of the given kind keeps, and how many those of a texel are.
+fn chosen<T: Sample>(samples: Vec<T>, channels: usize, kind: TextureKind) -> (usize, Vec<T>) {
+    let texels = || samples.chunks_exact(channels);
+    let has_alpha = channels % 2 == 0;
+    let is_opaque = !has_alpha || texels().all(|texel| texel[channels - 1] == T::OPAQUE);
+    let colors = if channels < 3 { 1 } else { 3 };
+    let first = |n: usize| texels().flat_map(|texel| &texel[..n]).copied().collect();
+
+    let luminance = |texel: &[T]| match *texel {
+        [r, g, b, ..] => T::luminance([r, g, b]),
+        _ => texel[0],
+    };
+    let channel = match kind {
+        TextureKind::Color if has_alpha && !is_opaque => return (channels, samples),
+        TextureKind::Color | TextureKind::Normal if colors == channels => return (channels, samples),
+        TextureKind::Color | TextureKind::Normal => return (colors, first(colors)),
+        TextureKind::Value(Channel::Opacity) if is_opaque => Channel::Luminance,
+        TextureKind::Value(Channel::Opacity) => Channel::Matte,
+        TextureKind::Value(channel) => channel,
+    };
+    let value = |texel: &[T]| match channel {
+        Channel::Green if colors == 3 => texel[1],
+        Channel::Blue if colors == 3 => texel[2],
+        Channel::Luminance => luminance(texel),
+        Channel::Matte | Channel::Opacity if has_alpha => texel[channels - 1],
+        Channel::Matte | Channel::Opacity => T::OPAQUE,
+        _ => texel[0],
+    };
+    (1, texels().map(value).collect())
+}
+
+/// From the sRGB curve to linear values, but for alpha.
+fn linearize(samples: &mut [u16], channels: usize) {
+    let linear: Vec<u16> = (0..=u16::MAX)
+        .map(|code| (srgb::decode(code as f32 / 65535.0) * 65535.0).round() as u16)
+        .collect();
+    for texel in samples.chunks_exact_mut(channels) {
+        let colors = if channels < 3 { 1 } else { 3 };
+        for sample in &mut texel[..colors] {
+            *sample = linear[*sample as usize];
+        }
+    }
+}

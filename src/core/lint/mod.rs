@@ -1,0 +1,103 @@
+//! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or refract (`shells`), what the camera sees
+//! (`view`), the memory of a render (`memory`), and what a material does with light (`preview`, `profile`).
+//!
+//! The readers of files have findings of their own, which are not looked for again. `lint` reads OBJ files once more as `ObjFaces`: polygons before
+//! they are cut, each with its line, which a render would keep for nothing. Faces are compared and joined by position and not by index, since
+//! exporters split vertices. All findings of a kind in a file are one finding, with the first places.
+
+mod definitions;
+mod faces;
+mod inspection;
+mod memory;
+mod preview;
+mod profile;
+mod shells;
+mod tally;
+mod view;
+
+pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
+pub use memory::{AccelMemory, Forecast};
+pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};
+pub use profile::{DeltaDirection, LobeProfile, Profile, direction_at};
+pub use view::inspect_view;
+
+use crate::io::{FileError, Finding, ObjFaces};
+use crate::material::Material;
+use crate::math::Vec3;
+use crate::scene::Scene;
+use faces::FaceLint;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Makes an error of a message about the scene as a whole.
+pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
+
+/// What is likely not meant in the materials and meshes of a scene that was read; OBJ files are read once more, one at a time, for the
+/// lines of their faces. `eye` is where the scene file has the camera, if it says so.
+pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<Finding> {
+    let mut findings = definitions::inspect(inspection);
+    findings.extend(
+        inspection
+            .scene
+            .iter()
+            .flat_map(|scene| {
+                [
+                    view::inspect_extent(scene, whole),
+                    view::inspect_instances(scene, whole),
+                ]
+            })
+            .flatten(),
+    );
+    // For a camera inside, walls are meant to emit inwards.
+    let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
+    let is_inside = eye
+        .zip(inspection.scene.as_ref())
+        .is_some_and(|(eye, scene)| contains(scene, eye));
+    for obj in &inspection.objs {
+        // What cannot be read is among the findings of the reader.
+        let Ok(faces) = ObjFaces::read(&obj.path) else { continue };
+        let uses = uses(inspection, &obj.path, &faces);
+        let lint = FaceLint::new(&obj.path, &faces, &uses);
+        findings.extend(lint.findings());
+        let is_around = is_inside && inspection.objs.len() == 1;
+        findings.extend(shells::inspect(&obj.path, &faces, &uses, lint.points(), is_around));
+    }
+    findings
+}
+
+/// What the material of faces means for their shape.
+#[derive(Clone, Debug, Default)]
+struct Use {
+    name: String,
+    emits: bool,
+    /// Whether the material is the boundary of a body that light enters.
+    refracts: bool,
+    has_maps: bool,
+}
+
+/// The materials of an OBJ's faces.
+fn uses(inspection: &Inspection, path: &Path, faces: &ObjFaces) -> Vec<Use> {
+    let materials = inspection.scene.as_ref().map_or(&[][..], |scene| scene.materials());
+    let is_here = |source: &MaterialSource| source.obj.as_deref().is_none_or(|obj| obj == path);
+    let sources = inspection.materials.iter().zip(materials).filter(|(s, _)| is_here(s));
+    let by_name: HashMap<&str, &Material> = sources.map(|(s, m)| (s.name.as_str(), m)).collect();
+    let names = faces
+        .materials()
+        .iter()
+        .map(|m| m.name.as_deref().unwrap_or(DEFAULT_MATERIAL));
+    names
+        .map(|name| by_name.get(name).map_or_else(Use::default, |m| Use::of(m)))
+        .collect()
+}
+
+impl Use {
+    fn of(material: &Material) -> Self {
+        let maps = &material.maps;
+        Self {
+            name: material.name.clone(),
+            emits: !material.emission.is_black(),
+            refracts: !material.transmission.is_black() && !material.thin,
+            has_maps: maps.varies_bsdf() || maps.has_bumps() || maps.opacity.is_some(),
+        }
+    }
+}

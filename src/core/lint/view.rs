@@ -1,0 +1,120 @@
+use super::Whole;
+use crate::accel::Accel;
+use crate::camera::Camera;
+use crate::geometry::{GeomId, Placement, rounding};
+use crate::io::{Finding, Severity};
+use crate::math::{Bounds3, Ray, UVec2, Vec2, Vec3};
+use crate::sampling::warp::uniform_sphere;
+use crate::scene::{Instance, Scene};
+use std::ops::Range;
+
+/// Camera rays along a side of the image.
+const RAYS: u32 = 16;
+/// Digits of the scene's size that coordinates must keep: positions are rounded to a part in 2²⁴.
+const MIN_STEPS: f32 = 1e5;
+/// Roundings over size above which instances are too far away.
+const MAX_ROUNDING: f32 = 0.01;
+/// What encloses the camera on all sides nearer than this share of the scene's radius is a wall and not a room.
+const WALL_SHARE: f32 = 0.05;
+
+/// Whether coordinates are so much larger than the scene that f32 rounds its shapes away.
+pub(super) fn inspect_extent(scene: &Scene, whole: Whole) -> Option<Finding> {
+    let bounds = scene.bounds();
+    let (size, largest) = (
+        2.0 * bounds.radius(),
+        bounds.min.abs().max(bounds.max.abs()).max_element(),
+    );
+    // Steps of f32 at the largest coordinate
+    let steps = size / (largest * f32::EPSILON);
+    if bounds.is_empty() || steps.is_nan() || steps >= MIN_STEPS {
+        return None;
+    }
+    let message = format!(
+        "the scene is {size} wide, but {largest} from the origin: 32-bit coordinates have only {steps:.0} steps across it"
+    );
+    let error = whole(message).help("move it to the origin");
+    Some(Finding::new(Severity::Warning, "far-from-origin", error))
+}
+
+/// Whether instances are so far from the origin that the roundings of the way into their space, by which rays start off them, are a share of their size.
+pub(super) fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
+    let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
+    let share = |instance: &Instance| {
+        let bounds = extents[instance.prototype as usize];
+        // At each place by itself: what moves need not be large.
+        let shares = instance.placement.steps().iter().map(|&step| {
+            let placed = Placement::Still(step).bounds(bounds);
+            let corner = placed.min.abs().max(placed.max.abs());
+            rounding(&step, corner).length() / (2.0 * placed.radius())
+        });
+        if bounds.is_empty() {
+            0.0
+        } else {
+            shares.fold(0.0, f32::max)
+        }
+    };
+    let far: Vec<(&Instance, f32)> = scene
+        .instances()
+        .iter()
+        .map(|i| (i, share(i)))
+        .filter(|(_, s)| *s > MAX_ROUNDING)
+        .collect();
+    let (instance, share) = far.first()?;
+    let object = scene.objects().get(instance.object as usize).map_or("", String::as_str);
+    let which = match far.len() {
+        1 => format!("an instance of `{object}` is"),
+        n => format!("{n} instances, the first of `{object}`, are"),
+    };
+    let message = format!(
+        "{which} so far from the origin that rays start {:.1} % of its size off its surfaces, and light may leak",
+        100.0 * share
+    );
+    let error = whole(message).help("move the scene to the origin, or scale the object up");
+    Some(Finding::new(Severity::Warning, "far-instance", error).repeated(far.len() as u64, []))
+}
+
+/// Box around the meshes of a prototype, in its space.
+fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
+    let meshes = meshes.map(|geom| scene.mesh(GeomId(geom)));
+    meshes
+        .flat_map(|m| m.positions.iter().chain(&m.positions_close).copied())
+        .collect()
+}
+
+/// Whether the camera sees anything when it starts to look, and is not inside of a wall.
+pub fn inspect_view(
+    accel: &dyn Accel,
+    scene: &Scene,
+    camera: &Camera,
+    resolution: UVec2,
+    whole: Whole,
+) -> Option<Finding> {
+    let cells = || (0..RAYS * RAYS).map(|i| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5) / RAYS as f32);
+    let film = |cell: Vec2| camera.ray(cell * resolution.as_vec2(), Vec2::splat(0.5), 0.0);
+    let rays: Vec<Ray> = cells().map(film).collect();
+    let finding = |code, message: String, help: &str| {
+        let error = whole(message).help(help);
+        Some(Finding::new(Severity::Warning, code, error))
+    };
+    if rays.iter().all(|ray| accel.intersect(ray).is_none()) {
+        let message = format!("the camera sees nothing: none of {} rays meets a surface", rays.len());
+        return finding(
+            "empty-view",
+            message,
+            "turn it, or remove [camera], and the program frames the scene",
+        );
+    }
+
+    // The backs of surfaces on all sides, near by
+    let origin = rays.first()?.origin;
+    let within = WALL_SHARE * scene.bounds().radius();
+    let is_back = |direction: Vec3| {
+        let hit = accel.intersect(&Ray::new(origin, direction));
+        hit.is_some_and(|hit| hit.t < within && scene.surface_point(&hit, 0.0).ng.dot(direction) > 0.0)
+    };
+    if cells().all(|cell| is_back(uniform_sphere(cell))) {
+        let message = "the camera is inside a body: on all sides it sees the backs of near surfaces";
+        return finding("camera-inside", message.into(), "move it");
+    }
+    None
+}

@@ -1,0 +1,176 @@
+//! Values as bytes that are the same on every machine: what hashes are taken of.
+
+use super::{Affine3A, Quat, UVec2, Vec2, Vec3};
+use std::ops::Range;
+
+/// A value that hashes cover.
+///
+/// Values that differ in anything that a render depends on have different bytes, also where several follow each other: what has a varying
+/// length begins with it, and what has variants with a number for the variant. Floats are encoded by their bits, so that NaN is equal to NaN.
+pub trait Encode {
+    /// Gives the value's bytes to `sink`, piece by piece.
+    fn encode(&self, sink: &mut dyn FnMut(&[u8]));
+
+    /// All bytes of a small value.
+    fn encoded(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        self.encode(&mut |piece| bytes.extend_from_slice(piece));
+        bytes
+    }
+}
+
+/// Implements [`Encode`] for a struct by its fields, one after the other. All fields must be listed: a new one that is forgotten does not compile.
+#[macro_export]
+macro_rules! encode_fields {
+    ($type:ident { $($field:ident),+ $(,)? }) => {
+        impl $crate::math::Encode for $type {
+            fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+                let Self { $($field),+ } = self;
+                $($crate::math::Encode::encode($field, sink);)+
+            }
+        }
+    };
+}
+pub use encode_fields;
+
+/// Implements [`Encode`] for an enum by a number for each variant and the variant's fields. All of both must be listed.
+macro_rules! encode_variants {
+    ($type:ident { $($tag:literal => $variant:ident $(($($item:ident),+))? $({ $($field:ident),+ })?),+ $(,)? }) => {
+        impl $crate::math::Encode for $type {
+            fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+                match self {
+                    $(Self::$variant $(($($item),+))? $({ $($field),+ })? => {
+                        sink(&[$tag]);
+                        $($($crate::math::Encode::encode($item, sink);)+)?
+                        $($($crate::math::Encode::encode($field, sink);)+)?
+                    })+
+                }
+            }
+        }
+    };
+}
+pub(crate) use encode_variants;
+
+macro_rules! encode_numbers {
+    ($($type:ty),+) => {$(
+        impl Encode for $type {
+            fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+                sink(&self.to_le_bytes());
+            }
+        }
+    )+};
+}
+encode_numbers!(u8, u16, u32, u64, f32, f64);
+
+impl Encode for usize {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        (*self as u64).encode(sink);
+    }
+}
+
+impl Encode for bool {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        u8::from(*self).encode(sink);
+    }
+}
+
+impl Encode for str {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.len().encode(sink);
+        sink(self.as_bytes());
+    }
+}
+
+impl Encode for String {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.as_str().encode(sink);
+    }
+}
+
+impl<T: Encode> Encode for [T] {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.len().encode(sink);
+        self.iter().for_each(|item| item.encode(sink));
+    }
+}
+
+impl<T: Encode> Encode for Vec<T> {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.as_slice().encode(sink);
+    }
+}
+
+impl<T: Encode, const N: usize> Encode for [T; N] {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.iter().for_each(|item| item.encode(sink));
+    }
+}
+
+impl<T: Encode> Encode for Option<T> {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.is_some().encode(sink);
+        if let Some(value) = self {
+            value.encode(sink);
+        }
+    }
+}
+
+impl<T: Encode> Encode for Range<T> {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        self.start.encode(sink);
+        self.end.encode(sink);
+    }
+}
+
+macro_rules! encode_arrays {
+    ($($type:ty => $to_array:ident),+) => {$(
+        impl Encode for $type {
+            fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+                self.$to_array().encode(sink);
+            }
+        }
+    )+};
+}
+encode_arrays!(Vec2 => to_array, Vec3 => to_array, UVec2 => to_array, Quat => to_array, Affine3A => to_cols_array);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_side_by_side_are_told_apart() {
+        struct Pair {
+            a: String,
+            b: Vec<u8>,
+        }
+        encode_fields!(Pair { a, b });
+        let of = |a: &str, b: &[u8]| {
+            let (a, b) = (a.to_string(), b.to_vec());
+            Pair { a, b }.encoded()
+        };
+        assert_ne!(of("x", b"yz"), of("xy", b"z"));
+        assert_ne!(of("", b"x"), of("x", b""));
+        assert_eq!(of("x", b"yz"), of("x", b"yz"));
+        assert_ne!([Some(1u8), None].encoded(), [None, Some(1u8)].encoded());
+    }
+
+    #[test]
+    fn variants_have_their_numbers() {
+        enum Shape {
+            Round(f32),
+            Flat { width: f32, height: f32 },
+            Gone,
+        }
+        encode_variants!(Shape { 0 => Round(radius), 1 => Flat { width, height }, 2 => Gone });
+        let [width, height] = [1.0, 2.0];
+        assert_eq!(Shape::Round(1.0).encoded(), [0, 0, 0, 128, 63]);
+        assert_eq!(Shape::Flat { width, height }.encoded().len(), 9);
+        assert_eq!(Shape::Gone.encoded(), [2]);
+    }
+
+    #[test]
+    fn floats_are_their_bits() {
+        assert_eq!(f32::NAN.encoded(), f32::NAN.encoded());
+        assert_ne!((-0.0f32).encoded(), 0.0f32.encoded());
+    }
+}

@@ -1,0 +1,291 @@
+//! Refusals and warnings of settings that do not go together with an integrator or with a scene's lights.
+
+use super::{Error, InvalidSetting};
+use crate::camera::Camera;
+use crate::film::PathPart;
+use crate::integrator::{Background, DirectLight, strategies};
+use crate::light::{Light, SelectionMode};
+use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
+use crate::scene::Scene;
+
+/// Rays to the last vertices of one branching sample at most: seconds.
+const MAX_BRANCHES: f64 = 1e7;
+/// Scattering events at most where the strategies of all lengths are distinguished.
+const MAX_STRATEGIES_DEPTH: u32 = 6;
+/// Light samples at a vertex from which on a choice among lamps is surely better.
+const MANY_SAMPLES: u32 = 32;
+/// Photon paths at most where they are kept whole, to merge with: some 1.5 kB each.
+const MAX_MERGED_PHOTONS: u32 = 1 << 24;
+
+/// Whether the integrator shows other backgrounds than the lights.
+fn shows_background(kind: IntegratorKind) -> bool {
+    match kind {
+        IntegratorKind::Path
+        | IntegratorKind::Naive
+        | IntegratorKind::OneSample
+        | IntegratorKind::Area
+        | IntegratorKind::Whitted
+        | IntegratorKind::Distributed
+        | IntegratorKind::Direct
+        | IntegratorKind::AmbientOcclusion
+        | IntegratorKind::Debug
+        | IntegratorKind::ProgressivePhotons
+        | IntegratorKind::PhotonMap
+        | IntegratorKind::IrradianceCache => true,
+        IntegratorKind::Light
+        | IntegratorKind::Bidirectional
+        | IntegratorKind::PrimarySpace
+        | IntegratorKind::VertexMerging
+        | IntegratorKind::PathSpace => false,
+    }
+}
+
+/// Whether the integrator shows a ground that catches shadows. `ao` and `debug` show it as a surface. Photons and records of irradiance do not reach far
+/// beyond the scene.
+fn catches_shadows(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
+    shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)
+}
+
+/// Whether the integrator tells the classes of light paths apart.
+fn tells_paths(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{Bidirectional, Direct, Naive, Path};
+    matches!(kind, Path | Naive | Direct | Bidirectional)
+}
+
+/// Whether paths of the integrator have a wavelength where glass disperses light, or no glass is refracted.
+fn knows_wavelengths(kind: IntegratorKind) -> bool {
+    use IntegratorKind::{AmbientOcclusion, Debug, Direct, Naive, Path};
+    matches!(kind, Path | Naive | Direct | AmbientOcclusion | Debug)
+}
+
+/// Names of the integrators of which `is` holds.
+fn names_of(is: fn(IntegratorKind) -> bool) -> String {
+    let names = IntegratorKind::NAMES.iter().filter(|(_, kind)| is(*kind));
+    names.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+impl Method {
+    /// An error where the values of a method do not go together.
+    pub fn check(&self) -> Result<(), Error> {
+        match self {
+            Self::VertexMerging(VertexMergingSettings { photons: Some(n), .. }) if *n > MAX_MERGED_PHOTONS => {
+                let help = format!("{MAX_MERGED_PHOTONS} at most with vcm, whose iterations add up");
+                Err(InvalidSetting::new("photons", n, help).into())
+            }
+            _ => self.check_branches(),
+        }
+    }
+
+    /// Refuses branching trees with more than [`MAX_BRANCHES`] rays to their last vertices.
+    pub fn check_branches(&self) -> Result<(), Error> {
+        let Self::Distributed(settings) = self else {
+            return Ok(());
+        };
+        let (branching, depth) = (settings.branching, settings.depth());
+        let rays = f64::from(branching).powf(depth.into());
+        if rays <= MAX_BRANCHES {
+            return Ok(());
+        }
+        Err(Error::Refused(format!(
+            "--integrator distributed with --branching {branching} and a depth of {depth} traces {rays:.1e} rays for one sample\n  \
+             help: lower --branching, --tree-depth or --max-depth: branching ^ depth of {MAX_BRANCHES:.0} at most"
+        )))
+    }
+
+    /// Says so where the scene's lights cannot be found: light that comes from single points or directions is never met by
+    /// chance. An error where that is all the light there is, else a warning.
+    pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
+        let is_round = |light: &Light| matches!(light, Light::Sphere(_) | Light::Disk(_));
+        if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
+            let words = "--integrator area samples only triangles, and misses sphere and disk lights";
+            return Err(Error::Refused(format!("{words}\n  help: use --integrator path")));
+        }
+        let samples_lights = self.kind() != IntegratorKind::Naive && self.direct() != Some(DirectLight::None);
+        let shining = || scene.lights().iter().filter(|l| l.power(1.0) > 0.0);
+        let Some(light) = shining().find(|l| l.is_delta()).filter(|_| !samples_lights) else {
+            return Ok(None);
+        };
+        let words = format!(
+            "no ray can hit a {} light, and {} does not sample lights",
+            light.kind(),
+            if self.kind() == IntegratorKind::Naive {
+                "--integrator naive"
+            } else {
+                "--direct none"
+            }
+        );
+        if shining().all(|l| l.is_delta()) {
+            let help = "use --integrator path with --direct light or mis, or give the scene a light with a size";
+            return Err(Error::Refused(format!(
+                "{words}: the picture would be black\n  help: {help}"
+            )));
+        }
+        Ok(Some(format!("{words}: its light is missing from the picture")))
+    }
+
+    /// An error where the method cannot show `background`: light that it sends to any pixel comes from surfaces alone, and camera rays that leave the scene
+    /// are strategies among others.
+    pub fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
+        if background == Background::Light || shows_background(self.kind()) {
+            return Ok(());
+        }
+        let value = format!(
+            "{}: --integrator {} shows only the background `light`",
+            background.text(),
+            self.name()
+        );
+        let help = format!("use light, or --integrator {}", names_of(shows_background));
+        Err(InvalidSetting::new("background", value, help))
+    }
+
+    /// Whether the method shows other backgrounds than the lights, such as a transparent one.
+    pub fn shows_backgrounds(&self) -> bool {
+        shows_background(self.kind())
+    }
+
+    /// Whether the method shows a ground that catches shadows.
+    pub fn catches_shadows(&self) -> bool {
+        self.check_catching().is_ok()
+    }
+
+    /// An error where the method cannot show a ground that catches shadows.
+    pub fn check_catching(&self) -> Result<(), Error> {
+        if !catches_shadows(self.kind()) {
+            let words = format!("--integrator {} cannot show a ground that catches shadows", self.name());
+            let names = names_of(catches_shadows);
+            return Err(Error::Refused(format!(
+                "{words}\n  help: use --no-ground, or --integrator {names}"
+            )));
+        }
+        let is_flat = self.max_depth().is_some_and(|depth| depth.limit() == Some(0));
+        if is_flat {
+            let words = "--max-depth 0 shows emission alone: a ground would be black";
+            return Err(Error::Refused(format!(
+                "{words}\n  help: use --no-ground, or a --max-depth of 1 or more"
+            )));
+        }
+        Ok(())
+    }
+
+    /// An error where the method cannot show the ground of `scene`, or finds less light than the ground counts on.
+    pub fn check_ground(&self, scene: &Scene) -> Result<(), Error> {
+        if scene.ground().is_none() {
+            return Ok(());
+        }
+        self.check_catching()?;
+        match self.check_lights(scene)? {
+            Some(words) => Err(Error::Refused(format!(
+                "{words}, and the ground would be dark\n  help: use --no-ground, or --integrator path with --direct light or mis"
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Says so where what is made once, before all samples, knows nothing of time.
+    pub fn check_motion(&self, scene: &Scene, camera: &Camera) -> Option<String> {
+        let [open, close] = camera.shutter();
+        let words = match self.kind() {
+            IntegratorKind::IrradianceCache => {
+                "the scene moves while the shutter is open: the irradiance cache stays empty, and path tracing computes all light"
+            }
+            IntegratorKind::PhotonMap => {
+                "the scene moves while the shutter is open: photons of all times are used together, which blurs shadows and caustics more than their motion does"
+            }
+            _ => return None,
+        };
+        (scene.is_moving() && open < close).then(|| words.into())
+    }
+
+    /// An error where glass disperses light and the method does not know of wavelengths.
+    pub fn check_dispersion(&self, scene: &Scene) -> Result<(), Error> {
+        if !scene.is_dispersive() || knows_wavelengths(self.kind()) {
+            return Ok(());
+        }
+        let words = format!(
+            "--integrator {} does not disperse light, and a material has an `abbe` number",
+            self.name()
+        );
+        let names = names_of(knows_wavelengths);
+        Err(Error::Refused(format!(
+            "{words}\n  help: use one of {names}, or leave `abbe` out"
+        )))
+    }
+
+    /// Says so where all lamps are sampled at each vertex, and they are many.
+    pub fn check_lamps(&self, scene: &Scene) -> Option<String> {
+        self.value::<SelectionMode>("light_selection")?;
+        let lamps = scene.light_selection().all()?;
+        let (rays, count) = (lamps.samples(), lamps.len());
+        (rays > MANY_SAMPLES).then(|| {
+            format!(
+                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps: --light-selection place traces one, to a lamp chosen by its importance there"
+            )
+        })
+    }
+
+    /// Whether its mean is that of all light, so that others may be judged by it: it is not biased, and leaves no paths out. Light of single points and
+    /// directions is another matter ([`Method::check_lights`]).
+    pub fn finds_all_light(&self) -> bool {
+        match self.kind() {
+            IntegratorKind::Path | IntegratorKind::Naive => self.bias().is_none(),
+            IntegratorKind::OneSample
+            | IntegratorKind::Bidirectional
+            | IntegratorKind::PrimarySpace
+            | IntegratorKind::PathSpace => true,
+            // What mirrors and glass show is missing.
+            IntegratorKind::Light
+            // Its variance has no bound.
+            | IntegratorKind::Area
+            // Paths are shorter.
+            | IntegratorKind::Distributed
+            | IntegratorKind::Direct
+            | IntegratorKind::Whitted
+            | IntegratorKind::AmbientOcclusion
+            | IntegratorKind::Debug
+            | IntegratorKind::ProgressivePhotons
+            | IntegratorKind::PhotonMap
+            | IntegratorKind::VertexMerging
+            | IntegratorKind::IrradianceCache => false,
+        }
+    }
+
+    /// Whether the method separates light paths.
+    pub fn tells_paths(&self) -> bool {
+        tells_paths(self.kind())
+    }
+
+    /// Refuses to separate light paths where the method cannot.
+    pub fn check_light_paths(&self, parts: &[PathPart]) -> Result<(), InvalidSetting> {
+        if self.tells_paths() {
+            return Ok(());
+        }
+        let names: Vec<&str> = parts.iter().map(PathPart::layer).collect();
+        let value = format!(
+            "{}: --integrator {} cannot separate light paths",
+            names.join(","),
+            self.name()
+        );
+        let help = format!("use one of {}", names_of(tells_paths));
+        Err(InvalidSetting::new("aov", value, help))
+    }
+
+    /// Refuses channels of strategies where there are none, or too many.
+    pub fn check_strategies(&self) -> Result<(), InvalidSetting> {
+        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
+        if self.kind() != IntegratorKind::Bidirectional {
+            let value = format!("--integrator {} has none", self.name());
+            return wrong(&value, "use --integrator bdpt");
+        }
+        let value = match self.max_depth().and_then(|MaxDepth(depth)| depth) {
+            Some(depth) if depth <= MAX_STRATEGIES_DEPTH => return Ok(()),
+            Some(depth) => format!("there are too many with a --max-depth of {depth}"),
+            None => "their number has no limit without a --max-depth".into(),
+        };
+        let help = format!(
+            "use a --max-depth of {MAX_STRATEGIES_DEPTH} at most: that is {} ways to make a path, of 6 channels each",
+            strategies(MAX_STRATEGIES_DEPTH).count()
+        );
+        wrong(&value, &help)
+    }
+}

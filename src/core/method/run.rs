@@ -1,0 +1,519 @@
+//! The one place that chooses an integrator: settings of a method in, an integrator over a backend out, and what it prepares before the first sample.
+
+use super::backend::{AccelTask, AnyAccel};
+use crate::accel::{Accel, Dispatch};
+use crate::color::Spectrum;
+use crate::film::{Film, Filter};
+use crate::integrator::{
+    self, AreaIntegrator, BidirectionalIntegrator, DebugIntegrator, DistributedIntegrator, Heuristic, ImportanceImage,
+    ImportanceImageMaker, Integrator, IrradianceCache, IrradianceCacheIntegrator, IterationIntegrator, LightIntegrator,
+    MERGING_PIXELS, Metropolis, MetropolisTarget, NaiveIntegrator, OneSampleIntegrator, PHOTON_PIXELS, PathIntegrator,
+    PathSpaceIntegrator, PhotonMapIntegrator, PhotonMaps, PhotonTracer, PrimarySpaceIntegrator,
+    ProgressivePhotonIntegrator, ProgressiveRadius, RecordMaker, ReusingPathIntegrator, Roulette, SearchRadius, Sink,
+    Strategy, SurfaceAreas, VertexMergingIntegrator, VisibilityLearner, WhittedIntegrator, World,
+};
+use crate::math::UVec2;
+use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
+use crate::render::{
+    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, Recorded, SampleIntegrator, Statistics, companions,
+};
+use crate::sampler::{RenderSampler, SampleKey, Sampler};
+use std::sync::OnceLock;
+
+/// Sampling of directions and direct light, of methods with these parameters.
+macro_rules! strategy {
+    ($settings:expr) => {
+        Strategy {
+            directions: $settings.directions,
+            direct: $settings.direct,
+            heuristic: $settings.mis,
+        }
+    };
+}
+
+/// Russian roulette of methods with these parameters.
+macro_rules! roulette {
+    ($settings:expr) => {
+        Roulette {
+            depth: $settings.roulette_depth,
+            survival: $settings.roulette,
+        }
+    };
+}
+
+/// Search radius of progressive methods with these parameters: by default so many widths of a pixel at first.
+macro_rules! radius {
+    ($settings:expr, $pixels:expr) => {
+        ProgressiveRadius {
+            first: $settings
+                .photon_radius
+                .map_or(SearchRadius::Pixels($pixels), SearchRadius::Fixed),
+            alpha: $settings.photon_alpha,
+        }
+    };
+}
+
+/// Options of Markov chains, of methods with these parameters.
+macro_rules! metropolis {
+    ($settings:expr) => {
+        Metropolis {
+            direct: $settings.metropolis_direct,
+            target: $settings.metropolis_target,
+            chains: $settings.chains,
+            bootstrap: $settings.bootstrap,
+            ..Metropolis::default()
+        }
+    };
+}
+
+/// What all samples of a picture look at, and which is made once, before the first of them.
+#[derive(Debug)]
+pub struct Prepared {
+    irradiance: Irradiance,
+    photons: OnceLock<PhotonMaps>,
+    importance: OnceLock<ImportanceImage>,
+    areas: OnceLock<SurfaceAreas>,
+    ao_distance: OnceLock<f32>,
+}
+
+impl Prepared {
+    /// Nothing yet, for a picture of `resolution` pixels.
+    pub fn new(resolution: UVec2, seed: u64) -> Self {
+        Self {
+            irradiance: Irradiance::new(resolution, seed),
+            photons: OnceLock::new(),
+            importance: OnceLock::new(),
+            areas: OnceLock::new(),
+            ao_distance: OnceLock::new(),
+        }
+    }
+
+    /// Share of the records of an irradiance cache that rest on few of their rays; `None` where there are no records.
+    pub fn doubtful_records(&self) -> Option<f64> {
+        let cache = self.irradiance.cache().filter(|cache| !cache.is_empty())?;
+        Some(cache.doubtful_share())
+    }
+}
+
+impl Method {
+    /// Adds to every pixel of `film` the samples before the one with index `end`, or fewer where `noise` names a relative error that is small
+    /// enough.
+    pub fn render(
+        &self,
+        (world, prepared): (World<AnyAccel>, &Prepared),
+        sampler: &RenderSampler,
+        film: &mut Film,
+        (end, noise): (u32, Option<f64>),
+        observer: &dyn Observer,
+    ) -> (Outcome, Statistics) {
+        struct Over<'a> {
+            method: &'a Method,
+            world: (World<'a, AnyAccel<'a>>, &'a Prepared),
+            sampler: &'a RenderSampler,
+            film: &'a mut Film,
+            limits: (u32, Option<f64>),
+            observer: &'a dyn Observer,
+        }
+        impl AccelTask for Over<'_> {
+            type Output = (Outcome, Statistics);
+
+            fn run<A: Dispatch>(self, accel: &A) -> Self::Output {
+                let (world, prepared) = self.world;
+                let world = (world.with_accel(accel), prepared);
+                self.method
+                    .render_by(world, self.sampler, self.film, self.limits, self.observer)
+            }
+        }
+        let (outcome, preparing) = self.prepare((world, prepared), sampler, observer);
+        if outcome == Outcome::Stopped {
+            return (outcome, preparing);
+        }
+        let (outcome, statistics) = world.accel.with(Over {
+            method: self,
+            world: (world, prepared),
+            sampler,
+            film,
+            limits: (end, noise),
+            observer,
+        });
+        (outcome, preparing.merge(statistics))
+    }
+
+    /// What [`Method::render`] does by one backend after [`Method::prepare`].
+    fn render_by<A: Dispatch>(
+        &self,
+        (world, prepared): (World<A>, &Prepared),
+        sampler: &RenderSampler,
+        film: &mut Film,
+        (end, noise): (u32, Option<f64>),
+        observer: &dyn Observer,
+    ) -> (Outcome, Statistics) {
+        struct Render<'a, S> {
+            sampler: &'a S,
+            film: &'a mut Film,
+            end: u32,
+            noise: Option<f64>,
+            filter: &'a Filter,
+            observer: &'a dyn Observer,
+        }
+        impl<S: Sampler> Task for Render<'_, S> {
+            type Output = (Outcome, Statistics);
+            type Sampler = S;
+            fn run(self, integrator: &dyn SampleIntegrator<S>) -> Self::Output {
+                let Self {
+                    sampler,
+                    film,
+                    end,
+                    noise,
+                    observer,
+                    ..
+                } = self;
+                match noise {
+                    None => render::render(integrator, sampler, film, end, &observer),
+                    Some(level) => render::render_to_noise(integrator, sampler, film, level, end, &observer),
+                }
+            }
+            fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output {
+                let numbers = (self.sampler, self.filter);
+                render::render_iterations(integrator, numbers, self.film, (self.end, self.noise), &self.observer)
+            }
+        }
+        let render = Render {
+            sampler,
+            film,
+            end,
+            noise,
+            filter: world.filter,
+            observer,
+        };
+        self.with_integrator((world, prepared), render)
+    }
+
+    /// Makes what all samples look at and has to be there before the first one: an irradiance cache, photon maps, an importance image, or nothing.
+    pub fn prepare(
+        &self,
+        (world, prepared): (World<AnyAccel>, &Prepared),
+        sampler: &RenderSampler,
+        observer: &dyn Observer,
+    ) -> (Outcome, Statistics) {
+        let accel = world.accel.as_dyn();
+        let (world, observer) = (world.with_accel(&accel), &observer);
+        let mut statistics = Statistics::default();
+        let learner = VisibilityLearner { world };
+        if self.weighs_lights() && learner.is_wanted() {
+            let Some((visibility, rays)) = render::learn_visibility(&learner, sampler, observer) else {
+                return (Outcome::Stopped, statistics);
+            };
+            statistics.rays = rays;
+            world.scene.light_selection().learn(visibility);
+        }
+        let (outcome, others) = self.prepare_method((world, prepared), sampler, observer);
+        (outcome, statistics.merge(others))
+    }
+
+    /// What [`Method::prepare`] does for one method alone.
+    fn prepare_method(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        sampler: &RenderSampler,
+        observer: &&dyn Observer,
+    ) -> (Outcome, Statistics) {
+        match self {
+            Self::IrradianceCache(settings) => {
+                let maker = RecordMaker {
+                    path: plain_path(world, settings),
+                    rays: settings.cache_rays,
+                };
+                prepared.irradiance.fill(&maker, settings.cache_error, observer)
+            }
+            Self::PhotonMap(settings) if prepared.photons.get().is_none() => {
+                let tracer = PhotonTracer {
+                    world,
+                    max_depth: settings.max_depth.limit(),
+                    roulette: roulette!(settings),
+                    min_scatterings: 0,
+                };
+                let mut statistics = Statistics::default();
+                let Some((maps, rays)) = render::photon_maps(&tracer, settings.photons, sampler, observer) else {
+                    return (Outcome::Stopped, statistics);
+                };
+                statistics.rays = rays;
+                // The first of several threads sets it for all.
+                drop(prepared.photons.set(maps));
+                (Outcome::Complete, statistics)
+            }
+            Self::PrimarySpace(_) | Self::PathSpace(_)
+                if self.value("metropolis_target") == Some(MetropolisTarget::Relative)
+                    && prepared.importance.get().is_none() =>
+            {
+                // Parameters of the chains do not change it.
+                let maker = ImportanceImageMaker {
+                    world,
+                    heuristic: Heuristic::default(),
+                    max_depth: self.max_depth().and_then(MaxDepth::limit),
+                    roulette: Roulette::default(),
+                };
+                let mut statistics = Statistics::default();
+                let Some((picture, rays)) = render::importance_image(&maker, sampler, observer) else {
+                    return (Outcome::Stopped, statistics);
+                };
+                statistics.rays = rays;
+                drop(prepared.importance.set(picture));
+                (Outcome::Complete, statistics)
+            }
+            _ => (Outcome::Complete, Statistics::default()),
+        }
+    }
+
+    /// Traces the sample `key`, and those that a render traces together with it, after [`Method::prepare`]; `sink` makes the sinks, told whether it is for
+    /// `key` itself. Gives whether there is such a sample: in iterations light goes where it will.
+    ///
+    /// Backend and sink are reached by dynamic dispatch, so that looking at single samples does not compile all integrators once more.
+    pub fn sample<'s>(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        (resolution, key): (UVec2, SampleKey),
+        sampler: &mut RenderSampler,
+        sink: &dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
+    ) -> bool {
+        struct Sample<'a, 's, S> {
+            resolution: UVec2,
+            key: SampleKey,
+            sampler: &'a mut S,
+            sink: &'a dyn Fn(bool) -> Box<dyn Sink<Radiance = Spectrum> + 's>,
+        }
+        impl<S: Sampler> Task for Sample<'_, '_, S> {
+            type Output = bool;
+            type Sampler = S;
+            fn run(self, integrator: &dyn SampleIntegrator<S>) -> bool {
+                let keys = companions(integrator.pixels_at_once(), self.resolution, self.key);
+                let mut sinks: Vec<_> = keys.iter().map(|key| (self.sink)(*key == self.key)).collect();
+                let mut sinks: Vec<DynSink<Spectrum>> = sinks.iter_mut().map(|sink| &mut **sink as _).collect();
+                integrator.samples_into(&keys, self.sampler, &mut sinks);
+                true
+            }
+            fn run_iterations(self, _: &impl IterationIntegrator) -> bool {
+                false
+            }
+        }
+        let sample = Sample {
+            resolution,
+            key,
+            sampler,
+            sink,
+        };
+        self.with_integrator((world, prepared), sample)
+    }
+
+    /// Runs iteration `index` after [`Method::prepare`], and gives `keep` the record of each sample and chain that lights `pixel`. Gives whether the method has
+    /// iterations.
+    pub fn record_iteration(
+        &self,
+        (world, prepared): (World<&dyn Accel>, &Prepared),
+        (resolution, pixel, index): (UVec2, UVec2, u32),
+        sampler: &RenderSampler,
+        keep: &mut dyn FnMut(Recorded),
+    ) -> bool {
+        struct Record<'a, S> {
+            place: (UVec2, UVec2),
+            index: u32,
+            numbers: (&'a S, &'a Filter),
+            keep: &'a mut dyn FnMut(Recorded),
+        }
+        impl<S: Sampler> Task for Record<'_, S> {
+            type Output = bool;
+            type Sampler = S;
+            fn run(self, _: &dyn SampleIntegrator<S>) -> bool {
+                false
+            }
+            fn run_iterations(self, integrator: &impl IterationIntegrator) -> bool {
+                render::record_iteration(integrator, self.numbers, self.place, self.index, self.keep);
+                true
+            }
+        }
+        let record = Record {
+            place: (resolution, pixel),
+            index,
+            numbers: (sampler, world.filter),
+            keep,
+        };
+        self.with_integrator((world, prepared), record)
+    }
+
+    /// The one place that chooses the integrator.
+    fn with_integrator<A: Dispatch, T: Task>(&self, (world, prepared): (World<A>, &Prepared), task: T) -> T::Output {
+        // The path tracer is compiled for Embree itself; of the others, which are many, there is one for all backends.
+        let accel: &dyn Accel = world.accel;
+        let any = world.with_accel(&accel);
+        let even = ImportanceImage::even();
+        let importance = prepared.importance.get().unwrap_or(&even);
+        match self {
+            // A path that is dispersed is of one wavelength, which pixels do not have in common.
+            Self::Path(s) if s.reuse == PathReuse::Pixels && !world.scene.is_dispersive() => run(
+                world,
+                ReusingPathIntegrator { path: path(world, s) },
+                ReusingPathIntegrator { path: path(any, s) },
+                task,
+            ),
+            Self::Path(s) => run(world, path(world, s), path(any, s), task),
+            Self::Direct(s) => run(world, direct(world, s), direct(any, s), task),
+            Self::Naive(s) => task.run(&NaiveIntegrator {
+                world: any,
+                directions: s.directions,
+                emission_coin: s.emission_coin,
+                emission_probability: s.emission_probability,
+                absorption: s.absorption,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+            }),
+            Self::OneSample(s) => task.run(&OneSampleIntegrator {
+                world: any,
+                direct_probability: s.direct_probability,
+                max_depth: s.max_depth.limit(),
+            }),
+            Self::Area(s) => task.run(&AreaIntegrator {
+                world: any,
+                areas: prepared.areas.get_or_init(|| SurfaceAreas::new(any.scene)),
+                max_depth: s.max_depth.limit(),
+            }),
+            Self::Whitted(s) => task.run(&WhittedIntegrator {
+                world: any,
+                max_depth: s.max_depth.limit(),
+            }),
+            Self::Distributed(s) => task.run(&DistributedIntegrator {
+                world: any,
+                strategy: strategy!(s),
+                max_depth: s.depth(),
+                branching: s.branching,
+            }),
+            Self::AmbientOcclusion(s) => task.run(&integrator::AmbientOcclusion {
+                world: any,
+                distance: s.ao_distance.unwrap_or_else(|| {
+                    let usual = || integrator::AmbientOcclusion::usual_distance(&any);
+                    *prepared.ao_distance.get_or_init(usual)
+                }),
+            }),
+            Self::Debug(s) => task.run(&DebugIntegrator {
+                world: any,
+                view: s.debug_view,
+            }),
+            Self::Light(s) => task.run_iterations(&LightIntegrator {
+                world: any,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+            }),
+            Self::Bidirectional(s) => task.run_iterations(&BidirectionalIntegrator {
+                world: any,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+            }),
+            Self::PrimarySpace(s) => task.run_iterations(&PrimarySpaceIntegrator {
+                world: any,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                light_samples: s.light_samples,
+                metropolis: Metropolis {
+                    large_step_probability: s.large_step_probability,
+                    mutation_size: s.mutation_size,
+                    ..metropolis!(s)
+                },
+                importance,
+            }),
+            Self::ProgressivePhotons(s) => task.run_iterations(&ProgressivePhotonIntegrator {
+                world: any,
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photons: s.photons,
+                radius: radius!(s, PHOTON_PIXELS),
+            }),
+            Self::VertexMerging(s) => task.run_iterations(&VertexMergingIntegrator {
+                world: any,
+                heuristic: s.mis,
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photons: s.photons,
+                radius: radius!(s, MERGING_PIXELS),
+            }),
+            Self::PhotonMap(s) => task.run(&PhotonMapIntegrator {
+                world: any,
+                maps: prepared.photons.get().unwrap_or(&PhotonMaps::new(Vec::new(), 1, 1)),
+                strategy: strategy!(s),
+                max_depth: s.max_depth.limit(),
+                roulette: roulette!(s),
+                photon_count: s.photon_count,
+                radius: s.photon_radius,
+                gather_rays: s.gather_rays,
+            }),
+            Self::IrradianceCache(s) => {
+                let empty = IrradianceCache::new(s.cache_error, any.scene.bounds());
+                task.run(&IrradianceCacheIntegrator {
+                    path: plain_path(any, s),
+                    cache: prepared.irradiance.cache().unwrap_or(&empty),
+                })
+            }
+            Self::PathSpace(s) => task.run_iterations(&PathSpaceIntegrator {
+                world: any,
+                max_depth: s.max_depth.limit(),
+                roulette: Roulette::after(s.roulette_depth),
+                light_samples: s.light_samples,
+                metropolis: metropolis!(s),
+                importance,
+            }),
+        }
+    }
+}
+
+/// Runs `task` with `fast`, compiled for the backend itself, for the picture's own samples and with `any` for all others. A backend behind dynamic
+/// dispatch gains nothing by that and gets `any` alone.
+fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
+    match A::IS_DYNAMIC {
+        true => task.run(&any),
+        false => task.run(&Monomorphic { fast, any }),
+    }
+}
+
+/// The path tracer.
+fn path<'a, A: Accel>(world: World<'a, A>, settings: &PathSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: settings.max_depth.limit(),
+        roulette: roulette!(settings),
+        light_samples: settings.light_samples,
+        clamp_indirect: settings.clamp_indirect.0,
+    }
+}
+
+/// One scattering is a path of depth 1, in which roulette has nothing to end.
+fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: Some(1),
+        roulette: Roulette::default(),
+        light_samples: settings.light_samples,
+        clamp_indirect: None,
+    }
+}
+
+/// The path tracer beside an irradiance cache, without path reuse.
+fn plain_path<'a, A: Accel>(world: World<'a, A>, settings: &IrradianceCacheSettings) -> PathIntegrator<'a, A> {
+    PathIntegrator {
+        world,
+        strategy: strategy!(settings),
+        max_depth: settings.max_depth.limit(),
+        roulette: roulette!(settings),
+        light_samples: settings.light_samples,
+        clamp_indirect: None,
+    }
+}
+
+/// What is done with an integrator, whichever it is.
+trait Task {
+    type Output;
+    type Sampler: Sampler;
+    fn run(self, integrator: &dyn SampleIntegrator<Self::Sampler>) -> Self::Output;
+    fn run_iterations(self, integrator: &impl IterationIntegrator) -> Self::Output;
+}

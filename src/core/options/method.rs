@@ -1,0 +1,260 @@
+//! Integrators, and the parameters that each of them reads.
+//!
+//! The macro `methods!` has an entry for each integrator. From it come the values of [`IntegratorKind`], a struct of the parameters with their
+//! defaults, the text that files keep, and the warnings of flags that are not read.
+
+use super::integrator_parameters::{Clamp, IntegratorOptions, PathReuse, Scrambling, values};
+use super::{Named, OptionGroup, Value};
+use crate::integrator::Directions;
+use std::any::Any;
+
+/// The value of a parameter as text, which is kept in files: `auto` where the method finds it.
+trait Described {
+    fn described(&self) -> String;
+}
+
+impl<T: Value> Described for T {
+    fn described(&self) -> String {
+        self.text()
+    }
+}
+
+impl<T: Value> Described for Option<T> {
+    fn described(&self) -> String {
+        self.map_or("auto".into(), |value| value.text())
+    }
+}
+
+/// Defines the integrators: for each its name, and a struct of the parameters that it reads; with a default of its own where one stands
+/// after `=`, which may be made of those before it.
+macro_rules! methods {
+    ($($(#[doc = $doc:literal])+ $kind:ident($settings:ident) = $name:literal {
+        $($key:ident $(= $value:expr)?),* $(,)?
+    })+) => {
+        /// Integrators by name.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum IntegratorKind {
+            $($(#[doc = $doc])+ $kind),+
+        }
+
+        impl Named for IntegratorKind {
+            const NAMES: &'static [(&'static str, Self)] = &[$(($name, Self::$kind)),+];
+        }
+
+        impl IntegratorKind {
+            /// Keys of the parameters that the integrator reads: all others change nothing.
+            pub fn parameters(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$kind => &[$(stringify!($key)),*]),+
+                }
+            }
+
+            /// What it does, in a line.
+            pub fn help(self) -> &'static str {
+                match self {
+                    $(Self::$kind => concat!($($doc, "\n"),+).trim()),+
+                }
+            }
+        }
+
+        $(#[doc = concat!("Parameters of `", $name, "`.")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $settings {
+            $(#[doc = concat!("[`IntegratorOptions::", stringify!($key), "`]")]
+            pub $key: methods!(@type $key $(, $value)?),)*
+        }
+
+        impl $settings {
+            /// What `options` say, and the defaults.
+            pub fn new(options: &IntegratorOptions) -> Self {
+                $(let $key = methods!(@value options, $key $(, $value)?);)*
+                Self { $($key),* }
+            }
+        })+
+
+        /// An integrator with its parameters.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Method {
+            $($(#[doc = $doc])+ $kind($settings)),+
+        }
+
+        impl Method {
+            /// What `options` say, and the defaults.
+            pub fn new(options: &IntegratorOptions) -> Self {
+                match options.integrator() {
+                    $(IntegratorKind::$kind => Self::$kind($settings::new(options))),+
+                }
+            }
+
+            /// Which integrator.
+            pub fn kind(&self) -> IntegratorKind {
+                match self {
+                    $(Self::$kind(_) => IntegratorKind::$kind),+
+                }
+            }
+
+            /// The value of the parameter `key`, if the method reads it and it is of this type.
+            pub fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
+                self.any_value(key)?.downcast_ref().copied()
+            }
+
+            // Apart from `value`, so that it is compiled once and not for each type.
+            fn any_value(&self, key: &str) -> Option<&dyn Any> {
+                match self {
+                    $(Self::$kind(settings) => {
+                        $(if key == stringify!($key) {
+                            return Some(&settings.$key);
+                        })*
+                        let _ = settings;
+                        None
+                    }),+
+                }
+            }
+
+            /// The parameters that the method reads, and their values.
+            pub fn values(&self) -> Vec<(&'static str, String)> {
+                match self {
+                    $(Self::$kind(settings) => {
+                        let $settings { $($key),* } = settings;
+                        vec![$((stringify!($key), $key.described())),*]
+                    }),+
+                }
+            }
+        }
+    };
+    (@type $key:ident, $value:expr) => { values::$key };
+    (@type $key:ident) => { values::resolved::$key };
+    (@value $options:ident, $key:ident, $value:expr) => { $options.$key.unwrap_or($value) };
+    (@value $options:ident, $key:ident) => { $options.$key() };
+}
+
+methods! {
+    /// Path tracing with next-event estimation; pixels may share their paths
+    Path(PathSettings) = "path" {
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette, clamp_indirect,
+        reuse, light_samples = if reuse == PathReuse::Pixels { 2 } else { 1 },
+    }
+    /// Path tracing that meets lights by chance alone
+    Naive(NaiveSettings) = "naive" {
+        directions = Directions::Uniform, direction_points, direction_perturbation, direction_scrambling,
+        emission_coin, emission_probability, absorption, max_depth, roulette_depth, roulette,
+    }
+    /// Path tracing with one sample of direct plus indirect light at each vertex
+    OneSample(OneSampleSettings) = "one-sample" { light_selection, lamp_samples, triangle_sampling, direct_probability, max_depth }
+    /// Path tracing whose next vertices are uniform over the area of all surfaces
+    Area(AreaSettings) = "area" { light_selection, lamp_samples, triangle_sampling, max_depth }
+    /// Whitted's ray tracing: mirrors, glass and direct light
+    Whitted(WhittedSettings) = "whitted" { light_selection, lamp_samples, triangle_sampling, max_depth }
+    /// Distributed ray tracing, which branches at every vertex
+    Distributed(DistributedSettings) = "distributed" {
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, tree_depth, branching,
+    }
+    /// Light that is scattered once at most
+    Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, light_samples }
+    /// Ambient occlusion
+    AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
+    /// A property of the first surface as a colour: normals, texture coordinates, wireframe, cost and others
+    Debug(DebugSettings) = "debug" { debug_view }
+    /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
+    Light(LightSettings) = "light" { light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette }
+    /// Bidirectional path tracing
+    Bidirectional(BidirectionalSettings) = "bdpt" {
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
+    }
+    /// Multiplexed Metropolis light transport in primary sample space
+    PrimarySpace(PrimarySpaceSettings) = "pssmlt" {
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, light_samples,
+        metropolis_direct, metropolis_target, chains, bootstrap, large_step_probability, mutation_size,
+    }
+    /// Stochastic progressive photon mapping; biased, and the bias shrinks with samples
+    ProgressivePhotons(ProgressivePhotonSettings) = "sppm" {
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
+        photons, photon_radius, photon_alpha,
+    }
+    /// Photon mapping with final gathering; biased, 10 to 20 times as long a sample
+    PhotonMap(PhotonMapSettings) = "photon-map" {
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
+        photons = 1 << 18, photon_radius, photon_count, gather_rays,
+    }
+    /// Vertex connection and merging: bdpt with sppm; biased, and the bias shrinks
+    VertexMerging(VertexMergingSettings) = "vcm" {
+        mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette, photons, photon_radius, photon_alpha,
+    }
+    /// Metropolis light transport in path space
+    PathSpace(PathSpaceSettings) = "mlt" {
+        light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, light_samples,
+        metropolis_direct, metropolis_target, chains, bootstrap,
+    }
+    /// Irradiance caching of diffuse indirect light; biased
+    IrradianceCache(IrradianceCacheSettings) = "irradiance-cache" {
+        directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette,
+        light_samples = 2, cache_error, cache_rays,
+    }
+}
+
+impl DistributedSettings {
+    /// Maximum number of scattering events: the smaller of both limits. Scene files set a `max_depth` for paths, which a tree cannot have.
+    pub fn depth(&self) -> u32 {
+        self.max_depth
+            .limit()
+            .map_or(self.tree_depth, |max| max.min(self.tree_depth))
+    }
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::new(&IntegratorOptions::default())
+    }
+}
+
+impl Method {
+    /// Name of the integrator, as users type it.
+    pub fn name(&self) -> &'static str {
+        super::name_of(IntegratorKind::NAMES, self.kind())
+    }
+
+    /// The parameter that makes the mean of a picture another one than that of all light, as `key=value`, if there is one.
+    pub fn bias(&self) -> Option<String> {
+        let clamp: Option<Clamp> = self.value("clamp_indirect");
+        if let Some(clamp) = clamp.filter(|clamp| clamp.0.is_some()) {
+            return Some(format!("clamp_indirect={}", clamp.text()));
+        }
+        self.repeats_directions().then(|| "direction_scrambling=off".into())
+    }
+
+    /// Whether the method takes the same directions in all pixels.
+    pub fn repeats_directions(&self) -> bool {
+        let is_perturbed = matches!(
+            self.value("directions"),
+            Some(Directions::PerturbedQmc | Directions::PerturbedQmcUniform)
+        );
+        is_perturbed && self.value("direction_scrambling") == Some(Scrambling::Off)
+    }
+
+    /// Integrator and parameters as `key=value` pairs: all that decides pixels besides scene, image and random numbers. Files keep it.
+    pub fn describe(&self) -> String {
+        let mut text = format!("integrator={}", self.name());
+        for (key, value) in self.values() {
+            text += &format!(" {key}={value}");
+        }
+        text
+    }
+}
+
+impl IntegratorOptions {
+    /// Integrators whose default of the parameter `key` is not that of all others, with their defaults.
+    pub fn other_defaults(key: &str) -> Vec<(&'static str, String)> {
+        let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.key == key);
+        let usual = parameter.map(|parameter| parameter.default()).unwrap_or_default();
+        let of_kind = |&(name, kind): &(&'static str, IntegratorKind)| {
+            let options = Self {
+                integrator: Some(kind),
+                ..Self::default()
+            };
+            let values = Method::new(&options).values();
+            let (_, value) = values.into_iter().find(|(k, _)| *k == key)?;
+            (value != usual && value != "auto").then_some((name, value))
+        };
+        IntegratorKind::NAMES.iter().filter_map(of_kind).collect()
+    }
+}

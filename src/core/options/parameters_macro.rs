@@ -1,0 +1,368 @@
+use super::value::expected;
+use super::{Value, nearest};
+use std::fmt;
+
+/// A value that a user can set: what flags, keys of scene files, documentation and messages say of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Key in a scene file: words joined by `_`.
+    pub key: &'static str,
+    /// What it does: a line, and for the documentation more of them.
+    help: &'static str,
+    /// Name of the flag where that is not the key's.
+    named_flag: Option<&'static str>,
+    /// Value of a flag that stands alone.
+    pub bare: Option<&'static str>,
+    /// What a value is called where flags are listed.
+    pub placeholder: &'static str,
+    /// Default value, or what the default depends on.
+    default: fn() -> String,
+    names: fn() -> Vec<&'static str>,
+    range: fn() -> String,
+    schema: fn() -> serde_json::Value,
+}
+
+impl Parameter {
+    /// Name of the flag: the key with `-` for `_`, but for a few.
+    pub fn flag(&self) -> String {
+        self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
+    }
+
+    /// What it does, in a line.
+    pub fn help(&self) -> &'static str {
+        self.help.lines().next().unwrap_or_default().trim()
+    }
+
+    /// More about it for the documentation; empty where the line says all.
+    pub fn detail(&self) -> String {
+        let lines = self.help.lines().skip(1).map(str::trim);
+        lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Default value, or what the default depends on.
+    pub fn default(&self) -> String {
+        (self.default)()
+    }
+
+    /// All values, where they are named.
+    pub fn names(&self) -> Vec<&'static str> {
+        (self.names)()
+    }
+
+    /// Range of a number, such as `from 1 to 100`; empty for any number and for named values.
+    pub fn range(&self) -> String {
+        (self.range)()
+    }
+
+    /// What a scene file may write, as a JSON Schema.
+    pub fn schema(&self) -> serde_json::Value {
+        (self.schema)()
+    }
+
+    /// Keys by which a scene file may call it: its key, and its flag where that has another name.
+    pub fn keys(&self) -> impl Iterator<Item = &'static str> {
+        [self.key].into_iter().chain(self.named_flag)
+    }
+
+    /// Whether a scene file may call it `key`: by its key, or by its flag.
+    pub fn is_called(&self, key: &str) -> bool {
+        self.keys().any(|known| known == key)
+    }
+}
+
+/// What a user has written as a value.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// After a flag.
+    Flag(&'a str),
+    /// A string of a scene file.
+    String(&'a str),
+    /// A number of a scene file.
+    Number(&'a str),
+    /// A list of numbers of a scene file, with commas between them.
+    List(&'a str),
+    /// Another value of a scene file, such as `true`.
+    Other(&'a str),
+}
+
+impl Input<'_> {
+    /// As it was written.
+    fn written(self) -> String {
+        match self {
+            Self::String(text) => format!("\"{text}\""),
+            Self::List(text) => format!("[{text}]"),
+            Self::Flag(text) | Self::Number(text) | Self::Other(text) => text.into(),
+        }
+    }
+}
+
+/// A value that a parameter cannot have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InvalidOption {
+    /// Key of the parameter.
+    pub key: &'static str,
+    /// Flag of the parameter, without its dashes.
+    pub flag: String,
+    /// What was written.
+    pub value: String,
+    /// What to write instead.
+    pub help: String,
+}
+
+impl fmt::Display for InvalidOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = {}\n  help: {}", self.key, self.value, self.help)
+    }
+}
+
+/// A key with its value, as scene files have them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Key of the parameter.
+    pub key: &'static str,
+    /// The value.
+    pub text: String,
+    /// Whether the value is a number rather than a string.
+    pub is_number: bool,
+}
+
+impl Entry {
+    /// The entry of a parameter that is set.
+    pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
+        let text = value.text();
+        let is_number = T::IS_NUMBER && text.parse::<f64>().is_ok();
+        Self { key, text, is_number }
+    }
+}
+
+/// What a user has set of the parameters that belong together; what was not set is `None`.
+pub trait OptionGroup: Default {
+    /// All of them, in the order of the documentation.
+    const PARAMETERS: &'static [Parameter];
+    /// Title over their flags; empty for the general ones.
+    const HEADING: &'static str;
+
+    /// Sets the parameter that is called `key`; `None`: there is no such parameter in this group.
+    fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
+
+    /// What is set here, and for the rest what is set in `other`.
+    fn or(self, other: Self) -> Self;
+
+    /// Keys of what is set.
+    fn given(&self) -> Vec<&'static str>;
+
+    /// Keys and values of what is set, as scene files have them.
+    fn entries(&self) -> Vec<Entry>;
+
+    /// The first value out of its range.
+    fn invalid(&self) -> Option<InvalidOption>;
+}
+
+/// Reads a value of `parameter`.
+pub(crate) fn read<T: Value>(
+    parameter: &Parameter,
+    input: Input,
+    check: impl FnOnce(T) -> bool,
+) -> Result<T, InvalidOption> {
+    let value = match input {
+        Input::Flag(text) => T::of_text(text),
+        Input::String(text) => T::of_text(text).filter(|_| T::IS_STRING),
+        Input::Number(text) => T::of_text(text).filter(|_| T::IS_NUMBER),
+        Input::List(text) => T::of_text(text).filter(|_| T::IS_LIST),
+        Input::Other(_) => None,
+    };
+    value.filter(|&value| check(value)).ok_or_else(|| {
+        let (Input::Flag(text) | Input::String(text) | Input::Number(text) | Input::List(text) | Input::Other(text)) =
+            input;
+        let advice = expected::<T>(&parameter.range());
+        InvalidOption {
+            key: parameter.key,
+            flag: parameter.flag(),
+            value: input.written(),
+            help: match nearest(text, T::names()) {
+                Some(name) => format!("did you mean {name}? {advice}"),
+                None => advice,
+            },
+        }
+    })
+}
+
+/// `value` as one that `parameter` cannot have, unless `is_valid`.
+pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -> Option<InvalidOption> {
+    (!is_valid).then(|| InvalidOption {
+        key: parameter.key,
+        flag: parameter.flag(),
+        value: value.text(),
+        help: expected::<T>(&parameter.range()),
+    })
+}
+
+/// `schema` with keywords over its own.
+pub(crate) fn bounded(
+    mut schema: serde_json::Value,
+    bounds: Vec<(&'static str, serde_json::Value)>,
+) -> serde_json::Value {
+    for (keyword, value) in bounds {
+        schema[keyword] = value;
+    }
+    schema
+}
+
+/// Defines a struct of options and all there is to say about each of them.
+///
+/// ```text
+/// parameters! {
+///     /// What they are about.
+///     pub struct NAME, heading "TITLE OVER THEIR FLAGS", values MODULE {
+///         /// Help: what it does, in a line.
+///         ///
+///         /// More, for the documentation alone.
+///         key: TYPE = DEFAULT, in RANGE;
+///         /// One whose default is no value, but depends on something.
+///         key: TYPE, default "what it depends on", in RANGE;
+///         /// One whose flag has another name, and may stand without a value.
+///         key: TYPE = DEFAULT, flag "name", bare "value";
+///     }
+/// }
+/// ```
+///
+/// Fields are options, `None` where nothing was set; a method of the same name gives the value or its default. `MODULE` has the type of each
+/// value by its key, and in `resolved` the type with which methods read it: an option only where there is no default.
+macro_rules! parameters {
+    ($(#[$attribute:meta])* pub struct $group:ident, heading $heading:literal, values $values:ident {
+        $($(#[doc = $doc:literal])+ $key:ident: $ty:ty $(= $value:expr)? $(, default $words:literal)? $(, in $range:expr)?
+            $(, flag $flag:literal)? $(, bare $bare:literal)?;)+
+    }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $group {
+            $($(#[doc = $doc])+ pub $key: Option<$ty>,)+
+        }
+
+        impl $group {
+            $($(#[doc = $doc])+
+            #[doc = ""]
+            #[doc = "What was set, or the default."]
+            pub fn $key(&self) -> $values::resolved::$key {
+                parameters!(@resolve self.$key $(, $value)?)
+            })+
+        }
+
+        impl $crate::options::OptionGroup for $group {
+            const HEADING: &'static str = $heading;
+            const PARAMETERS: &'static [$crate::options::Parameter] = &[$($crate::options::Parameter::define(
+                (stringify!($key), concat!($($doc, "\n"),+)),
+                (parameters!(@option $($flag)?), parameters!(@option $($bare)?)),
+                <$ty as $crate::options::Value>::PLACEHOLDER,
+                || parameters!(@default $ty $(, $value)? $(; $words)?),
+                <$ty as $crate::options::Value>::names,
+                || parameters!(@range $ty $(, $range)?).to_string(),
+                || parameters!(@schema $ty $(, $range)?),
+            )),+];
+
+            fn set(
+                &mut self,
+                key: &str,
+                input: $crate::options::Input,
+            ) -> Option<Result<(), $crate::options::InvalidOption>> {
+                let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.is_called(key))?;
+                $(if parameter.key == stringify!($key) {
+                    let value = $crate::options::read::<$ty>(parameter, input, |_value| parameters!(@valid $ty, _value $(, $range)?));
+                    return Some(value.map(|value| self.$key = Some(value)));
+                })+
+                None
+            }
+
+            fn or(self, other: Self) -> Self {
+                Self {
+                    $($key: self.$key.or(other.$key),)+
+                }
+            }
+
+            fn given(&self) -> Vec<&'static str> {
+                let given = [$((stringify!($key), self.$key.is_some())),+];
+                given.iter().filter(|(_, is_given)| *is_given).map(|(key, _)| *key).collect()
+            }
+
+            fn entries(&self) -> Vec<$crate::options::Entry> {
+                let all = [$(self.$key.map(|value| $crate::options::Entry::of::<$ty>(stringify!($key), value))),+];
+                all.into_iter().flatten().collect()
+            }
+
+            fn invalid(&self) -> Option<$crate::options::InvalidOption> {
+                let mut parameters = Self::PARAMETERS.iter();
+                $({
+                    let parameter = parameters.next()?;
+                    let invalid = self.$key.and_then(|_value| {
+                        $crate::options::check::<$ty>(parameter, _value, parameters!(@valid $ty, _value $(, $range)?))
+                    });
+                    if invalid.is_some() {
+                        return invalid;
+                    }
+                })+
+                None
+            }
+        }
+
+        /// Types of the values, by their keys.
+        #[allow(non_camel_case_types, dead_code)]
+        pub mod $values {
+            #[allow(unused_imports)]
+            use super::*;
+            $(#[doc = concat!("Of `", stringify!($key), "`.")]
+            pub type $key = $ty;)+
+
+            /// Types of the values where nothing was set is the default, an option where there is none.
+            pub mod resolved {
+                #[allow(unused_imports)]
+                use super::super::*;
+                $(#[doc = concat!("Of `", stringify!($key), "`.")]
+                pub type $key = parameters!(@resolved $ty $(, $value)?);)+
+            }
+        }
+    };
+    (@resolved $ty:ty, $value:expr) => { $ty };
+    (@resolved $ty:ty) => { Option<$ty> };
+    (@resolve $given:expr, $value:expr) => { $given.unwrap_or($value) };
+    (@resolve $given:expr) => { $given };
+    (@option $text:literal) => { Some($text) };
+    (@option) => { None };
+    (@default $ty:ty, $value:expr) => { <$ty as $crate::options::Value>::text(&$value) };
+    (@default $ty:ty $(, $value:expr)?; $words:literal) => { $words.to_string() };
+    (@default $ty:ty) => { String::new() };
+    (@range $ty:ty, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range }};
+    (@range $ty:ty) => { "" };
+    (@schema $ty:ty $(, $range:expr)?) => {{
+        let schema = <$ty as $crate::options::Value>::schema();
+        $(let schema = $crate::options::bounded(schema, <$crate::options::Range<$ty>>::schema($range));)?
+        schema
+    }};
+    (@valid $ty:ty, $value:expr, $range:expr) => {{ let range: $crate::options::Range<$ty> = $range; range.contains($value) }};
+    (@valid $ty:ty, $value:expr) => { $crate::options::Value::is_finite(&$value) };
+}
+pub(crate) use parameters;
+
+impl Parameter {
+    /// What [`parameters!`] says.
+    pub(crate) const fn define(
+        (key, help): (&'static str, &'static str),
+        (named_flag, bare): (Option<&'static str>, Option<&'static str>),
+        placeholder: &'static str,
+        default: fn() -> String,
+        names: fn() -> Vec<&'static str>,
+        range: fn() -> String,
+        schema: fn() -> serde_json::Value,
+    ) -> Self {
+        Self {
+            key,
+            help,
+            named_flag,
+            bare,
+            placeholder,
+            default,
+            names,
+            range,
+            schema,
+        }
+    }
+}

@@ -1,0 +1,474 @@
+use super::ground::GroundPlane;
+use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
+use super::panes::Panes;
+use super::validate::{
+    BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
+};
+use crate::color::Spectrum;
+use crate::geometry::{Mesh, Placement};
+use crate::light::{
+    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
+    SelectionMode, SpotLight, TriangleSampling,
+};
+use crate::material::{Map, Material, MaterialId};
+use crate::math::{Bounds3, Quat, Vec3};
+use crate::texture::{Texture, TextureFilter, TextureId};
+use std::collections::HashMap;
+
+/// What the builder left out or assumed; every entry is worth a word to the user.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneReport {
+    /// Triangles without area, left out.
+    pub degenerate_triangles: u64,
+    /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and largest channel.
+    pub scaled_materials: Vec<(String, f32)>,
+    /// Nothing emitted, so a constant environment of radiance 1 was added.
+    pub default_light: bool,
+    /// Panes of glass that became thin dielectrics; those of a prototype once.
+    pub panes: u64,
+    /// Number of rectangles among emitting triangles that became one light each.
+    pub rectangles: u64,
+}
+
+/// Names a prototype: meshes that instances put into the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrototypeId(pub(super) u32);
+
+/// Collects validated parts and freezes them into a [`Scene`](super::Scene).
+#[derive(Debug, Default)]
+pub struct SceneBuilder {
+    /// Names of objects; what is added is part of the last one.
+    pub(super) objects: Vec<String>,
+    /// Those that are taken, each with the last number that was put behind it.
+    object_names: HashMap<String, u32>,
+    pub(super) meshes: Vec<(Mesh, MaterialId)>,
+    /// The object of each.
+    pub(super) mesh_objects: Vec<u32>,
+    pub(super) prototypes: Vec<Vec<(Mesh, MaterialId)>>,
+    pub(super) instances: Vec<(PrototypeId, Placement)>,
+    /// The object of each.
+    pub(super) instance_objects: Vec<u32>,
+    pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) texture_filter: TextureFilter,
+    /// Each with its group, if it is in one.
+    pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
+    /// Names of groups; lights that are added are part of `light_group`.
+    pub(super) light_groups: Vec<String>,
+    light_group: Option<LightGroupId>,
+    /// The group of what surfaces of a material emit.
+    pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
+    /// Lights that are whole meshes of a material of their own.
+    pub(super) lamps: HashMap<MaterialId, Light>,
+    pub(super) selection: SelectionMode,
+    pub(super) lamp_samples: u32,
+    pub(super) triangle_sampling: TriangleSampling,
+    pub(super) ground: Option<GroundPlane>,
+    pub(super) panes: Panes,
+    pub(super) report: SceneReport,
+}
+
+impl SceneBuilder {
+    /// A builder that holds nothing yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a material; lobes that sum to more than 1 in some channel are scaled down and reported, unless textures vary them: then that is done
+    /// where they are looked up.
+    pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
+        check_material(&material)?;
+        let scattered = material.scattered();
+        let varies = material.maps.varies_bsdf();
+        if !varies {
+            material.scale_to_one();
+        }
+        // Parts that sum to 1 up to rounding are what was meant.
+        if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
+            self.report.scaled_materials.push((material.name.clone(), scattered));
+        }
+        self.materials.push(material);
+        Ok(MaterialId(self.materials.len() as u32 - 1))
+    }
+
+    /// Adds triangles of one material that stand in the world. Triangles without area are left out and reported.
+    pub fn add_mesh(&mut self, mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
+        let mesh = self.checked(mesh)?;
+        if !mesh.triangles.is_empty() {
+            self.meshes.push((mesh, material));
+            self.mesh_objects.push(self.object());
+        }
+        Ok(())
+    }
+
+    /// Names what is added from now on, until the next call. Names of objects are made different where they are not.
+    pub fn begin_object(&mut self, name: &str) {
+        // Numbers go on where those of this name have ended: thousands of one name take no longer than others.
+        let mut number = self.object_names.get(name).copied().unwrap_or(0);
+        let unique = loop {
+            number += 1;
+            let candidate = match number {
+                1 => name.to_string(),
+                n => format!("{name}.{n}"),
+            };
+            if !self.object_names.contains_key(&candidate) {
+                break candidate;
+            }
+        };
+        self.object_names.insert(name.to_string(), number);
+        self.object_names.entry(unique.clone()).or_insert(1);
+        self.objects.push(unique);
+    }
+
+    /// The object that things are added to.
+    fn object(&self) -> u32 {
+        self.objects.len().saturating_sub(1) as u32
+    }
+
+    /// Adds meshes that are kept once and put into the world by [`SceneBuilder::add_instance`], as often as one likes.
+    pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
+        let mut checked = Vec::with_capacity(meshes.len());
+        for (mesh, material) in meshes {
+            let mesh = self.checked(mesh)?;
+            if !mesh.triangles.is_empty() {
+                checked.push((mesh, material));
+            }
+        }
+        check_extent("an object that is instanced", bounds_of(&checked))?;
+        self.prototypes.push(checked);
+        Ok(PrototypeId(self.prototypes.len() as u32 - 1))
+    }
+
+    /// Puts a prototype into the world.
+    pub fn add_instance(&mut self, prototype: PrototypeId, placement: Placement) -> Result<(), BuildError> {
+        let bounds = bounds_of(&self.prototypes[prototype.0 as usize]);
+        check_placement(self.instances.len(), &placement, bounds)?;
+        if self.instances.len() >= u32::MAX as usize - 1 {
+            return Err(BuildError::TooMany("instances"));
+        }
+        self.instances.push((prototype, placement));
+        self.instance_objects.push(self.object());
+        Ok(())
+    }
+
+    /// The mesh without triangles that have no area at any time.
+    fn checked(&mut self, mut mesh: Mesh) -> Result<Mesh, BuildError> {
+        check_mesh(&mut mesh)?;
+        self.report.degenerate_triangles += remove_degenerate(&mut mesh);
+        Ok(mesh)
+    }
+
+    /// Adds a plane that catches shadows. It is part of neither the scene's bounds nor its report.
+    pub fn set_ground(&mut self, plane: GroundPlane) -> Result<(), BuildError> {
+        plane.check()?;
+        self.ground = Some(plane);
+        Ok(())
+    }
+
+    /// How lights are chosen; by power if this is not called.
+    pub fn light_selection(&mut self, mode: SelectionMode) {
+        self.selection = mode;
+    }
+
+    /// Samples of the widest lamp at a vertex where all are sampled, from 1; 1 if this is not called.
+    pub fn lamp_samples(&mut self, samples: u32) {
+        self.lamp_samples = samples.max(1);
+    }
+
+    /// How emitting triangles are sampled; by area if this is not called.
+    pub fn triangle_sampling(&mut self, sampling: TriangleSampling) {
+        self.triangle_sampling = sampling;
+    }
+
+    /// The group of lights of this name, which is made where there is none yet.
+    pub fn light_group(&mut self, name: &str) -> Result<LightGroupId, BuildError> {
+        check_group_name(name)?;
+        let found = self.light_groups.iter().position(|known| known == name);
+        let index = found.unwrap_or(self.light_groups.len());
+        // One is left for lights that are in none.
+        if index >= LightGroups::MOST - 1 {
+            return Err(BuildError::TooManyLightGroups);
+        }
+        if found.is_none() {
+            self.light_groups.push(name.into());
+        }
+        Ok(LightGroupId(index as u8))
+    }
+
+    /// Puts lights that are added from now on, until the next call, into a group or none.
+    pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
+        self.light_group = group;
+    }
+
+    /// The group that lights are put into.
+    pub(super) fn current_light_group(&self) -> Option<LightGroupId> {
+        self.light_group
+    }
+
+    /// Number of materials that were added.
+    pub fn material_count(&self) -> usize {
+        self.materials.len()
+    }
+
+    /// Puts what surfaces of `material` emit into a group.
+    pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
+        self.material_groups.insert(material, group);
+    }
+
+    pub(super) fn add_light(&mut self, light: Light) {
+        self.lights.push((light, self.light_group));
+    }
+
+    /// Adds a point light of `intensity` W/sr.
+    pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
+        check_position("point", position)?;
+        check_light("point", "intensity", intensity)?;
+        self.add_light(Light::Point(PointLight { position, intensity }));
+        Ok(())
+    }
+
+    /// Adds an environment of the same `radiance` in every direction.
+    pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
+        check_light("constant", "radiance", radiance)?;
+        self.add_light(Light::Constant(ConstantLight { radiance }));
+        Ok(())
+    }
+
+    /// Adds parallel light that travels in `direction`, of `irradiance` W·m⁻² on a surface that faces it.
+    pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
+        let direction = unit("directional", direction)?;
+        check_light("directional", "irradiance", irradiance)?;
+        self.add_light(Light::Directional(DirectionalLight { direction, irradiance }));
+        Ok(())
+    }
+
+    /// Adds a point light of `intensity` W/sr that shines into the cone around `direction` of half-angle `angle`, and falls off
+    /// from half-angle `falloff` on; degrees, `falloff` ≤ `angle` ≤ 90.
+    pub fn add_spot_light(
+        &mut self,
+        position: Vec3,
+        direction: Vec3,
+        intensity: Spectrum,
+        angle: f32,
+        falloff: f32,
+    ) -> Result<(), BuildError> {
+        check_position("spot", position)?;
+        let direction = unit("spot", direction)?;
+        check_light("spot", "intensity", intensity)?;
+        check_spot(angle, falloff)?;
+        self.add_light(Light::Spot(SpotLight {
+            position,
+            direction,
+            intensity,
+            cos_inner: falloff.to_radians().cos(),
+            cos_outer: angle.to_radians().cos(),
+        }));
+        Ok(())
+    }
+
+    /// How light passes thin glass; straight on if this is not called.
+    pub fn panes(&mut self, panes: Panes) {
+        self.panes = panes;
+    }
+
+    /// How textures are looked up; by mip levels if this is not called.
+    pub fn texture_filter(&mut self, filter: TextureFilter) {
+        self.texture_filter = filter;
+    }
+
+    /// Adds an environment whose radiance is that of `image` times `scale`, turned by `rotation`.
+    pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
+        check_environment("environment", &image, scale, rotation)?;
+        let light = EnvironmentLight::new(image, scale, rotation);
+        self.add_light(Light::Environment(Box::new(light)));
+        Ok(())
+    }
+
+    /// The scene's textures. Until now the maps of materials named places in `ids`, where they are told which texture that is; those that
+    /// are told `None` are left out.
+    pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
+        place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
+        self.textures = textures;
+    }
+}
+
+/// Gives every map the texture that `place` says, or none.
+pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
+    for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
+        *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
+    }
+}
+
+/// Positions of corners of triangles of `mesh`, at both ends of its motion.
+pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
+    let places = [&mesh.positions, &mesh.positions_close];
+    let used = mesh.triangles.iter().flatten();
+    used.flat_map(move |&i| places.into_iter().filter_map(move |p| p.get(i as usize).copied()))
+}
+
+/// Box around all that is ever in `meshes`.
+pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
+    meshes.iter().flat_map(|(m, _)| used_positions(m)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::LightId;
+
+    fn material(diffuse: f32, emission: f32) -> Material {
+        Material {
+            name: "m".into(),
+            diffuse: Spectrum::splat(diffuse),
+            emission: Spectrum::splat(emission),
+            ..Material::default()
+        }
+    }
+
+    fn mesh(triangles: Vec<[u32; 3]>) -> Mesh {
+        Mesh {
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(2.0, 0.0, 0.0)],
+            triangles,
+            ..Mesh::default()
+        }
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(0.5, 0.0)).unwrap();
+        let error = b.add_mesh(mesh(vec![[0, 1, 2], [0, 1, 4]]), m).unwrap_err();
+        assert_eq!(
+            error,
+            BuildError::IndexOutOfRange {
+                triangle: 1,
+                index: 4,
+                vertices: 4
+            }
+        );
+        for bad in [f32::NAN, f32::INFINITY, 1e19] {
+            let mut broken = mesh(vec![[0, 1, 2]]);
+            broken.positions[2].y = bad;
+            assert!(matches!(
+                b.add_mesh(broken, m),
+                Err(BuildError::BadVertex { vertex: 2, .. })
+            ));
+        }
+        for bad in [-1.0, f32::NAN, f32::INFINITY] {
+            assert!(b.add_material(material(bad, 0.0)).is_err());
+            assert!(b.add_material(material(0.5, bad)).is_err());
+            assert!(b.add_constant_light(Spectrum::splat(bad)).is_err());
+            assert!(b.add_point_light(Vec3::ZERO, Spectrum::splat(bad)).is_err());
+        }
+        assert!(b.add_point_light(Vec3::NAN, Spectrum::ONE).is_err());
+    }
+
+    #[test]
+    fn mixtures_keep_their_energy() {
+        let mut b = SceneBuilder::new();
+        let glossy = Material {
+            specular: Spectrum::splat(0.6),
+            transmission: Spectrum::rgb(0.6, 0.0, 0.0),
+            ..material(0.8, 0.0)
+        };
+        b.add_material(glossy).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.scaled_materials, [("m".to_string(), 2.0)]);
+        let m = &scene.materials()[0];
+        assert_eq!((m.diffuse, m.specular.to_array()[1]), (Spectrum::splat(0.4), 0.3));
+        assert_eq!(scene.bsdfs[0].lobes().count(), 3);
+    }
+
+    #[test]
+    fn a_coat_and_its_base_share_the_light() {
+        let mut b = SceneBuilder::new();
+        let white = Material::metallic_roughness(Spectrum::ONE, 0.5, 0.3);
+        b.add_material(white.clone()).unwrap();
+        b.add_material(Material {
+            transmission: Spectrum::ONE,
+            ..white
+        })
+        .unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.scaled_materials, [(String::new(), 2.0)]);
+        assert_eq!(scene.materials()[0].diffuse, Spectrum::ONE);
+        assert_eq!(scene.materials()[1].specular, Spectrum::splat(0.5));
+    }
+
+    #[test]
+    fn repairs_are_reported() {
+        let mut b = SceneBuilder::new();
+        let m = b.add_material(material(2.0, 0.0)).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2], [0, 0, 2], [0, 1, 3]]), m).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert_eq!(report.degenerate_triangles, 2);
+        assert_eq!(report.scaled_materials, [("m".to_string(), 2.0)]);
+        assert!(report.default_light);
+        assert_eq!(scene.materials()[0].diffuse, Spectrum::ONE);
+        assert_eq!((scene.triangle_count(), scene.lights().len()), (1, 1));
+        assert_eq!(scene.bounds().max, Vec3::new(1.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn emitting_triangles_have_consecutive_ids() {
+        let mut b = SceneBuilder::new();
+        let dark = b.add_material(material(0.5, 0.0)).unwrap();
+        let lit = b.add_material(material(0.5, 3.0)).unwrap();
+        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2], [2, 1, 3]]), lit).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2]]), dark).unwrap();
+        b.add_mesh(mesh(vec![[0, 1, 2]]), lit).unwrap();
+        let (scene, report) = b.build().unwrap();
+        assert!(!report.default_light);
+        let first: Vec<_> = scene
+            .geom_ids()
+            .map(|g| scene.shape(g).first_light.map(|l| l.0))
+            .collect();
+        assert_eq!(first, [Some(0), None, Some(2)]);
+        assert_eq!(scene.lights().len(), 4);
+        let context = crate::light::LightSampleContext::any_side(Vec3::ONE);
+        let total: f32 = (0..4)
+            .map(|i| scene.light_selection().pmf(scene.lights(), &context, LightId(i)))
+            .sum();
+        assert!((total - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn objects_have_names_of_their_own() {
+        let mut b = SceneBuilder::new();
+        for name in ["a", "a.3", "a", "b", "a", "a.3"] {
+            b.begin_object(name);
+        }
+        assert_eq!(b.objects, ["a", "a.3", "a.2", "b", "a.4", "a.3.2"]);
+    }
+
+    #[test]
+    fn lights_are_in_the_groups_of_their_materials() {
+        let mut b = SceneBuilder::new();
+        let [dark, lamp, screen] = [0.0, 3.0, 1.0].map(|e| b.add_material(material(0.5, e)).unwrap());
+        let sky = b.light_group("sky").unwrap();
+        let lamps = b.light_group("lamps").unwrap();
+        assert_eq!(b.light_group("sky"), Ok(sky));
+        b.group_material(lamp, lamps);
+        b.group_material(dark, sky);
+        let two = || mesh(vec![[0, 1, 2], [2, 1, 3]]);
+        for material in [screen, dark, lamp] {
+            b.add_mesh(two(), material).unwrap();
+        }
+        // Copies too
+        let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
+        let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
+        b.add_instance(prototype, still).unwrap();
+        b.begin_light_group(Some(sky));
+        b.add_constant_light(Spectrum::ONE).unwrap();
+        b.begin_light_group(None);
+        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
+        let (scene, _) = b.build().unwrap();
+        let groups = scene.light_groups();
+        assert_eq!(groups.names(), ["sky", "lamps", "default"]);
+        let of_lights: Vec<usize> = (0..scene.lights().len() as u32)
+            .map(|id| groups.of(LightId(id)))
+            .collect();
+        assert_eq!(of_lights, [2, 2, 1, 1, 1, 1, 2, 2, 0, 2]);
+    }
+}

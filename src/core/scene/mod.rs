@@ -1,0 +1,561 @@
+//! The frozen scene: arrays and typed ids, made by one validating builder (`builder`), which checks what it is given (`validate`) and freezes it
+//! (`freeze`).
+//!
+//! A frozen scene keeps 36 bytes a triangle of a mesh of positions alone: 12 of indices, 8 of vertices and 16 of its facet. A compact scene
+//! (`--compact`) makes the facet at each hit; the picture is the same to the bit. docs/benchmarks.md, "Memory", has both.
+
+mod absorption;
+mod builder;
+mod components;
+mod freeze;
+mod ground;
+mod lamp_hulls;
+mod light_checks;
+mod made_lights;
+mod panes;
+mod passing;
+mod rectangles;
+mod validate;
+
+pub use builder::{PrototypeId, SceneBuilder, SceneReport};
+pub use ground::{Ground, GroundPlane};
+pub use made_lights::{
+    DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
+    StudioParameters,
+};
+pub use panes::Panes;
+pub use validate::BuildError;
+
+use crate::bsdf::Bsdf;
+use crate::color::Spectrum;
+use crate::geometry::{Facet, GeomId, Hit, InstanceId, Mesh, PlacedTriangle, Placement, PrimId, SurfacePoint};
+use crate::light::{
+    EmissionSelection, Light, LightGroups, LightId, LightSampleContext, LightSelection, TexturedTriangle, TriangleLight,
+};
+use crate::material::{Material, MaterialId, Spot, ThinSurface};
+use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
+use crate::texture::{Texture, TextureFilter};
+use std::borrow::Cow;
+use std::cell::OnceCell;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+/// What a mesh is, besides its triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Shape {
+    /// Material of all its triangles.
+    pub material: MaterialId,
+    /// Whether it stands in the world itself and keeps its shape, and its normals and its material are the same all over a triangle.
+    pub is_plain: bool,
+    /// Which object it is part of, in the order of [`Scene::objects`], if it stands in the world itself.
+    pub object: u32,
+    /// Its first light, if it emits; the others follow in order. Where it is part of a prototype this counts from [`Instance::first_light`].
+    pub first_light: Option<LightId>,
+    /// Number of its lights.
+    pub light_count: u32,
+    /// Which of its lights a triangle is.
+    pub numbering: LightNumbering,
+}
+
+/// Which of the lights of a shape its triangles are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightNumbering {
+    /// Each triangle is one.
+    Triangles,
+    /// All of them are the only one.
+    One,
+    /// Some triangles are one together: a list of [`Scene`] has the number of each.
+    Listed(u32),
+}
+
+/// A prototype that has been put into the world.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// Which one, in the order of [`Scene::prototypes`].
+    pub prototype: u32,
+    /// Where it is.
+    pub placement: Placement,
+    /// Which object it is part of, in the order of [`Scene::objects`].
+    pub object: u32,
+    /// The first light of its triangles, if any of them emit.
+    pub first_light: LightId,
+}
+
+/// Everything that light meets; immutable once built.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Those that stand in the world themselves, then those of the prototypes.
+    /// Shared with acceleration structures that read them in place and outlive a borrow.
+    meshes: Arc<Vec<Mesh>>,
+    /// The meshes of each prototype.
+    prototypes: Vec<Range<u32>>,
+    instances: Vec<Instance>,
+    /// What the points of each mesh's triangles share; empty where they are not always where the mesh has them, and in compact scenes.
+    facets: Vec<Vec<Facet>>,
+    shapes: Vec<Shape>,
+    objects: Vec<String>,
+    materials: Vec<Material>,
+    /// The BSDF of each material by its constants, for rays that it stops.
+    bsdfs: Vec<Bsdf>,
+    /// How light passes each material straight on, if rays do not scatter there instead.
+    thin_surfaces: Vec<Option<ThinSurface>>,
+    is_compact: bool,
+    has_alpha: bool,
+    has_thin_surfaces: bool,
+    has_lamp_hulls: bool,
+    has_absorption: bool,
+    is_dispersive: bool,
+    /// Absorption coefficient of the body behind surfaces of each material, per scene unit.
+    absorptions: Vec<Spectrum>,
+    panes: u64,
+    is_moving: bool,
+    textures: Vec<Texture>,
+    texture_filter: TextureFilter,
+    lights: Vec<Light>,
+    /// For shapes of [`LightNumbering::Listed`], the number of each triangle's light among those of the shape.
+    light_numbers: Vec<Vec<u32>>,
+    infinite_lights: Vec<LightId>,
+    light_selection: LightSelection,
+    /// Made when it is first asked for.
+    emission_selection: OnceLock<EmissionSelection>,
+    light_groups: LightGroups,
+    bounds: Bounds3,
+    ground: Option<Ground>,
+}
+
+impl Scene {
+    /// Meshes, by [`GeomId`].
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// The meshes, for readers that outlive a borrow of the scene.
+    #[cfg_attr(not(feature = "embree"), allow(dead_code))]
+    pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
+        Arc::clone(&self.meshes)
+    }
+
+    /// Shares the meshes of `other` from now on, where both scenes have the same ones in the same places. Gives whether they have.
+    pub fn share_meshes(&mut self, other: &Self) -> bool {
+        let places = |scene: &Self| -> Vec<(u32, Placement)> {
+            let instances = scene.instances.iter();
+            instances.map(|i| (i.prototype, i.placement.clone())).collect()
+        };
+        let is_same = self.is_compact == other.is_compact
+            && self.prototypes == other.prototypes
+            && places(self) == places(other)
+            && self.meshes == other.meshes;
+        if is_same {
+            self.meshes = Arc::clone(&other.meshes);
+        }
+        is_same
+    }
+
+    /// The mesh `geom`.
+    pub fn mesh(&self, geom: GeomId) -> &Mesh {
+        &self.meshes[geom.0 as usize]
+    }
+
+    /// Id of each mesh.
+    pub fn geom_ids(&self) -> impl Iterator<Item = GeomId> {
+        (0..self.meshes.len() as u32).map(GeomId)
+    }
+
+    /// Materials, by [`MaterialId`].
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Lights, by [`LightId`].
+    pub fn lights(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// How next-event estimation chooses a light.
+    pub fn light_selection(&self) -> &LightSelection {
+        &self.light_selection
+    }
+
+    /// Takes back what was learned of visible lights: another camera sees another part of the scene.
+    pub fn forget_visibility(&mut self) {
+        self.light_selection.forget();
+    }
+
+    /// How the light is chosen that a path starts from. It is made when this is first called.
+    pub fn emission_selection(&self) -> &EmissionSelection {
+        self.emission_selection
+            .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
+    }
+
+    /// Which lights are distinguished.
+    pub fn light_groups(&self) -> &LightGroups {
+        &self.light_groups
+    }
+
+    /// The plane that catches shadows, if there is one. Bounds do not include it.
+    #[inline(always)]
+    pub fn ground(&self) -> Option<&Ground> {
+        self.ground.as_ref()
+    }
+
+    /// Box around all vertices, at all times.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bounds
+    }
+
+    /// Ball around all vertices, at all times; of radius 1 where they have no extent.
+    pub fn ball(&self) -> Ball {
+        Ball::around(self.bounds)
+    }
+
+    /// The same in less memory: what can be made of the rest at each hit is, and acceleration structures are to do so too.
+    pub fn into_compact(mut self) -> Self {
+        self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
+        self.is_compact = true;
+        self
+    }
+
+    /// Whether memory counts more than time.
+    pub fn is_compact(&self) -> bool {
+        self.is_compact
+    }
+
+    /// Number of triangles that are kept; those of a prototype once.
+    pub fn triangle_count(&self) -> u64 {
+        self.meshes.iter().map(|m| m.triangles.len() as u64).sum()
+    }
+
+    /// Number of triangles in the world; those of a prototype as often as it stands there.
+    pub fn placed_triangle_count(&self) -> u64 {
+        let count = |ids: &Range<u32>| -> u64 {
+            let meshes = &self.meshes[ids.start as usize..ids.end as usize];
+            meshes.iter().map(|m| m.triangles.len() as u64).sum()
+        };
+        let of_prototypes: Vec<u64> = self.prototypes.iter().map(count).collect();
+        let of_instances = self.instances.iter().map(|i| of_prototypes[i.prototype as usize]);
+        count(&self.standing()) + of_instances.sum::<u64>()
+    }
+
+    /// Ids of the meshes that stand in the world themselves.
+    pub fn standing(&self) -> Range<u32> {
+        0..self.prototypes.first().map_or(self.meshes.len() as u32, |p| p.start)
+    }
+
+    /// Ids of the meshes of each prototype.
+    pub fn prototypes(&self) -> &[Range<u32>] {
+        &self.prototypes
+    }
+
+    /// Instances, by [`InstanceId`].
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The instance of a hit; `None` for what stands in the world itself.
+    pub fn instance(&self, id: InstanceId) -> Option<&Instance> {
+        self.instances.get(id.0 as usize)
+    }
+
+    /// Whether anything is not where it was at another time.
+    #[inline(always)]
+    pub fn is_moving(&self) -> bool {
+        self.is_moving
+    }
+
+    /// Whether the surface at `hit` is not where it was at another time.
+    pub fn moves(&self, hit: &Hit) -> bool {
+        let is_placed_anew = |instance: &Instance| instance.placement.is_moving();
+        self.is_moving && (self.instance(hit.inst).is_some_and(is_placed_anew) || self.mesh(hit.geom).deforms())
+    }
+
+    /// Bytes of the scene's own arrays, acceleration structures not counted.
+    pub fn bytes(&self) -> u64 {
+        let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
+        let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
+        let maps: usize = self
+            .lights
+            .iter()
+            .map(|light| match light {
+                Light::Environment(light) => light.bytes(),
+                Light::Textured(_) => size_of::<TexturedTriangle>(),
+                _ => 0,
+            })
+            .sum();
+        let textures: usize = self.textures.iter().map(Texture::bytes).sum();
+        let instances = size_of_val(self.instances.as_slice());
+        let selection = self.emission_selection.get().map_or(0, EmissionSelection::bytes);
+        let numbers: usize = self.light_numbers.iter().map(|n| size_of_val(n.as_slice())).sum();
+        let lights = size_of_val(self.lights.as_slice()) + numbers + self.light_groups.bytes();
+        let lights = lights + selection + self.light_selection.bytes();
+        (meshes + facets + instances + maps + textures + lights) as u64
+    }
+
+    /// The shape that mesh `geom` is part of.
+    pub fn shape(&self, geom: GeomId) -> &Shape {
+        &self.shapes[geom.0 as usize]
+    }
+
+    /// The point that was hit at `time`.
+    pub fn surface_point(&self, hit: &Hit, time: f32) -> SurfacePoint {
+        let geom = hit.geom.0 as usize;
+        let mesh = &self.meshes[geom];
+        let point = if hit.inst != InstanceId::NONE || mesh.deforms() {
+            self.placed(hit, time).point(hit.b1, hit.b2)
+        } else {
+            mesh.surface_point_on(self.facet(hit), hit.prim, hit.b1, hit.b2)
+        };
+        SurfacePoint { time, ..point }
+    }
+
+    /// What the points of a triangle that stands in the world share.
+    #[inline(always)]
+    fn facet(&self, hit: &Hit) -> Facet {
+        let geom = hit.geom.0 as usize;
+        match self.facets[geom].get(hit.prim.0 as usize) {
+            Some(facet) => *facet,
+            None => self.facet_anew(hit),
+        }
+    }
+
+    #[inline(never)]
+    fn facet_anew(&self, hit: &Hit) -> Facet {
+        self.mesh(hit.geom).facet(hit.prim)
+    }
+
+    /// The triangle that was hit, where it is at `time`.
+    pub fn placed(&self, hit: &Hit, time: f32) -> PlacedTriangle {
+        let mesh = &self.meshes[hit.geom.0 as usize];
+        let placement = self.instance(hit.inst).map(|i| i.placement.at(time));
+        PlacedTriangle::new(
+            mesh.corners_at(hit.prim, time),
+            mesh.normals_at(hit.prim, time),
+            placement,
+        )
+    }
+
+    /// The corners of the triangle that was hit, in the mesh's order, where they are at `time`.
+    pub fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
+        let corners = self.meshes[hit.geom.0 as usize].corners_at(hit.prim, time);
+        match self.instance(hit.inst).map(|i| i.placement.at(time)) {
+            Some(placement) => corners.map(|p| placement.transform_point3a(p)),
+            None => corners,
+        }
+    }
+
+    /// Names of the objects that the scene is made of.
+    pub fn objects(&self) -> &[String] {
+        &self.objects
+    }
+
+    /// The object that was hit, in the order of [`Scene::objects`].
+    pub fn object(&self, hit: &Hit) -> u32 {
+        match self.instance(hit.inst) {
+            Some(instance) => instance.object,
+            None => self.shape(hit.geom).object,
+        }
+    }
+
+    /// Texture coordinates at `hit`, where there are any.
+    pub fn uv(&self, hit: &Hit) -> Option<Vec2> {
+        self.mesh(hit.geom).uv(hit.prim, hit.b1, hit.b2)
+    }
+
+    /// Material of the surface that was hit.
+    pub fn material(&self, hit: &Hit) -> &Material {
+        &self.materials[self.shape(hit.geom).material.0 as usize]
+    }
+
+    /// The point that was hit at `time` and the scattering there, where both normals are one and the material is the same all over.
+    #[inline(always)]
+    pub fn plain_surface(&self, hit: &Hit, time: f32) -> Option<(SurfacePoint, &Bsdf)> {
+        let shape = self.shape(hit.geom);
+        if !shape.is_plain {
+            return None;
+        }
+        let corners = self.mesh(hit.geom).corners(hit.prim);
+        let point = SurfacePoint::new(corners, self.facet(hit), hit.b1, hit.b2);
+        Some((SurfacePoint { time, ..point }, &self.bsdfs[shape.material.0 as usize]))
+    }
+
+    /// Scattering at the surface that was hit; what varies over it is put into `slot`, as seen by a viewer to whom so much of the surface, in
+    /// scene units, looks like one point.
+    pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a OnceCell<Bsdf>) -> &'a Bsdf {
+        let material = self.material(hit);
+        match material.maps.varies_bsdf() {
+            true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint))),
+            false => &self.bsdfs[self.shape(hit.geom).material.0 as usize],
+        }
+    }
+
+    /// Whether any glass refracts each wavelength by an index of its own.
+    #[inline(always)]
+    pub fn is_dispersive(&self) -> bool {
+        self.is_dispersive
+    }
+
+    /// The BSDF at a hit for a wavelength, in nanometres, where that makes a difference.
+    pub fn bsdf_of_wavelength(&self, hit: &Hit, nanometers: f32) -> Option<Bsdf> {
+        let material = self.shape(hit.geom).material.0 as usize;
+        self.materials[material].dispersed(&self.bsdfs[material], nanometers)
+    }
+
+    /// The BSDF at a hit, by value where a texture changes it.
+    pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
+        let material = self.material(hit);
+        match material.maps.varies_bsdf() {
+            true => Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint))),
+            false => Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize]),
+        }
+    }
+
+    /// Textures, by [`TextureId`](crate::texture::TextureId).
+    pub fn textures(&self) -> &[Texture] {
+        &self.textures
+    }
+
+    /// How they are looked up.
+    pub fn texture_filter(&self) -> TextureFilter {
+        self.texture_filter
+    }
+
+    /// `point`, which is at `hit`, with the shading normal that textures give it.
+    pub fn with_bumps(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
+        let maps = &self.material(hit).maps;
+        if !maps.has_bumps() {
+            return point;
+        }
+        let corners = self.corners(hit, point.time);
+        match self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners) {
+            Some(tangents) => point.with_bumps(tangents, maps.bumped_normal(&self.spot(hit, point.time, footprint))),
+            None => point,
+        }
+    }
+
+    /// The local frame at `point`, which is at `hit`: along the material's tangent where that matters and texture coordinates tell it, else along
+    /// any.
+    pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
+        let material = self.material(hit);
+        if !material.is_anisotropic() {
+            return Frame::from_z(point.ns);
+        }
+        let corners = self.corners(hit, point.time);
+        let tangents = self.meshes[hit.geom.0 as usize].tangents(hit.prim, corners);
+        let angle = material.anisotropy_rotation.to_radians();
+        let frame = tangents.and_then(|[du, _]| Frame::from_zx(point.ns, du, angle));
+        frame.unwrap_or_else(|| Frame::from_z(point.ns))
+    }
+
+    /// Where textures are looked up at `hit` at `time`, for a viewer to whom so much of the surface looks like one point. A mesh without texture
+    /// coordinates has all of it at (0, 0).
+    fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
+        let mesh = &self.meshes[hit.geom.0 as usize];
+        Spot {
+            textures: &self.textures,
+            uv: mesh.uv(hit.prim, hit.b1, hit.b2).unwrap_or_default(),
+            footprint: match self.texture_filter {
+                TextureFilter::Mip => footprint * mesh.uv_per_length(hit.prim, self.corners(hit, time)),
+                TextureFilter::Bilinear => 0.0,
+            },
+        }
+    }
+
+    /// Which of the lights of `shape`, which emits, its triangle `prim` is.
+    #[inline(always)]
+    fn number_of_light(&self, shape: &Shape, prim: PrimId) -> u32 {
+        match shape.numbering {
+            LightNumbering::Triangles => prim.0,
+            LightNumbering::One => 0,
+            LightNumbering::Listed(list) => self.light_numbers[list as usize][prim.0 as usize],
+        }
+    }
+
+    /// What the surface at `hit`, whose point is `q`, sends to `context` against the unit direction `wi` from there, all at `time`.
+    ///
+    /// The density is that of sampling this direction by its light, choice of the light included.
+    pub fn emitted(&self, hit: &Hit, context: &LightSampleContext, q: Vec3, wi: Vec3, time: f32) -> Option<Incident> {
+        let shape = self.shape(hit.geom);
+        let first = shape.first_light?;
+        let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
+        let of_shape = self.number_of_light(shape, hit.prim);
+        let id = LightId(before + first.0 + of_shape);
+        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
+            return self.emitted_otherwise(id, hit, context, q, wi, time);
+        };
+        Some(Incident {
+            id,
+            radiance: light.emitted(-wi),
+            pdf: self.light_selection.pmf(&self.lights, context, id) * light.pdf(context.p, q, wi),
+        })
+    }
+
+    /// The same of a light that moves, that a texture varies, or that is no triangle.
+    #[inline(never)]
+    fn emitted_otherwise(
+        &self,
+        id: LightId,
+        hit: &Hit,
+        context: &LightSampleContext,
+        q: Vec3,
+        wi: Vec3,
+        time: f32,
+    ) -> Option<Incident> {
+        let of_triangle = |light: TriangleLight, factor| (light.emitted(-wi) * factor, light.pdf(context.p, q, wi));
+        let (radiance, pdf) = match &self.lights[id.0 as usize] {
+            Light::MovingTriangle(light) => of_triangle(light.at(time), Spectrum::ONE),
+            Light::Textured(light) => of_triangle(light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
+            Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
+            Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
+            Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
+            // No surface has them.
+            Light::Triangle(_)
+            | Light::Point(_)
+            | Light::Constant(_)
+            | Light::Directional(_)
+            | Light::Sun(_)
+            | Light::Spot(_)
+            | Light::Environment(_) => return None,
+        };
+        Some(Incident {
+            id,
+            radiance,
+            pdf: self.light_selection.pmf(&self.lights, context, id) * pdf,
+        })
+    }
+
+    /// What infinitely distant lights send to `context` against the unit direction `wi` of a ray that leaves the scene, light by light.
+    pub fn escaped(&self, context: LightSampleContext, wi: Vec3) -> impl Iterator<Item = Incident> {
+        self.infinite_lights.iter().filter_map(move |&id| {
+            let (radiance, pdf) = match &self.lights[id.0 as usize] {
+                Light::Constant(light) => (light.radiance, light.pdf()),
+                Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
+                // Beside its disc black, and yet one of those that are counted
+                Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
+                // No ray can meet it, or it has a place.
+                Light::Directional(_)
+                | Light::Triangle(_)
+                | Light::MovingTriangle(_)
+                | Light::Textured(_)
+                | Light::Sphere(_)
+                | Light::Disk(_)
+                | Light::Rectangle(_)
+                | Light::Point(_)
+                | Light::Spot(_) => return None,
+            };
+            let selection = &self.light_selection;
+            let factor = selection.pdf_factor(&self.lights, id, &context, wi);
+            let pdf = selection.pmf(&self.lights, &context, id) * pdf * factor;
+            Some(Incident { id, radiance, pdf })
+        })
+    }
+}
+
+/// Light met by following a ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Incident {
+    /// The light that was met.
+    pub id: LightId,
+    /// Radiance that arrives.
+    pub radiance: Spectrum,
+    /// Density, per solid angle, with which light sampling would have drawn this direction.
+    pub pdf: f32,
+}

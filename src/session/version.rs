@@ -1,0 +1,48 @@
+//! The name of the build, and what the program is made of.
+//!
+//! `build.rs` makes the build's name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and the processor that it compiles for. It needs
+//! no git and is the same for one source tree wherever it lies. Bits are promised within one build, so `--resume` and `merge` refuse files of another
+//! build and name the remedy.
+
+#[cfg(feature = "obvhs")]
+use crate::accel::bvh;
+#[cfg(feature = "embree")]
+use crate::accel::embree;
+use std::collections::BTreeSet;
+use std::fs;
+
+/// Name of this build: a hash of its sources and of what the compiler was told (`build.rs`). Bits are only promised within one build.
+pub const BUILD: &str = env!("EMBRASURE_BUILD");
+
+/// Name, version and build of this program, the backends built in, and where libraries were found, a line each.
+pub fn version_text() -> String {
+    let mut text = format!("embrasure {} (build {BUILD})", env!("CARGO_PKG_VERSION"));
+    #[cfg(feature = "embree")]
+    match embree::Device::new(1) {
+        Ok(device) => text += &format!("\nbackend embree {} ({})", device.version(), device.isa()),
+        Err(error) => text += &format!("\nbackend embree: {error}"),
+    }
+    #[cfg(feature = "obvhs")]
+    {
+        text += &format!("\nbackend obvhs {} (pure Rust)", bvh::VERSION);
+    }
+    text += "\nbackend brute (every triangle against every ray, for checks)";
+    for library in libraries() {
+        text += &format!("\nlibrary {library}");
+    }
+    text
+}
+
+/// Files of Embree and Open Image Denoise that the process has loaded, as far as the system says.
+fn libraries() -> BTreeSet<String> {
+    const NAMES: [&str; 2] = ["libembree4", "libOpenImageDenoise.so"];
+    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let paths = maps
+        .lines()
+        .filter_map(|line| line.find('/').map(|start| &line[start..]));
+    let is_named = |path: &&str| {
+        let name = path.rsplit('/').next().unwrap_or_default();
+        NAMES.iter().any(|known| name.starts_with(known))
+    };
+    paths.filter(is_named).map(String::from).collect()
+}

@@ -4,6 +4,7 @@ use std::env;
 use std::path::Path;
 
 fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
     let folders = folders();
     for folder in &folders {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");

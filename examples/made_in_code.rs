@@ -4,13 +4,7 @@
 //! cargo run --release --example made_in_code -- out/rings.png
 //! ```
 
-use embrasure::camera::CameraParameters;
-use embrasure::color::Spectrum;
-use embrasure::geometry::Mesh;
-use embrasure::material::{Gloss, Material};
-use embrasure::math::{UVec2, Vec3};
-use embrasure::scene::SceneBuilder;
-use embrasure::{Format, Output, Session, Settings};
+use embrasure::prelude::*;
 use std::error::Error;
 
 /// Squares along a side of the water.

@@ -5,12 +5,11 @@
 //! ```
 
 use embrasure::accel::Accel;
-use embrasure::color::Spectrum;
 use embrasure::integrator::{SampleTracer, Sink, World};
 use embrasure::material::BsdfSlot;
+use embrasure::prelude::*;
 use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use embrasure::sampling::warp::cosine_hemisphere;
-use embrasure::{Format, Output, SceneFile, Session, Settings};
 use std::error::Error;
 
 /// The cosine-weighted share of the hemisphere in which the sky is seen, in the colour of the surface.
@@ -40,11 +39,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let file = SceneFile::load(scene)?;
     let session = Session::load(&file, Settings::of(&file), &())?;
-    let output = Output::prepare(path)?;
     let renderer = session.renderer()?;
     let mut state = renderer.start();
     renderer.render_with(&mut state, &SkyVisibility, &());
-    let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
-    output.write_image(&Format::Png(session.settings().tone), &image, None, &metadata)?;
+    renderer.develop(&state).save_png(path, &session.settings().tone)?;
     Ok(())
 }

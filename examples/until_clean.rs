@@ -4,8 +4,7 @@
 //! cargo run --release --example until_clean -- scenes/cornell-box.toml 0.05 out/clean
 //! ```
 
-use embrasure::film::Film;
-use embrasure::{ExrFormat, Format, Observer, Outcome, Output, SceneFile, Session, Settings};
+use embrasure::prelude::*;
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, Ordering};
 

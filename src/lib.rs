@@ -3,7 +3,7 @@
 //! A scene is loaded, an acceleration structure is built, samples are taken for as long as an observer likes, and pictures are written:
 //!
 //! ```
-//! use embrasure::{ExrFormat, Format, Output, SceneFile, Session, Settings};
+//! use embrasure::prelude::*;
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # let path = &folder.path().join("box.exr");
@@ -11,16 +11,16 @@
 //! let mut settings = Settings::of(&file);
 //! settings.spp = 16;
 //! # settings.spp = 1;
-//! # settings.resolution = embrasure::math::UVec2::splat(16);
+//! # settings.resolution = UVec2::splat(16);
 //!
 //! let session = Session::load(&file, settings, &())?;
 //! let renderer = session.renderer()?;
 //! let mut state = renderer.start();
 //! renderer.render(&mut state, &());
 //!
-//! let format = Format::Exr(ExrFormat::default());
 //! let (image, metadata) = (renderer.develop(&state), renderer.metadata(&state, true));
-//! Output::prepare(path)?.write_image(&format, &image, None, &metadata)?;
+//! Output::prepare(path)?.write_image(&Format::Exr(ExrFormat::default()), &image, None, &metadata)?;
+//! # image.save_png(path.with_extension("png"), &session.settings().tone)?;
 //! # Ok(())
 //! # }
 //! ```
@@ -30,10 +30,9 @@
 //!
 //! # What may change
 //!
-//! What this page lists under "Re-exports" follows semantic versioning: before 1.0 it changes with the minor version alone, with a line in the
-//! CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. Types that are reached through it, such as
-//! [`scene::SceneBuilder`], [`geometry::Mesh`], [`material::Material`] and [`film::Image`], come with it. All else that is public in
-//! the modules is there for tests, for benchmarks and for readers of the code, and may change with any version.
+//! The types of [`prelude`], and the others that this page re-exports by name, follow semantic versioning: before 1.0 they change with the minor version
+//! alone, with a line in the CHANGELOG, and so do file formats, flags, and the bits of a picture of given settings. All else that is public in the modules is there
+//! for tests, for benchmarks and for readers of the code, and may change with any version.
 //!
 //! # Modules
 //!
@@ -43,11 +42,11 @@
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: what a picture is made of
 //! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of a picture
 //! - [`accel`]: ray queries over the scene
-//! - [`integrator`]: light transport of one pixel sample, or of one iteration
+//! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; what is guessed of a scene that does not say it
 //! - [`options`]: everything that a user can set
 //! - [`render`], [`io`]: passes and tiles, and formats of files
+//! - [`method`], [`lint`]: a method over a backend; checks of a scene
 //! - [`description`]: scene files, and the scenes made of them
-//! - [`lint`]: checks of a scene
 //! - [`session`]: a render from scene file to picture
 //! - `view`: a render in a browser, with the feature of that name
 //! - `cli`: the command line, with the feature of that name
@@ -61,6 +60,21 @@ pub mod description;
 pub mod session;
 #[cfg(feature = "view")]
 mod view;
+
+/// What most programs need: `use embrasure::prelude::*;`.
+pub mod prelude {
+    pub use crate::camera::CameraParameters;
+    pub use crate::color::{Spectrum, Tone};
+    pub use crate::film::Film;
+    pub use crate::geometry::Mesh;
+    pub use crate::material::{Gloss, Material};
+    pub use crate::math::{UVec2, Vec2, Vec3};
+    pub use crate::scene::SceneBuilder;
+    pub use crate::{
+        ExrFormat, Format, Image, IntegratorKind, Observer, Outcome, Output, RenderState, Renderer, SceneFile, Session,
+        Settings,
+    };
+}
 
 pub use embrasure_core::{
     accel, bsdf, camera, color, compare, denoise, film, geometry, guess, integrator, io, light, lint, material, math,

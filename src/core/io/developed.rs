@@ -30,7 +30,6 @@ impl Developed {
     /// before, as the format wants it.
     pub fn write_png(&self, output: &Output, tone: &Tone) -> Result<(), FileError> {
         let alpha = self.image.alpha().filter(|alpha| alpha.iter().any(|&a| a < 1.0));
-        let software = format!("embrasure {}", env!("CARGO_PKG_VERSION"));
-        output.write(|writer| png::write_as(writer, &self.image, alpha, tone, software))
+        output.write(|writer| png::write_as(writer, &self.image, alpha, tone, png::software()))
     }
 }

@@ -1,8 +1,8 @@
 //! EXR files that are written: images with their metadata. Names of channels are in docs/guide/reference/output.md.
 
-use super::Metadata;
 use super::ascii::ascii;
 use super::exr_text::exr_text;
+use super::{Metadata, png};
 use crate::film::{Image, Rect};
 use crate::math::UVec2;
 use crate::options::names::named;
@@ -160,7 +160,7 @@ pub(super) fn write_rows(writer: impl Write + Seek, header: Header, mut channels
     } = header;
     let mut attributes = exr::LayerAttributes {
         layer_position: exr::Vec2(crop.min.x as i32, crop.min.y as i32),
-        software_name: Some(exr_text(&format!("embrasure {}", env!("CARGO_PKG_VERSION")))),
+        software_name: Some(exr_text(&png::software())),
         ..Default::default()
     };
     let own = metadata.map_or(Vec::new(), Metadata::attributes).into_iter();

@@ -1,7 +1,26 @@
-use super::Metadata;
+use super::{FileError, Metadata, Output};
 use crate::color::Tone;
 use crate::film::{Image, metered};
 use std::io::{self, Write};
+use std::path::Path;
+
+impl Image {
+    /// Writes `R G B` as `tone` shows them, and `A` where there is one, to the PNG file `path`: 8 bits for an sRGB display. An automatic exposure is metered in the
+    /// image. [`Output::write_image`] does the same and says in the file how the picture was made.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be written; one that was there is kept then.
+    pub fn save_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), FileError> {
+        let tone = metered(*tone, self);
+        Output::prepare(path)?.write(|writer| write_as(writer, self, self.alpha(), &tone, software()))
+    }
+}
+
+/// Name and version of the program, as image files call it.
+pub(super) fn software() -> String {
+    format!("embrasure {}", env!("CARGO_PKG_VERSION"))
+}
 
 /// Writes the `R G B` channels as `tone` shows them, and `A` beside them if there is one. An automatic exposure is metered in `image`.
 ///

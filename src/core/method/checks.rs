@@ -77,7 +77,7 @@ impl Method {
         }
     }
 
-    /// Refuses branching trees with more than [`MAX_BRANCHES`] rays to their last vertices.
+    /// Refuses branching trees with more than 10⁷ rays to their last vertices (`MAX_BRANCHES`).
     pub fn check_branches(&self) -> Result<(), Error> {
         let Self::Distributed(settings) = self else {
             return Ok(());

@@ -108,3 +108,37 @@ fn encode_as(
     writer.finish()?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+    use crate::film::{Block, Film, Rect};
+    use crate::math::UVec2;
+    use std::fs::File;
+    use std::io::BufReader;
+
+    /// The pixels of a saved picture are those that the tone curve gives, and a file in a folder that is not there is an error.
+    #[test]
+    fn saved_pictures_are_as_the_tone_shows_them() {
+        let size = UVec2::new(2, 1);
+        let mut film = Film::new(size, Rect::full(size));
+        for (x, light) in [[0.5, 0.25, 0.1], [2.0, 0.0, 1.0]].into_iter().enumerate() {
+            let pixel = UVec2::new(x as u32, 0);
+            let mut block = Block::default();
+            block.add(Spectrum::rgb(light[0], light[1], light[2]), None);
+            film.tile_at_mut(pixel).unwrap().sums_mut(pixel).unwrap().add(&block);
+        }
+        let (image, tone) = (film.develop(), Tone::default());
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        image.save_png(&path, &tone).unwrap();
+        let file = BufReader::new(File::open(&path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        let expected = [tone.encode_u8([0.5, 0.25, 0.1]), tone.encode_u8([2.0, 0.0, 1.0])];
+        assert_eq!(bytes, expected.concat());
+        assert!(image.save_png(folder.path().join("none/a.png"), &tone).is_err());
+    }
+}

@@ -1,7 +1,7 @@
 //! The forecast of a render's memory.
 //!
 //! The forecast adds the parts that stay and the largest of the parts that do not: building, sampling, and writing pictures. Light that methods keep,
-//! such as photons, is an estimate: paths times the vertices that paths have in plain rooms (`session/method/memory.rs`). docs/benchmarks.md,
+//! such as photons, is an estimate: paths times the vertices that paths have in plain rooms (`method/memory.rs`). docs/benchmarks.md,
 //! "Forecasts of memory", compares forecasts with measured peaks.
 
 use crate::film::{Film, Rect};

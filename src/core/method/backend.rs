@@ -5,7 +5,7 @@ use super::{Error, InvalidSetting};
 use crate::accel::bvh;
 #[cfg(feature = "embree")]
 use crate::accel::embree;
-use crate::accel::{Accel, Auditor, Dispatch, brute};
+use crate::accel::{Accel, Auditor, brute};
 #[cfg(feature = "obvhs")]
 use crate::io::{MemoryLimit, in_words};
 use crate::options::Backend;
@@ -96,25 +96,8 @@ pub enum AnyAccel<'a> {
     Audited(&'a Auditor<'a>),
 }
 
-/// What is done with an acceleration structure, whichever it is.
-pub(super) trait AccelTask {
-    type Output;
-
-    fn run<A: Dispatch>(self, accel: &A) -> Self::Output;
-}
-
 impl AnyAccel<'_> {
-    /// Gives it to `task`. Ray-tracing code is monomorphised for Embree; all other backends answer by dynamic dispatch, which costs about 1 % per
-    /// query and keeps the build short.
-    pub(super) fn with<T: AccelTask>(&self, task: T) -> T::Output {
-        match self {
-            #[cfg(feature = "embree")]
-            Self::Embree(accel) => task.run(&**accel),
-            _ => task.run(&self.as_dyn()),
-        }
-    }
-
-    /// The same, to be asked without knowing which.
+    /// The acceleration structure, to be asked without knowing which it is.
     pub fn as_dyn(&self) -> &dyn Accel {
         match self {
             #[cfg(feature = "embree")]

@@ -1,5 +1,7 @@
-//! Integrators in a session: which settings and scenes go together with them (`checks`), the memory that they take (`memory`), how their errors are
-//! correlated (`common_errors`), and how they run (`run`).
+//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`), which settings and scenes a method refuses (`checks`), the
+//! memory that it takes (`memory`), and how its errors are correlated (`common_errors`). Sessions stand on it.
+//!
+//! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: what a program calls is compiled here, with full optimisation, and not in the program.
 //!
 //! `path` and `direct` are monomorphised per backend for the picture's own samples, because a call that the compiler cannot inline costs some percent
 //! of a ray. All other integrators, and samples whose light groups are distinguished, ask for rays by `&dyn Accel`. They are many: compiling each for

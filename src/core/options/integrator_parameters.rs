@@ -1,6 +1,6 @@
 //! Parameters of integrators: keys, ranges, help and defaults.
 //!
-//! A default that depends on scene or method is given in words (`default "…"`). Its value is computed in `session/method/run.rs`, and that of a
+//! A default that depends on scene or method is given in words (`default "…"`). Its value is computed in `method/run.rs`, and that of a
 //! search radius in `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
 
 use super::{IntegratorKind, Range, Value, names::named, parameters};

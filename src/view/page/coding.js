@@ -1,4 +1,4 @@
-// Undoes the coding of pictures for slow links: the other end is src/view/coding.rs.
+// Undoes the coding of pictures for slow links: the other end is src/core/io/packed.rs.
 
 // The bits of 16-bit floats, of which `rounding` last ones were left out.
 export async function unpack(bytes, width, { rounding, values }) {

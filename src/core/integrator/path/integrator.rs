@@ -8,7 +8,7 @@
 //! samples are traced as one packet; after the first hit rays diverge, and packets gain nothing. Shadow rays of sixteen first vertices as one packet
 //! were tried, and lost to what must be stored between the stages.
 //!
-//! `session/method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
+//! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler cannot inline costs some percent of a ray.
 
 use super::direct::{Direct, LightNumbers};
 use super::reuse::{NoReuse, Reuse};

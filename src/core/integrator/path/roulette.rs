@@ -1,9 +1,10 @@
 //! Russian roulette: ends paths of small throughput at random and raises the weight of those that survive (Arvo and Kirk 1990, "Particle Transport and
 //! Image Synthesis").
 //!
-//! Roulette may end a path after its second scattering. By default the survival probability is the largest channel of the throughput, 0.95 at most. This
-//! start has the smallest product of error and time on the suite's cornell and sponza, and is some 4 % off the smallest on hall (docs/benchmarks.md,
-//! "Russian roulette"). Survival by luminance, and by 0.65 or 0.8 of the largest channel, was tried and lost.
+//! Roulette may end a path after its second scattering. By default the survival probability is the largest channel of the throughput, 0.95 at most. With
+//! Sobol points and path reuse, the defaults, this start has the smallest product of error and time on the suite's cornell and hall, and is 4 % off the
+//! smallest on sponza. With independent samples without reuse it has the smallest product on cornell and sponza, and is 4 % off on hall
+//! (docs/benchmarks.md, "Russian roulette"). Survival by luminance, and by 0.65 or 0.8 of the largest channel, was tried and lost.
 //!
 //! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
 //! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.
@@ -66,8 +67,8 @@ impl Roulette {
 }
 
 impl Default for Roulette {
-    /// On the suite's cornell, hall and sponza a depth of 1 has the best product of error and time, or is some 4 % from it
-    /// (docs/benchmarks.md).
+    /// Depth 1. With path reuse it has the smallest product of error and time on the suite's cornell and hall, and is 4 % off the smallest
+    /// on sponza (docs/benchmarks.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
     }

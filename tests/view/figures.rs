@@ -69,7 +69,7 @@ fn figures() {
         .into_iter()
         .chain(more.split_whitespace().map(String::from));
     println!(
-        "| scene | link | first pixels, ms | a sample of each pixel, ms | pictures/s | kB a picture | MB/s | the picture that stays: kB, ms | others' share, % | MB before and after 1000 restarts |"
+        "| scene | link | first pixels, ms | a sample of each pixel, ms | pictures/s | kB a picture | MB/s | the lossless picture: kB, ms | others, % | MB before, after |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for scene in scenes {
@@ -131,7 +131,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
         page.frame_where(|_| true);
     }
     let resting = share(&viewer, before);
-    // A picture that stays has no loss.
+    // A paused picture is lossless.
     let start = Instant::now();
     page.send(r#"{"do":"pause"}"#);
     let whole = page.frame_where(|header| header["final"] == true);

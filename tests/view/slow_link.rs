@@ -49,7 +49,7 @@ fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
     let _ = to.shutdown(Shutdown::Both);
 }
 
-/// Over a slow link pictures are packed: they come often while the camera moves, and the picture that stays has the light of the render without loss.
+/// Over a slow link pictures are compressed: they come often while the camera moves, and the complete picture has the light of the render without loss.
 #[test]
 fn slow_links_are_served() {
     let folder = lit_floor();

@@ -5,8 +5,8 @@
 //! memory.
 //!
 //! Rays keep their parameter in the space of a prototype. The transform loses digits, by some roundings of |M| |M⁻¹| (|p| + |t|), so rays start
-//! further off where a copy is far from the origin. By the same bound, points keep off the edges of their triangle (`PlacedTriangle::point`): nearer,
-//! roundings may put the start of a ray behind the neighbour, and paths leak (docs/benchmarks.md, "Rays in copies").
+//! further off where an instance is far from the origin. By the same bound, points keep off the edges of their triangle (`PlacedTriangle::point`): nearer,
+//! roundings may put the start of a ray behind the neighbour, and paths leak (docs/benchmarks.md, "Leaks in instances").
 //!
 //! A moving placement is a list of matrices with linear motion in between, because that is what Embree interpolates. Backends and shading see the
 //! same motion; rotations are cut finely enough when they are read. Time is a field of `Ray` and of `SurfacePoint`.

@@ -15,7 +15,7 @@
 //! - A walk has 10,000 queries at most. All surfaces behind count as opaque, and `cut_walks` of `--stats` counts such walks.
 //! - Emitting surfaces are opaque, since light sampling samples all of their area. Beside a round lamp, rays pass its hull (`scene/lamp_hulls.rs`).
 //!
-//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Holes", has the cost of alpha, and "Window panes" that of glass.
+//! Scenes without alpha and thin glass are distinguished once per ray. docs/benchmarks.md, "Alpha", has the cost of alpha, and "Window panes" that of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;

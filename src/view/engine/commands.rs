@@ -72,7 +72,7 @@ impl Engine<'_> {
             }
             Command::Pause {} => {
                 self.is_paused = true;
-                // A picture that stays is shown without loss.
+                // A paused picture is sent without loss.
                 self.has_new_channel = true;
             }
             Command::Resume {} => self.is_paused = false,

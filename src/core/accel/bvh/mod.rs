@@ -6,8 +6,8 @@
 //! functions that vanish, and the distance of a hit, use f64: the errors of f32 let a ray find the sliver again that it had left.
 //!
 //! Instances have a tree of their own, and so have triangles that move; boxes hold all positions over time. obvhs's CWBVH is not used. It has
-//! quantised boxes of eight children; what it gains over a binary hierarchy, four float boxes a node gain too (docs/benchmarks.md, "Which
-//! hierarchy").
+//! quantised boxes of eight children; what it gains over a binary hierarchy, four float boxes a node gain too (docs/benchmarks.md, "Choice
+//! of BVH").
 
 mod tree;
 mod watertight;

@@ -4,7 +4,7 @@
 //! Roulette may end a path after its second scattering. By default the survival probability is the largest channel of the throughput, 0.95 at most. With
 //! Sobol points and path reuse, the defaults, this start has the smallest product of error and time on the suite's cornell and hall, and is 4 % off the
 //! smallest on sponza. With independent samples without reuse it has the smallest product on cornell and sponza, and is 4 % off on hall
-//! (docs/benchmarks.md, "Russian roulette"). Survival by luminance, and by 0.65 or 0.8 of the largest channel, was tried and lost.
+//! (docs/benchmarks.md, "Russian roulette"). Survival by luminance, and by 0.65 or 0.8 of the largest channel, had larger products.
 //!
 //! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
 //! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.

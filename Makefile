@@ -8,8 +8,8 @@ TARGET := $(or $(CARGO_TARGET_DIR),target)
 
 # The feature sets that `make test` runs, each compiled once. For one more: a name here, and its flags below.
 #
-# `all` has what this machine can have, and every test. `obvhs` has no Embree: it runs what traces rays by its own backend or names it (LIB_obvhs of the
-# unit tests, IT_obvhs of tests/it). Lobes, textures, files and sampling are the same code in both. A build without any backend, `none`, is linted alone.
+# `all` has what this machine can have, and every test. `obvhs` has no Embree: of tests/it it runs what traces rays by its own backend or names it
+# (IT_obvhs). Lobes, textures, files and sampling are the same code in both. A build without any backend, `none`, is linted alone.
 #
 # Unit tests of the renderer are short, and compiled with little optimisation; so is the renderer itself where it lacks Embree: tests take a sixth
 # longer by that, which is less than compiling saves. Packages that a set does not use are named with it: bindgen of embree4-sys, and Open Image
@@ -22,8 +22,7 @@ FLAGS_all     = --workspace --exclude embrasure-core --exclude embrasure-oidn --
 FLAGS_core    = -p embrasure-core -p embrasure-embree-sys --features "embrasure-core/embree embrasure-core/tobj $(subst embrasure/,embrasure-core/,$(call optional,obvhs,HAS_OBVHS) $(call optional,oidn,HAS_OIDN))" $(OPT_1)
 FLAGS_none   := $(SMALL) --features embrasure/cli
 FLAGS_obvhs   = $(SMALL) $(if $(call optional,oidn,HAS_OIDN),-p embrasure-oidn) --features "embrasure/cli embrasure/obvhs"
-LIB_obvhs    := session:: cli::
-IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: denoise:: iterations:: lights:: motion:: surfaces::
+IT_obvhs     := backends:: check::memory_is_forecast closed_forms:: command_line:: motion:: surfaces::
 
 # The obvhs crate needs Rust 1.88, and denoising Open Image Denoise. Without them their tests are left out with a word, which is a failure where
 # EMBRASURE_REQUIRE_OBVHS or EMBRASURE_REQUIRE_OIDN is set, as in CI.
@@ -40,7 +39,7 @@ LINTED = embrasure/oidn $(call optional,obvhs,HAS_OBVHS)
 # One step at a time, also under `make -j`: cargo itself uses all the cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-farm test-view python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
+.PHONY: help setup demo lint test $(FEATURE_SETS:%=test-%) test-long test-farm test-view python lint-python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -73,7 +72,7 @@ test-all: setup
 	$(CARGO) test --locked $(FLAGS_core) --lib
 
 test-obvhs: setup
-	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_obvhs) --lib --test it -- $(LIB_obvhs) $(IT_obvhs))
+	$(call with_obvhs,$(CARGO) test --locked $(FLAGS_obvhs) --test it -- $(IT_obvhs))
 
 # The Python module has the features of the program that `make demo` builds, so that both are made of one compiled library.
 python        = $(subst embrasure/,embrasure-python/,$(1))
@@ -92,6 +91,10 @@ test-python: python ## test the Python module against the program, with its type
 
 test-view: setup ## test the page of `embrasure view` in headless Chromium, and its server; part of `make test` where Chromium is there
 	$(CARGO) test --locked $(FLAGS_all) --test view -- --nocapture
+
+# Statistical tests take a quarter of their samples in `make test` (tests/support).
+test-long: setup ## run tests/it, and every command of the guide, with all the samples of statistical tests
+	EMBRASURE_LONG=1 EMBRASURE_GUIDE=all $(CARGO) test --locked $(FLAGS_all) --test it
 
 test-farm: setup ## render on a Slurm cluster of this machine alone, with parts that are killed, and compare the bits
 	scripts/farm/test

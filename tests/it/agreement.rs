@@ -50,6 +50,8 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
 
 /// All of them, for `spp` samples of the better ones, and `blind` times as many of those that meet lights by chance.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
+    // A quarter would leave their means too far from normal.
+    let rare = slack() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [
         ("uniform", Directions::Uniform),
@@ -60,7 +62,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
         ("perturbed qmc uniform", Directions::PerturbedQmcUniform),
     ] {
         for (l, direct, heuristic, spp) in [
-            ("none", DirectLight::None, Heuristic::Power, blind * spp),
+            ("none", DirectLight::None, Heuristic::Power, rare),
             ("light", DirectLight::Light, Heuristic::Power, spp),
             ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
             ("mis power", DirectLight::Mis, Heuristic::Power, spp),
@@ -101,7 +103,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     if blind < BLIND {
         all.push(Estimator {
             name: "coin and absorption at every hit, naive".into(),
-            spp: blind * spp,
+            spp: rare,
             render: Box::new(|world, spp| {
                 let integrator = NaiveIntegrator {
                     directions: Directions::Bsdf,
@@ -128,7 +130,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     });
     all.push(Estimator {
         name: "naive".into(),
-        spp: blind * spp,
+        spp: rare,
         render: Box::new(|world, spp| {
             let integrator = NaiveIntegrator::new(world, Some(MAX_DEPTH), Roulette::after(2));
             film_of(&integrator, RESOLUTION, spp, 2)
@@ -166,11 +168,11 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
 
 /// Fails unless at least 99.75 % of the channels of both pictures, and their means, differ by no more than noise allows.
 ///
-/// Differences of means are known to 0.04 % at best, 2 % in the middle of all comparisons and 4 % at worst, as is printed: a factor is found
-/// that is wrong by four times that. Smaller ones are for `tests/it/bsdf.rs`, `lights.rs` and `closed_forms.rs`.
+/// By all samples differences of means are known to 0.04 % at best, 2 % in the middle of all comparisons and 4 % at worst, as is printed, and by a
+/// quarter to twice that: a factor is found that is wrong by four times as much. Smaller ones are for `tests/it/bsdf.rs`, `lights.rs` and `closed_forms.rs`.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all of N channels stay below the threshold with a probability of 99 % where N is 192 and |z| < 4.1; what is
-    // left of skewed distributions takes a little more.
+    // left of skewed distributions takes a little more, and by a quarter of the samples one channel.
     const THRESHOLD: f64 = 4.5;
     let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
     let (a, b) = (pixels(a), pixels(b));
@@ -204,7 +206,11 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
         );
     }
     let share = beyond as f64 / (3 * a.len()) as f64;
-    assert!(share <= 0.0025, "{what}: {:.2} % of the channels differ", 100.0 * share);
+    assert!(
+        share <= 0.0027 * slack(),
+        "{what}: {:.2} % of the channels differ",
+        100.0 * share
+    );
 }
 
 /// Mean of variance over squared mean of the pixel `i` and its neighbours; black ones say nothing.
@@ -226,6 +232,7 @@ fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, samples: (u32,
 }
 
 fn all_agree_in(what: &str, world: World<Backend>, (spp, blind): (u32, u32), skip: &[&str]) {
+    let spp = budget(spp);
     let best = path_tracer(world, Some(MAX_DEPTH));
     let reference = film_of(&best, RESOLUTION, 4 * spp, 0);
     for estimator in estimators(spp, blind) {
@@ -256,7 +263,7 @@ fn estimators_agree_on_our_scenes() {
         "depth-of-field",
         &own("depth-of-field.toml"),
         lens,
-        (2048, BLIND),
+        (4096, BLIND),
         &["none", "naive"],
     );
     all_agree("furnace", &own("furnace.toml"), furnace, (512, 8), &[]);
@@ -301,14 +308,18 @@ fn vertices_by_area_agree_where_surfaces_are_apart() {
     let scene = b.build().unwrap().0;
     let camera = pinhole(Vec3::new(0.3, 1.0, 5.0), Vec3::new(0.0, 0.9, 0.0), 40.0);
     with_world(&scene, camera, RESOLUTION, |world| {
-        let reference = film_of(&path_tracer(world, Some(3)), RESOLUTION, 4096, 0);
+        let reference = film_of(&path_tracer(world, Some(3)), RESOLUTION, budget(4096), 0);
         let areas = SurfaceAreas::new(world.scene);
         let integrator = AreaIntegrator {
             world,
             areas: &areas,
             max_depth: Some(3),
         };
-        assert_agree("area", &film_of(&integrator, RESOLUTION, 1 << 15, 1), &reference);
+        assert_agree(
+            "area",
+            &film_of(&integrator, RESOLUTION, budget(1 << 15), 1),
+            &reference,
+        );
     });
 }
 

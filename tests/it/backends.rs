@@ -343,7 +343,7 @@ fn moved(mesh: Mesh, scale: f32, place: Vec3) -> Mesh {
 
 #[test]
 fn backends_agree_with_brute_force() {
-    const RAYS: u32 = 10_000;
+    let rays = budget(10_000);
     let far = |x: f32| Vec3::new(x, -0.7 * x, 0.9 * x);
     let scenes = [
         (
@@ -365,7 +365,7 @@ fn backends_agree_with_brute_force() {
     ];
     for (name, meshes) in scenes {
         let scene = scene_of(meshes);
-        for (kind, rays) in rays_at(&scene, RAYS) {
+        for (kind, rays) in rays_at(&scene, rays) {
             // Rays aimed at the outer edges of a surface meet it or not by their last bit. Of the 10⁵ random ones, and of the 10⁴ along
             // axes, one may.
             let budget = if matches!(kind, "random" | "along axes") {
@@ -956,7 +956,7 @@ mod together {
     #[cfg_attr(not(shared), ignore = "needs ../shared")]
     fn backends_agree_on_real_scenes() {
         let folder = shared("scenes");
-        const RAYS: u32 = 100_000;
+        let count = budget(100_000);
         for name in [
             "cornell-box-mcguire/CornellBox-Water.obj",
             "sponza-dabrovic/sponza.obj",
@@ -974,7 +974,7 @@ mod together {
             let auditor = Auditor::new(&scene, [&embree, &bvh], 1.0);
             let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
             let mut hits = 0;
-            for i in 0..RAYS {
+            for i in 0..count {
                 // From within the bounding sphere, and from outside towards a point within
                 let inner = center + 0.7 * radius * at(i, 30).x * uniform_sphere(at(i, 31));
                 let ray = if i % 2 == 0 {
@@ -986,7 +986,7 @@ mod together {
                 hits += u32::from(auditor.intersect(&ray).is_some());
                 auditor.occluded(&ray);
             }
-            assert!(hits > RAYS / 10, "{name}: only {hits} hits");
+            assert!(hits > count / 10, "{name}: only {hits} hits");
             check(name, &scene, &auditor);
         }
     }

@@ -106,22 +106,23 @@ fn estimators_agree_on_absorbing_bodies() {
                 },
                 ..path_tracer(world, Some(6))
             };
-            let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, 256, seed));
+            let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, budget(256), seed));
             let reusing = MaybeReusing {
                 path: path(DirectLight::Mis),
                 reuse: true,
             };
-            let reused = renders(|seed| film_of(&reusing, resolution, 256, 50 + seed));
+            let reused = renders(|seed| film_of(&reusing, resolution, budget(256), 50 + seed));
             assert_same_means(&format!("reuse, roughness {roughness}"), &reused, &expected);
-            let blind = renders(|seed| film_of(&path(DirectLight::None), resolution, 1024, 100 + seed));
+            let blind = renders(|seed| film_of(&path(DirectLight::None), resolution, budget(1024), 100 + seed));
             assert_same_means(&format!("no light samples, roughness {roughness}"), &blind, &expected);
-            let films = renders(|seed| film_of_iterations(&bidirectional(world, 6), resolution, 128, 150 + seed));
+            let films =
+                renders(|seed| film_of_iterations(&bidirectional(world, 6), resolution, budget(128), 150 + seed));
             assert_same_means(&format!("bdpt, roughness {roughness}"), &films, &expected);
             if roughness > 0.0 {
                 // Shadow rays alone find what is sampled through rough glass.
-                let sampled = renders(|seed| film_of(&path(DirectLight::Light), resolution, 512, 200 + seed));
+                let sampled = renders(|seed| film_of(&path(DirectLight::Light), resolution, budget(512), 200 + seed));
                 assert_same_means("light samples", &sampled, &expected);
-                let films = renders(|seed| film_of_iterations(&light_tracer(world, 6), resolution, 512, seed));
+                let films = renders(|seed| film_of_iterations(&light_tracer(world, 6), resolution, budget(512), seed));
                 assert_same_means("light tracing", &films, &expected);
             }
         });

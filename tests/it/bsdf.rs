@@ -237,7 +237,12 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
             };
             // Refraction ends where facets would be upright; few are in mixtures here.
             let edges = name.starts_with("rough glass");
-            let outcome = chi_square(SAMPLES, sample, |wi| bsdf.pdf(wo, wi) as f64, edges);
+            let outcome = chi_square(
+                crate::support::budget(SAMPLES),
+                sample,
+                |wi| bsdf.pdf(wo, wi) as f64,
+                edges,
+            );
             // The share is known to 0.0009 at worst.
             let error = (outcome.integral - outcome.share).abs();
             assert!(
@@ -260,7 +265,7 @@ fn points_on_the_sphere_have_the_densities_of_their_warps() {
                 sampler.start(SampleKey::new(i, i / 1000, i % 100));
                 Some(warp(sampler.get_2d(Dimension::bounce(1, Bounce::Direction))))
             };
-            let outcome = chi_square(SAMPLES, direction, |wi| pdf(wi) as f64, false);
+            let outcome = chi_square(crate::support::budget(SAMPLES), direction, |wi| pdf(wi) as f64, false);
             assert!(outcome.p_value > sidak(0.01, 2 * 12), "{what}: {outcome:?}");
         };
         directions(cosine_hemisphere_of_sphere, &|wi| cosine_hemisphere_pdf(wi.z));
@@ -1058,7 +1063,12 @@ fn light_through_rough_glass_is_found_both_ways() {
                 },
                 ..crate::support::path_tracer(world, Some(6))
             };
-            let film = crate::support::film_of(&crate::support::MaybeReusing { path, reuse }, size, 1024, 3);
+            let film = crate::support::film_of(
+                &crate::support::MaybeReusing { path, reuse },
+                size,
+                crate::support::budget(1024),
+                3,
+            );
             (
                 crate::support::film_mean(&film, 0),
                 crate::support::film_error(&film, 0),

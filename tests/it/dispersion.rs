@@ -166,7 +166,7 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
     for (band, (nanometers, share)) in (0..).zip(Wavelength::bands()) {
         let scene = glass_room(index.ior_at(nanometers), None);
         let film = with_world(&scene, camera, resolution, |world| {
-            film_of(&path_tracer(world, Some(6)), resolution, 256, 1000 + band)
+            film_of(&path_tracer(world, Some(6)), resolution, budget(256), 1000 + band)
         });
         for (sum, region) in expected
             .iter_mut()
@@ -188,11 +188,11 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
     for what in ["path", "naive"] {
         let of = |scene: &Scene| {
             with_world(scene, camera, resolution, |world| match what {
-                "path" => film_of(&path_tracer(world, Some(6)), resolution, 4096, 5),
+                "path" => film_of(&path_tracer(world, Some(6)), resolution, budget(4096), 5),
                 _ => film_of(
                     &NaiveIntegrator::new(world, Some(6), Roulette::default()),
                     resolution,
-                    32768,
+                    budget(32768),
                     6,
                 ),
             })
@@ -213,7 +213,7 @@ fn dispersed_light_is_the_mean_over_wavelengths() {
             );
             assert!(z.abs() < 4.0, "{what}, region {i}: {mean} ± {error}, not {expected}");
             assert!(
-                error < 0.02 * expected,
+                error < 0.02 * slack() * expected,
                 "{what}, region {i}: {mean} ± {error} says too little"
             );
             farthest = farthest.max(((plain - expected) / error).abs());

@@ -67,8 +67,8 @@ fn means(scene: &Scene, camera: CameraParameters) -> Vec<(&'static str, [f64; 3]
         };
         vec![
             ("path", rgb(film_by(&Sobol::new(1), &path, SMALL, 256))),
-            ("naive", rgb(film_of(&naive, SMALL, 2048, 2))),
-            ("bdpt", rgb(film_of_iterations(&bdpt, SMALL, 2048, 3))),
+            ("naive", rgb(film_of(&naive, SMALL, budget(2048), 2))),
+            ("bdpt", rgb(film_of_iterations(&bdpt, SMALL, budget(2048), 3))),
         ]
     })
 }
@@ -221,7 +221,7 @@ fn straight_light_is_that_of_scattered_rays() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
     let [straight, refract] = [Panes::Straight, Panes::Refract].map(|panes| {
         let spp = if panes == Panes::Straight { 1024 } else { 8192 };
-        render_film(&lit_through_a_window(panes), camera, [16, 16], spp, Some(64))
+        render_film(&lit_through_a_window(panes), camera, [16, 16], budget(spp), Some(64))
     });
     for c in 0..3 {
         let [a, b] = [&straight, &refract].map(|film| film_mean(film, c));

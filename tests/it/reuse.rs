@@ -47,7 +47,7 @@ fn mean_of(values: &[f64]) -> (f64, f64) {
 /// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
 fn assert_same(what: &str, integrator: &MaybeReusing<Backend>, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
-        .map(|seed| means(&film_of(integrator, RESOLUTION, spp, 100 + seed)))
+        .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
     let reference: Vec<_> = reference.pixels().map(|(_, a)| *a).collect();
     for c in 0..3 {
@@ -83,7 +83,7 @@ fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32)
 }
 
 fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
-    let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * spp, 0);
+    let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * budget(spp), 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
     // Shared paths end nowhere before their second vertex, however early roulette is to begin.
@@ -132,7 +132,7 @@ fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut
             path.path.max_depth = None;
             path
         };
-        let reference = film_of(&path(false), RESOLUTION, 1024, 0);
+        let reference = film_of(&path(false), RESOLUTION, budget(1024), 0);
         assert_same(what, &path(true), &reference, 16);
     });
 }
@@ -404,7 +404,7 @@ fn differences_of_blocks_tell_the_error() {
     };
     check(
         "independent",
-        96,
+        64,
         &|integrator, resolution, seed| film_of(integrator, resolution, 128, seed),
         0.93..1.07,
     );

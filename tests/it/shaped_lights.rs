@@ -221,10 +221,10 @@ fn every_integrator_finds_shaped_lamps() {
             .filter(|name| !matches!(**name, "ao" | "debug" | "area"))
         {
             let (samples, tolerance) = match *integrator {
-                "naive" => (16384, 0.03),
+                "naive" => (budget(16384), 0.03 * slack()),
                 // The light that these find in so small a view is that of hundreds of paths in a million.
-                "light" => (1 << 15, 0.05),
-                "pssmlt" | "mlt" => (512, 0.04),
+                "light" => (budget(1 << 15), 0.05 * slack()),
+                "pssmlt" | "mlt" => (budget(512), 0.04 * slack()),
                 "sppm" | "photon-map" | "vcm" => (16, 0.06),
                 _ => (256, 0.02),
             };
@@ -314,32 +314,32 @@ fn estimators_agree_on_shaped_lamps() {
             },
             ..path_tracer(world, Some(4))
         };
-        let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, 512, seed));
+        let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, budget(512), seed));
         let reusing = MaybeReusing {
             path: path(DirectLight::Mis),
             reuse: true,
         };
-        let reused = renders(|seed| film_of(&reusing, resolution, 256, 50 + seed));
+        let reused = renders(|seed| film_of(&reusing, resolution, budget(256), 50 + seed));
         assert_same_means("reuse", &reused, &expected);
         let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
-        let blind = renders(|seed| film_of(&naive, resolution, 8192, 100 + seed));
+        let blind = renders(|seed| film_of(&naive, resolution, budget(8192), 100 + seed));
         assert_same_means("naive", &blind, &expected);
-        let films = renders(|seed| film_of_iterations(&bidirectional(world, 4), resolution, 192, 150 + seed));
+        let films = renders(|seed| film_of_iterations(&bidirectional(world, 4), resolution, budget(192), 150 + seed));
         assert_same_means("bdpt", &films, &expected);
     });
     let all = lamp_room(SelectionMode::All);
     let of_all = with_world(&all, camera, resolution, |world| {
-        renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, 256, 200 + seed))
+        renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, budget(256), 200 + seed))
     });
     let expected = with_world(&scene, camera, resolution, |world| {
-        renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, 512, 250 + seed))
+        renders(|seed| film_of(&path_tracer(world, Some(4)), resolution, budget(512), 250 + seed))
     });
     assert_same_means("all lamps", &of_all, &expected);
     // No glass or mirror is looked at from above.
     let from_above = pinhole(Vec3::new(0.2, 0.9, 0.6), Vec3::new(-0.4, -1.0, 0.8), 30.0);
     with_world(&scene, from_above, resolution, |world| {
-        let expected = renders(|seed| film_of(&path_tracer(world, Some(2)), resolution, 512, seed));
-        let films = renders(|seed| film_of_iterations(&light_tracer(world, 2), resolution, 512, seed));
+        let expected = renders(|seed| film_of(&path_tracer(world, Some(2)), resolution, budget(512), seed));
+        let films = renders(|seed| film_of_iterations(&light_tracer(world, 2), resolution, budget(512), seed));
         assert_same_means("light tracing", &films, &expected);
     });
 }

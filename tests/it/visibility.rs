@@ -67,7 +67,7 @@ fn learned(lights: &[Light]) -> LightSelection {
 /// In every cell and for every normal samples follow the density, which is 1 in all.
 #[test]
 fn directions_by_visibility_follow_their_densities() {
-    const SAMPLES: u32 = 200_000;
+    let samples = crate::support::budget(200_000);
     let level = sidak(0.01, 9);
     for light in [constant(), map(64, 32), map(7, 3)] {
         let lights = [light];
@@ -90,11 +90,11 @@ fn directions_by_visibility_follow_their_densities() {
                 differ += u32::from((pdf(s.wi) / s.pdf - 1.0).abs() > 1e-2);
                 Some(s.wi)
             };
-            let outcome = chi_square(SAMPLES, wi, |w| pdf(w) as f64, true);
+            let outcome = chi_square(samples, wi, |w| pdf(w) as f64, true);
             let what = format!("{} at {p}, {n}", lights[0].kind());
             assert!(outcome.p_value > level, "{what}: {outcome:?}");
             assert!((outcome.integral - 1.0).abs() < 5e-3, "{what}: {outcome:?}");
-            assert!(differ < SAMPLES / 10_000, "{what}: {differ}");
+            assert!(differ < samples / 10_000, "{what}: {differ}");
         }
     }
 }

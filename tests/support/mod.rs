@@ -23,6 +23,21 @@ use embrasure::scene::{Scene, SceneBuilder};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 
+/// What a statistical test takes of `n` samples, iterations or rays: a quarter in `make test`, all of them in `make test-long`, which sets
+/// `EMBRASURE_LONG`. A bound in standard errors holds for either; [`slack`] is the factor of one that was set for all.
+pub fn budget(n: u32) -> u32 {
+    if is_long() { n } else { n / 4 }
+}
+
+/// Standard errors of a test by its [`budget`], over those by all of its samples.
+pub fn slack() -> f64 {
+    if is_long() { 1.0 } else { 2.0 }
+}
+
+fn is_long() -> bool {
+    std::env::var_os("EMBRASURE_LONG").is_some()
+}
+
 /// The backend this program was built with, or the oracle.
 #[cfg(feature = "embree")]
 pub type Backend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;

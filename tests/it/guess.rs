@@ -367,6 +367,27 @@ fn focus_at_a_pixel() {
     };
     assert_eq!(hash(&["--focus-at", "1,6"]), hash(&["--focus-distance", "4"]));
     assert_ne!(hash(&["--focus-distance", "4"]), hash(&[]));
+
+    // The distance is printed, and so is the camera by `-v`.
+    let lens = "--position 0,0,0 --look-at 0,0,-1 --lens-radius 0.1 --size 8x8 --spp 1 -o x.exr --stats s.json";
+    let said = |flags: &str| words(&done(folder.path(), &split(&format!("render wall.obj {lens} {flags}"))));
+    let at_pixel = said("--focus-at 1,6 -v");
+    for expected in [
+        "focus: at a distance of 4, by --focus-at 1,6\n",
+        "camera: at [0, 0, 0] towards [0, 0, -1], 40 degrees high, lens radius 0.1, in focus at a distance of 4\n",
+    ] {
+        assert!(at_pixel.contains(expected), "{at_pixel}");
+    }
+    let stats = crate::support::program::read_json(&folder.path().join("s.json"));
+    assert!(
+        (stats["focus_distance"].as_f64().unwrap() - 4.0).abs() < 1e-5,
+        "{stats}"
+    );
+    let by_flag = said("--focus-distance 4");
+    assert!(
+        !by_flag.contains("focus: ") && !by_flag.contains("lens radius"),
+        "{by_flag}"
+    );
 }
 
 /// What `info` tells of a bare OBJ is what `render` renders.

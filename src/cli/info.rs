@@ -1,13 +1,13 @@
 use super::args::SceneArgs;
 use super::error::CliError;
-use super::job::read_scene;
+use super::job::{guesses, read_scene};
 use super::words;
 use crate::description::{Loaded, load_scene};
 use crate::guess::CameraGuess;
 use crate::light::LightId;
 use crate::options::Backend;
 use crate::scene::SceneBuilder;
-use crate::session::{CameraSettings, FoundCamera, Settings, all_threads, forecast, thread_pool};
+use crate::session::{CameraSettings, FoundCamera, Settings, all_threads, camera_and_lit, forecast, thread_pool};
 use serde_json::json;
 use std::process::ExitCode;
 
@@ -17,13 +17,26 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let camera = CameraSettings::of(&file);
     args.light.apply(&mut file, &camera);
     args.light.apply_key_light(&mut file, &camera);
-    let Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
-    let bounds = scene.bounds();
-    let settings = Settings::of(&file);
-    let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
+    let Loaded {
+        mut scene,
+        mut warnings,
+        ..
+    } = load_scene(&file, SceneBuilder::new())?;
+    let mut settings = Settings::of(&file);
+    settings.guesses = guesses(&file, &file.options);
     let pool = thread_pool(all_threads())?;
     // A scene that no camera sees has other things to be told of.
-    let camera = settings.camera_of(&file, &scene, &pool).ok();
+    let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
+    let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
+    let light_guess = lit.as_ref().map(|lit| lit.words.clone());
+    if let Some(lit) = lit {
+        file = lit.file;
+        // Only one of both scenes is in memory at a time.
+        drop(scene);
+        Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
+    }
+    let bounds = scene.bounds();
+    let (memory, backend) = (forecast(&file, &scene, &settings), Backend::ALL[0].name());
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
@@ -59,6 +72,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "sky": count("sky"),
             "studio": count("studio"),
         },
+        "light_guess": light_guess,
         "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
             "name": name,
             "lights": members(group).count(),
@@ -70,6 +84,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
                 "look_at": decimal(parameters.look_at.to_array()),
                 "up": decimal(parameters.up.to_array()),
                 "vertical_fov": decimal([parameters.vertical_fov; 3])[0],
+                "lens_radius": decimal([parameters.lens_radius; 3])[0],
+                "focus_distance": decimal([parameters.focus_distance; 3])[0],
                 "guess": guess.as_ref().map(|guess| &guess.words),
                 "flags": guess.as_ref().map(CameraGuess::flags),
             })
@@ -116,8 +132,17 @@ fn print_text(info: &serde_json::Value) {
     outln!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
     let camera = &info["camera"];
     if camera.is_object() {
+        let focus = match camera["lens_radius"].as_f64() {
+            Some(radius) if radius > 0.0 => {
+                format!(
+                    ", lens radius {radius}, in focus at a distance of {}",
+                    camera["focus_distance"]
+                )
+            }
+            _ => String::new(),
+        };
         outln!(
-            "  camera     at {} towards {}, {} degrees high",
+            "  camera     at {} towards {}, {} degrees high{focus}",
             camera["position"],
             camera["look_at"],
             camera["vertical_fov"]
@@ -135,6 +160,9 @@ fn print_text(info: &serde_json::Value) {
         .filter(|(_, n)| n.as_u64() != Some(0));
     let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
     outln!("  lights     {}", kinds.join(", "));
+    if let Some(words) = info["light_guess"].as_str() {
+        outln!("             guessed: {words}");
+    }
     for group in info["light_groups"].as_array().into_iter().flatten() {
         let lights = group["lights"].as_u64().unwrap_or(0);
         outln!(

@@ -46,6 +46,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     ShownWarnings::Summary.show(&warnings, &args.scene);
     let render = RenderArgs {
         scene: args.scene.clone(),
+        camera: args.camera.clone(),
         ..RenderArgs::default()
     };
     let job = Job::to_show_scene(&render, file)?;

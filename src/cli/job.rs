@@ -50,16 +50,12 @@ impl Job {
 
     /// The same for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
-        let is_bare = !scene.is_file();
-        if is_bare {
+        if !scene.is_file() {
             guess_picture(args, &mut scene.options);
         }
         let mut job = Self::of_scene(args, scene)?;
-        job.settings.guesses = Guesses {
-            light: is_bare,
-            ground: is_bare && !args.ground.no_ground,
-            background: is_bare && job.options.background.background.is_none(),
-        };
+        job.settings.guesses = guesses(&job.scene, &job.options);
+        job.settings.guesses.ground &= !args.ground.no_ground;
         Ok(job)
     }
 
@@ -83,6 +79,16 @@ impl Job {
             scene_path: args.scene.clone(),
             scene,
         })
+    }
+}
+
+/// What a render to look at guesses of `scene`, where `options` are those of the picture: of a bare OBJ all that they do not say.
+pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
+    let is_bare = !scene.is_file();
+    Guesses {
+        light: is_bare,
+        ground: is_bare,
+        background: is_bare && options.background.background.is_none(),
     }
 }
 

@@ -12,7 +12,7 @@ use super::pixel;
 use super::progress::{Heeding, Loading, Progress, Until, interrupted_for, is_interrupted};
 use super::stats::{Chains, Denoised, Dropped, Noise, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
-use super::summary;
+use super::summary::{self, print_camera, print_choices};
 use super::tev::Preview;
 use super::words;
 use crate::accel::{Auditor, BackendInfo};
@@ -61,6 +61,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
         errln!("memory: about {} at most", in_words(session.memory()));
+        print_camera(&session);
     }
     let of_flags = [
         &job.warnings[..],
@@ -70,11 +71,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     job.shown_warnings.show_each(&of_flags);
     job.shown_warnings.show(session.warnings(), &job.scene_path);
     let mut warnings = [&of_flags, session.warnings()].concat();
-    if let Some(guess) = session.camera_guess().filter(|_| !job.quiet) {
-        errln!("camera: {}\n  {}", guess.words, guess.flags());
-    }
-    if let Some(words) = session.light_guess().filter(|_| !job.quiet) {
-        errln!("light: {words}");
+    if !job.quiet {
+        print_choices(&session);
     }
     if let Some(words) = words::panes(session.scene().panes()).filter(|_| !job.quiet) {
         errln!("Glass: {words}");
@@ -386,6 +384,7 @@ impl Run<'_> {
             height: settings.resolution.y,
             triangles: scene.triangle_count(),
             lights: scene.lights().len(),
+            focus_distance: self.renderer.session().camera_description().parameters.focus_distance,
             load_s: self.load_s,
             build_s: self.renderer.build_seconds(),
             render_s: state.seconds,

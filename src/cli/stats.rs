@@ -60,6 +60,8 @@ pub(super) struct Stats<'a> {
     pub height: u32,
     pub triangles: u64,
     pub lights: usize,
+    /// From the lens along the view axis to the plane in focus, scene units.
+    pub focus_distance: f32,
     pub load_s: f64,
     pub build_s: f64,
     pub render_s: f64,

@@ -1,4 +1,4 @@
-//! The lines that a render ends with.
+//! The lines that a render begins and ends with.
 
 use super::job::Job;
 use super::outputs::Images;
@@ -6,6 +6,39 @@ use super::stats::Stats;
 use super::stop::Stop;
 use super::words;
 use crate::color::Exposure;
+use crate::session::Session;
+
+/// Prints what the program has chosen: camera and light where nothing gives them, and the distance that `--focus-at` has found.
+pub(super) fn print_choices(session: &Session) {
+    if let Some(guess) = session.camera_guess() {
+        errln!("camera: {}\n  {}", guess.words, guess.flags());
+    }
+    if let Some(at) = session.settings().camera.focus_at {
+        let distance = session.camera_description().parameters.focus_distance;
+        errln!(
+            "focus: at a distance of {}, by --focus-at {},{}",
+            words::number(distance.into()),
+            at.x,
+            at.y
+        );
+    }
+    if let Some(words) = session.light_guess() {
+        errln!("light: {words}");
+    }
+}
+
+/// Prints the camera with its lens.
+pub(super) fn print_camera(session: &Session) {
+    let camera = &session.camera_description().parameters;
+    errln!(
+        "camera: at {} towards {}, {} degrees high, lens radius {}, in focus at a distance of {}",
+        words::list(&camera.position.to_array()),
+        words::list(&camera.look_at.to_array()),
+        words::number(camera.vertical_fov.into()),
+        words::number(camera.lens_radius.into()),
+        words::number(camera.focus_distance.into())
+    );
+}
 
 /// Says what was rendered, how fast and to which files; more of it with `--verbose`.
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {

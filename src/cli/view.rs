@@ -5,6 +5,7 @@ use super::error::CliError;
 use super::job::Job;
 use super::paths;
 use super::progress::{Heeding, Loading, is_interrupted};
+use super::summary::print_choices;
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::io::read_exr;
@@ -40,11 +41,8 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     loading.finish();
     let session = session?;
     job.shown_warnings.show(session.warnings(), &job.scene_path);
-    if let Some(guess) = session.camera_guess().filter(|_| !args.quiet) {
-        errln!("camera: {}\n  {}", guess.words, guess.flags());
-    }
-    if let Some(light) = session.light_guess().filter(|_| !args.quiet) {
-        errln!("light: {light}");
+    if !args.quiet {
+        print_choices(&session);
     }
     // Ctrl-C ends the render and the server, and that is how it should end.
     let _heeding = Heeding::begin();

@@ -6,6 +6,7 @@
 //! Control characters are escaped, because names may hold terminal escapes. The first error of the standard output is remembered, and the exit code
 //! is 1 then; a closed pipe is no error.
 
+use crate::math::{rounded, rounded_list};
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};
 use std::fmt::{Arguments, Display};
@@ -49,6 +50,16 @@ macro_rules! errln {
 /// A number of things with their noun, whose plural has an `s` more: `1 triangle`, `2 triangles`.
 pub(super) fn count(number: u64, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// A number as people write it, such as 0.04 for the `f32` nearest to it.
+pub(super) fn number(value: f64) -> String {
+    rounded(value)
+}
+
+/// Numbers as people write them, between brackets.
+pub(super) fn list(values: &[f32]) -> String {
+    rounded_list(values)
 }
 
 /// Words about the panes that were recognised, if there are any.

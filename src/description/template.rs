@@ -60,7 +60,7 @@ impl SceneFile {
         let source = self.whole("").file;
         let source = source.file_name().unwrap_or_default().to_string_lossy();
         let mut text = comment(&format!(
-            "Scene file of {source}, written by embrasure {} init. It gives the same picture as the bare OBJ.",
+            "Scene file of {source}, written by embrasure {} init. It gives the same picture as the bare OBJ with the same flags.",
             env!("CARGO_PKG_VERSION")
         ));
         text += &comment(

@@ -102,23 +102,20 @@ impl Session {
         } = pool.install(|| load_scene_watched(file, builder, observer))?;
         check_groups(&settings, &scene)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;
-        let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
-        let (found, light) = settings.camera_and_light(file, &scene, &pool, settings.guesses.light && is_dark)?;
+        let (found, lit) = camera_and_lit(file, &settings, (&scene, &warnings), &pool)?;
         let FoundCamera {
             camera,
             description,
             guess,
         } = found;
-        if let Some((light, survey)) = light {
-            let (lit_file, lit_settings, words) =
-                lighting::lit(file, &settings, (light, &survey), &description.parameters);
+        if let Some(lit) = lit {
             // The scene is read again, with its light. Only one of both is in memory at a time.
             drop(scene);
             return Ok(Self {
                 camera_guess: guess,
-                light_guess: Some((words, lit_file.clone())),
+                light_guess: Some((lit.words, lit.file.clone())),
                 said_camera: settings.camera,
-                ..Self::load(&lit_file, lit_settings, observer)?
+                ..Self::load(&lit.file, lit.settings, observer)?
             });
         }
         method.check_ground(&scene)?;
@@ -319,6 +316,37 @@ impl Session {
             backdrop: self.backdrop,
         }
     }
+}
+
+/// A scene file with a guessed light.
+pub(crate) struct LitFile {
+    /// The scene file with the sections of the light.
+    pub file: SceneFile,
+    /// Settings with the camera for which the light was guessed, and the background that goes with it.
+    pub settings: Settings,
+    /// Description of the light for users.
+    pub words: String,
+}
+
+/// The camera of `settings` in the scene of `file`, and the scene file with a light if nothing in the scene emits and `settings` ask for a guess. `warnings` are
+/// those of loading the scene.
+///
+/// # Errors
+///
+/// Those of [`Settings::camera_of`].
+pub(crate) fn camera_and_lit(
+    file: &SceneFile,
+    settings: &Settings,
+    (scene, warnings): (&Scene, &[Warning]),
+    pool: &rayon::ThreadPool,
+) -> Result<(FoundCamera, Option<LitFile>), Error> {
+    let is_dark = scene.triangle_count() > 0 && warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
+    let (found, light) = settings.camera_and_light(file, scene, pool, settings.guesses.light && is_dark)?;
+    let lit = light.map(|(light, survey)| {
+        let (file, settings, words) = lighting::lit(file, settings, (light, &survey), &found.description.parameters);
+        LitFile { file, settings, words }
+    });
+    Ok((found, lit))
 }
 
 /// Kinds of the warnings of [`method_warnings`], in their order.

@@ -675,3 +675,48 @@ fn explain_tells_lobes_and_renders_a_sphere() {
     done(folder.path(), &args);
     assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
 }
+
+/// Numbers are short, a roughness is told of lobes that have one, and albedos add up below a coat.
+#[test]
+fn explain_tells_numbers_that_people_would_write() {
+    let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\n";
+    let folder = folder_of(&format!("{SQUARE}f 1 2 3 4\n"), mtl);
+    let of = |flags: &str| {
+        let args = split(flags);
+        let args = args.iter().flat_map(|flag| ["--material", *flag]);
+        let args: Vec<&str> = ["explain", "a.obj", "m"].into_iter().chain(args).collect();
+        let text = printed(&done(folder.path(), &args));
+        let facts = json(&done(folder.path(), &[&args[..], &["--json"]].concat()));
+        (text, facts)
+    };
+    let (text, facts) = of("");
+    assert!(!text.contains("roughness") && facts["roughness"].is_null(), "{text}");
+    assert!(text.contains("\n  diffuse       [0.25, 0.25, 0.25]\n"), "{text}");
+    assert!(text.contains("\n  opacity       1\n"), "{text}");
+
+    let (text, _) = of("m.metallic=0 m.roughness=0.3");
+    assert!(text.contains(", f0 0.04, roughness 0.3\n"), "{text}");
+    assert!(text.contains("\n  roughness     0.3\n"), "{text}");
+
+    for flags in [
+        "m.metallic=0 m.roughness=0.5 m.clearcoat=1 m.clearcoat_roughness=0.2",
+        "m.clearcoat=1",
+        "m.sheen=0.8 m.clearcoat=0.7 m.clearcoat_roughness=0.5",
+    ] {
+        let (text, facts) = of(flags);
+        // A coat's roughness is not that of the material.
+        let has_roughness = flags.contains("m.roughness");
+        assert_eq!(text.contains("\n  roughness "), has_roughness, "{text}");
+        for (view, degrees) in [("normal", 0.0), ("60_degrees", 60.0)] {
+            let total = facts["albedo_by_angle"].as_array().unwrap();
+            let total = total.iter().find(|entry| entry["degrees"] == degrees).unwrap();
+            let total = total["albedo"][1].as_f64().unwrap();
+            let lobes = facts["lobes"].as_array().unwrap();
+            let sum: f64 = lobes.iter().map(|lobe| lobe["albedo"][view][1].as_f64().unwrap()).sum();
+            assert!(
+                (sum - total).abs() < 2e-3,
+                "{flags}, {view}: {sum} of {total}: {facts:#}"
+            );
+        }
+    }
+}

@@ -91,6 +91,40 @@ fn noise_is_no_difference_and_a_brighter_lamp_is() {
     }
 }
 
+/// `%` is the difference of the two values beside it, and no NaN where both are 0.
+#[test]
+fn percentages_are_those_of_the_values_beside_them() {
+    let folder = scenes();
+    let folder = folder.path();
+    let white = fs::read_to_string(folder.join("s.toml")).unwrap();
+    fs::write(folder.join("red.toml"), white.replace("[5, 5, 5]", "[5, 0, 0]")).unwrap();
+    render(folder, "s.toml", &[], "white.exr");
+    render(folder, "red.toml", &["--seed", "1"], "1.exr");
+    render(folder, "red.toml", &["--seed", "2"], "2.exr");
+    for image in ["1.exr", "2.exr"] {
+        let (_, text, _) = said(folder, &["compare", "1.exr", image]);
+        assert!(!text.contains("NaN"), "{text}");
+        let biases = text.lines().find(|line| line.contains("bias, %")).unwrap();
+        let biases: Vec<&str> = biases.split_whitespace().collect();
+        assert_eq!(biases[3..], ["0", "0"], "{text}");
+        let (_, found) = compare(folder, &["1.exr", image]);
+        let tests = found["verdict"]["tests"].as_array().unwrap();
+        assert_eq!(tests.len(), 4, "{found:#}");
+        for test in tests {
+            let [reference, value, share] = ["reference", "image", "difference"].map(|key| test[key].as_f64().unwrap());
+            assert!((reference * (1.0 + share) - value).abs() < 1e-9, "{test:#}");
+        }
+    }
+
+    // Green of a black reference
+    let (_, text, _) = said(folder, &["compare", "1.exr", "white.exr"]);
+    let biases = text.lines().find(|line| line.contains("bias, %")).unwrap();
+    assert!(biases.ends_with(" -           -"), "{text}");
+    assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+    let (_, found) = compare(folder, &["1.exr", "white.exr"]);
+    assert!(found["relative_bias"][1].is_null(), "{found:#}");
+}
+
 /// Seeds of these methods are no difference, and half of the light is.
 fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
     let folder = scenes();

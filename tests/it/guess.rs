@@ -1,6 +1,6 @@
 //! What the program guesses where nobody said it: the camera of a bare OBJ, and the flags and keys that say it.
 
-use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, words};
+use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -367,6 +367,60 @@ fn focus_at_a_pixel() {
     };
     assert_eq!(hash(&["--focus-at", "1,6"]), hash(&["--focus-distance", "4"]));
     assert_ne!(hash(&["--focus-distance", "4"]), hash(&[]));
+
+    // The distance is printed, and so is the camera by `-v`.
+    let lens = "--position 0,0,0 --look-at 0,0,-1 --lens-radius 0.1 --size 8x8 --spp 1 -o x.exr --stats s.json";
+    let said = |flags: &str| words(&done(folder.path(), &split(&format!("render wall.obj {lens} {flags}"))));
+    let at_pixel = said("--focus-at 1,6 -v");
+    for expected in [
+        "focus: at a distance of 4, by --focus-at 1,6\n",
+        "camera: at [0, 0, 0] towards [0, 0, -1], 40 degrees high, lens radius 0.1, in focus at a distance of 4\n",
+    ] {
+        assert!(at_pixel.contains(expected), "{at_pixel}");
+    }
+    let stats = crate::support::program::read_json(&folder.path().join("s.json"));
+    assert!(
+        (stats["focus_distance"].as_f64().unwrap() - 4.0).abs() < 1e-5,
+        "{stats}"
+    );
+    let by_flag = said("--focus-distance 4");
+    assert!(
+        !by_flag.contains("focus: ") && !by_flag.contains("lens radius"),
+        "{by_flag}"
+    );
+}
+
+/// What `info` tells of a bare OBJ is what `render` renders.
+#[test]
+fn info_has_the_guessed_light() {
+    let folder = folder(&[
+        ("statue.obj", &statue().text),
+        ("open.obj", &room(&["+z"])),
+        ("closed.obj", &room(&[])),
+    ]);
+    let folder = folder.path();
+    for scene in ["statue.obj", "open.obj", "closed.obj"] {
+        let line = format!("render {scene} --size 8x8 --spp 1 -o x.exr --dump-scene d.toml");
+        let said = words(&done(folder, &split(&line)));
+        let light = said.lines().find_map(|line| line.strip_prefix("light: ")).unwrap();
+        let info = |scene: &str| json(&done(folder, &["info", scene, "--json"]));
+        let [bare, written] = [scene, "d.toml"].map(info);
+        assert_eq!(bare["light_guess"], light, "{bare:#}");
+        assert_eq!(bare["lights"], written["lights"], "{scene}");
+        assert_eq!(bare["lights"]["constant"], 0, "{scene}");
+        assert_eq!(
+            (&bare["warnings"], &written["light_guess"]),
+            (&written["warnings"], &Value::Null)
+        );
+        let text = printed(&done(folder, &["info", scene]));
+        assert!(text.contains(&format!("guessed: {light}\n")), "{text}");
+    }
+    // Light that is said is not guessed.
+    let info = json(&done(folder, &split("info statue.obj --json --env white")));
+    assert_eq!(
+        (&info["light_guess"], &info["lights"]["constant"]),
+        (&Value::Null, &1.into())
+    );
 }
 
 #[test]

@@ -210,3 +210,56 @@ fn a_replayed_pixel_has_the_same_numbers() {
     let said = refused(folder.path(), &split("paths s.toml --pixel 1,1 -o p.png"), 2);
     assert!(said.contains(".obj"), "{said}");
 }
+
+/// The type of a light in a record tells where its light comes from.
+#[test]
+fn lights_have_their_types() {
+    let folder = scene();
+    for (light, kind) in [
+        ("", "surface"),
+        (
+            "type = 'rectangle'\nposition = [0, 0.9, 0]\ndirection = [0, -1, 0]\nsize = [0.4, 0.4]\nradiance = 5",
+            "surface",
+        ),
+        (
+            "type = 'sphere'\nposition = [0, 0.6, 0]\nradius = 0.1\nradiance = 5",
+            "surface",
+        ),
+        (
+            "type = 'disk'\nposition = [0, 0.9, 0]\ndirection = [0, -1, 0]\nradius = 0.2\nradiance = 5",
+            "surface",
+        ),
+        ("type = 'point'\nposition = [0, 0.6, 0]\nintensity = 1", "point"),
+        (
+            "type = 'spot'\nposition = [0, 0.6, 0]\ndirection = [0, -1, 0]\nangle = 60\nintensity = 1",
+            "point",
+        ),
+        ("type = 'constant'\nradiance = 1", "background"),
+        (
+            "type = 'directional'\ndirection = [0, -1, -1]\nirradiance = 1",
+            "background",
+        ),
+        (
+            "type = 'directional'\ndirection = [0, -1, -1]\nirradiance = 1\nangle = 5",
+            "background",
+        ),
+        ("type = 'sky'\nsun = [0, 45]", "background"),
+    ] {
+        // The lamp of the OBJ is off where another light is to be sampled.
+        let text = match light {
+            "" => SCENE.to_string(),
+            _ => format!("{SCENE}[patch.lamp]\nemission = [0, 0, 0]\n[[light]]\n{light}\n"),
+        };
+        fs::write(folder.path().join("l.toml"), text).unwrap();
+        let args = split("paths l.toml -q --spp 1 --pixel 9,19 --json --reuse none");
+        let facts = json(&run(folder.path(), &args));
+        let vertices = facts["samples"][0]["traces"][0]["vertices"].as_array().unwrap();
+        let found: Vec<&str> = vertices
+            .iter()
+            .flat_map(|vertex| vertex["light_samples"].as_array().into_iter().flatten())
+            .filter_map(|sample| sample["light"]["type"].as_str())
+            .collect();
+        assert!(!found.is_empty(), "{light}: no light was sampled");
+        assert!(found.iter().all(|found| *found == kind), "{light}: {found:?}");
+    }
+}

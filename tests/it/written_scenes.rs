@@ -298,6 +298,41 @@ fn init_writes_what_renders_alike() {
     }
 }
 
+/// A camera of flags is that of the scene file that `init` writes.
+#[test]
+fn init_takes_the_camera_flags_of_render() {
+    let folder = model();
+    let at = folder.path();
+    let picture = "--size 16x16 --spp 2 -q --warnings none";
+    for (flags, expected) in [
+        (
+            "--position 3,2,4 --look-at 0.5,0,0 --up 0,0,1 --fov 33",
+            "position = [3.0, 2.0, 4.0]\nlook_at = [0.5, 0.0, 0.0]\nup = [0.0, 0.0, 1.0]\nvertical_fov = 33.0\n",
+        ),
+        ("--orbit 40,20 --f-stop 2 --sensor-height 0.5", "\nlens_radius = "),
+        (
+            "--view top --lens-radius 0.1 --focus-distance 2.5",
+            "\nfocus_distance = 2.5\n",
+        ),
+    ] {
+        done(
+            at,
+            &split(&format!("render models/a.obj {picture} {flags} -o a.exr -o a.png")),
+        );
+        done(at, &split(&format!("init models/a.obj --force -o a.toml {flags}")));
+        let text = fs::read_to_string(at.join("a.toml")).unwrap();
+        assert!(text.contains(expected), "{flags}: {text}");
+        done(at, &split(&format!("render a.toml {picture} -o b.exr -o b.png")));
+        assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
+        assert!(
+            fs::read(at.join("a.png")).unwrap() == fs::read(at.join("b.png")).unwrap(),
+            "{flags}"
+        );
+    }
+    let said = refused(at, &split("init models/a.obj -o b.toml --view top --orbit 1,2"), 2);
+    assert!(said.contains("cannot be used with"), "{said}");
+}
+
 /// The scenes of the project have no camera and no light in their OBJ files: what `init` writes of them renders alike.
 #[test]
 fn init_knows_the_scenes_of_the_project() {

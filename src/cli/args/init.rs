@@ -1,5 +1,6 @@
 //! Arguments of `embrasure init`.
 
+use super::camera::CameraArgs;
 use super::load::LoadArgs;
 use super::values::parse_scene_output;
 use clap::Parser;
@@ -7,11 +8,12 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The scene file gives the same picture as the OBJ. Each material is a patch with its numbers and
-textures, commented out.
+The scene file gives the same picture as the OBJ with the same flags. Each material is a patch
+with its numbers and textures, commented out.
 Examples:
   embrasure init room.obj
-  embrasure init models/room.obj -o scenes/room.toml")]
+  embrasure init models/room.obj -o scenes/room.toml
+  embrasure init statue.obj --orbit 30,15 --fov 40")]
 pub(in crate::cli) struct InitArgs {
     /// A bare .obj
     pub scene: PathBuf,
@@ -23,6 +25,9 @@ pub(in crate::cli) struct InitArgs {
     /// Replace an existing file
     #[arg(long)]
     pub force: bool,
+
+    #[command(flatten)]
+    pub camera: CameraArgs,
 
     #[command(flatten)]
     pub load: LoadArgs,

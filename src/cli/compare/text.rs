@@ -42,7 +42,7 @@ impl Comparison<'_> {
         row("mean, reference", errors.reference_mean, &|v| format!("{v:.6}"));
         row("mean, image", errors.mean, &|v| format!("{v:.6}"));
         row("bias", errors.bias(), &|v| format!("{v:+.6}"));
-        row("bias, %", errors.relative_bias(), &|v| format!("{:+.3}", 100.0 * v));
+        row("bias, %", errors.relative_bias(), &percent);
         outln!("  MSE     {:.6e}", errors.mse);
         outln!(
             "  relMSE  {:<12.6}mean of (x - ref)² / (ref² + 0.01), without the worst 0.1 % of the pixels",
@@ -124,14 +124,14 @@ impl Comparison<'_> {
         );
         for e in &verdict.extremes {
             outln!(
-                "  {:<8}{:>9}  {:<18}{:<8}{:>12.6}{:>12.6}{:>+10.3}{:>+9.2}{:>10}",
+                "  {:<8}{:>9}  {:<18}{:<8}{:>12.6}{:>12.6}{:>10}{:>+9.2}{:>10}",
                 scale_name(e.scale),
                 e.tests,
                 place(e.window),
                 CHANNELS[e.channel.min(2)],
                 e.reference,
                 e.image,
-                100.0 * e.difference,
+                percent(e.difference),
                 e.score,
                 chance(e.p)
             );
@@ -143,9 +143,12 @@ impl Comparison<'_> {
         match (self.outcome, verdict.worst()) {
             (Outcome::Differs, Some(e)) if verdict.differs() => {
                 let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
-                let percent = 100.0 * e.difference;
+                let by = match e.difference.is_finite() {
+                    true => format!("{} %", percent(e.difference)),
+                    false => format!("{:+.6}", e.image - e.reference),
+                };
                 outln!(
-                    "  verdict: differs by {percent:+.3} % in {channel}, here: {} {what} ({p})",
+                    "  verdict: differs by {by} in {channel}, here: {} {what} ({p})",
                     scale_name(e.scale)
                 );
             }
@@ -162,6 +165,17 @@ fn place(window: Rect) -> String {
         format!("{},{}", at.x, at.y)
     } else {
         format!("{},{} ({}x{})", at.x, at.y, size.x, size.y)
+    }
+}
+
+/// A share in percent: 0 where there is no difference at all, and `-` where the reference is 0.
+fn percent(share: f64) -> String {
+    if share == 0.0 {
+        "0".into()
+    } else if share.is_finite() {
+        format!("{:+.3}", 100.0 * share)
+    } else {
+        "-".into()
     }
 }
 

@@ -102,7 +102,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     let albedos = pool.install(|| albedos_by_angle(&bsdf));
     facts["albedo_by_angle"] = albedos
         .iter()
-        .map(|(angle, a)| json!({ "degrees": angle, "albedo": rounded(*a) }))
+        .map(|(angle, a)| json!({ "degrees": angle, "albedo": a.to_array().map(four_digits) }))
         .collect();
     let profiles = |fineness| INCIDENCES.map(|incidence| Profile::new(&bsdf, incidence, fineness));
     if args.json && args.plots {
@@ -175,9 +175,9 @@ fn print_albedos(albedos: &[(f32, Spectrum)]) {
     }
 }
 
-/// Four digits of each channel.
-fn rounded(albedo: Spectrum) -> [f64; 3] {
-    albedo.to_array().map(|v| (f64::from(v) * 1e4).round() / 1e4)
+/// `value` to four digits behind the point.
+fn four_digits(value: f32) -> f64 {
+    (f64::from(value) * 1e4).round() / 1e4
 }
 
 /// That there is no such material, with names that are nearly what was asked for.
@@ -263,7 +263,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         "diffuse": colour(material.diffuse),
         "specular": colour(material.specular),
         "gloss": material.gloss.to_string(),
-        "roughness": number(material.roughness),
+        "roughness": material.uses_roughness().then(|| number(material.roughness)),
         "transmission": colour(material.transmission),
         "ior": number(material.ior),
         "thin": material.thin,
@@ -276,9 +276,8 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
 }
 
 fn lobe(lobe: &LobeAlbedo) -> Value {
-    let rounded = |v: f32| (v as f64 * 1e4).round() / 1e4;
-    let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(rounded)));
-    let probability = VIEWS.iter().zip(lobe.probability.map(rounded));
+    let albedo = VIEWS.iter().zip(lobe.albedo.map(|a| a.to_array().map(four_digits)));
+    let probability = VIEWS.iter().zip(lobe.probability.map(four_digits));
     let value = |(name, values): (&str, Vec<f32>)| {
         let values: Vec<f64> = values.into_iter().map(number).collect();
         let value = if let [single] = values[..] {
@@ -306,8 +305,17 @@ fn number(value: f32) -> f64 {
     decimal([value; 3])[0]
 }
 
+/// A fact as people write it.
+fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(values) => format!("[{}]", values.iter().map(text).collect::<Vec<_>>().join(", ")),
+        Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, words::number),
+        value => value.to_string(),
+    }
+}
+
 fn print_text(facts: &Value) {
-    let text = |v: &Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let defined = facts["defined"].as_str().unwrap_or("nowhere: it is the default");
     outln!("{} ({defined})", text(&facts["name"]));
     for key in [
@@ -322,9 +330,11 @@ fn print_text(facts: &Value) {
         "opacity",
         "emission",
     ] {
-        outln!("  {key:<13} {}", text(&facts[key]));
+        if !facts[key].is_null() {
+            outln!("  {key:<13} {}", text(&facts[key]));
+        }
     }
-    outln!("  {:<13} {} W from all its triangles", "power", facts["power_w"]);
+    outln!("  {:<13} {} W from all its triangles", "power", text(&facts["power_w"]));
     for (slot, map) in facts["textures"].as_object().into_iter().flatten() {
         outln!(
             "  {:<13} {slot}: {}, {}x{} texels",
@@ -338,11 +348,13 @@ fn print_text(facts: &Value) {
         outln!("  lobe {}: {}", text(&lobe["name"]), text(&lobe["parameters"]));
         for view in VIEWS {
             let probability = lobe["probability"][view].as_f64();
-            let chosen = probability.map_or_else(String::new, |p| format!(", chosen with probability {p}"));
+            let chosen = probability.map_or_else(String::new, |p| {
+                format!(", chosen with probability {}", words::number(p))
+            });
             outln!(
                 "    {:<13} albedo {}{chosen}",
                 view.replace('_', " "),
-                lobe["albedo"][view]
+                text(&lobe["albedo"][view])
             );
         }
     }

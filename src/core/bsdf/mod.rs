@@ -142,7 +142,7 @@ impl Bsdf {
 
     /// The lobes, each with its place among layers, if there are any.
     #[inline(always)]
-    fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
+    pub(crate) fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
         let (single, several): (_, &[Option<Lobe>]) = match self {
             Self::Single(lobe) => (Some((0, lobe)), &[]),
             Self::Mix(mix) => (None, &mix.lobes),
@@ -299,7 +299,7 @@ impl Bsdf {
     }
 
     /// `sample` of the lobe in `place`, less what the layers above it take.
-    fn below_layers(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
+    pub(crate) fn below_layers(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
         match self {
             Self::Single(_) | Self::Mix(_) => sample,
             Self::Layered(layered) => layered.below(place, lobe, wo, sample),

@@ -2,16 +2,21 @@
 
 use super::{Bsdf, Fresnel, Lobe, TransportMode};
 use crate::color::Spectrum;
-use crate::math::{Vec3, list};
+use crate::math::{Vec3, rounded, rounded_list};
 use std::fmt;
 
 impl fmt::Display for Fresnel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Full => write!(f, "no Fresnel term"),
-            Self::Dielectric { eta } => write!(f, "dielectric Fresnel term, eta {eta}"),
-            Self::Conductor { eta, k } => write!(f, "conductor Fresnel term, eta {}, k {}", list(eta), list(k)),
-            Self::Schlick { f0 } => write!(f, "Schlick Fresnel term, f0 {}", list(f0)),
+            Self::Dielectric { eta } => write!(f, "dielectric Fresnel term, eta {}", rounded((*eta).into())),
+            Self::Conductor { eta, k } => write!(
+                f,
+                "conductor Fresnel term, eta {}, k {}",
+                rounded_list(eta),
+                rounded_list(k)
+            ),
+            Self::Schlick { f0 } => write!(f, "Schlick Fresnel term, f0 {}", rounded_list(f0)),
         }
     }
 }
@@ -57,37 +62,46 @@ impl Lobe {
     /// The numbers of the lobe with their names.
     pub fn parameters(&self) -> String {
         match self {
-            Self::Lambert(lobe) => format!("albedo {}", list(&lobe.albedo.to_array())),
+            Self::Lambert(lobe) => format!("albedo {}", rounded_list(&lobe.albedo.to_array())),
             Self::CoatedLambert(lobe) => {
                 let (albedo, f0, roughness) = lobe.parameters();
-                format!("albedo {}, f0 {f0}, roughness {roughness}", list(&albedo.to_array()))
+                let (f0, roughness) = (rounded(f0.into()), rounded(roughness.into()));
+                format!(
+                    "albedo {}, f0 {f0}, roughness {roughness}",
+                    rounded_list(&albedo.to_array())
+                )
             }
             Self::Phong(lobe) => {
-                let reflectance = list(&lobe.reflectance.to_array());
-                format!("reflectance {reflectance}, exponent {}", lobe.exponent)
+                let reflectance = rounded_list(&lobe.reflectance.to_array());
+                format!("reflectance {reflectance}, exponent {}", rounded(lobe.exponent.into()))
             }
             Self::Blinn(lobe) => {
-                let reflectance = list(&lobe.reflectance.to_array());
+                let reflectance = rounded_list(&lobe.reflectance.to_array());
                 format!(
                     "reflectance {reflectance}, exponent {}, {}",
-                    lobe.exponent, lobe.fresnel
+                    rounded(lobe.exponent.into()),
+                    lobe.fresnel
                 )
             }
             Self::RoughMirror(lobe) => {
                 let (reflectance, fresnel) = lobe.parameters();
                 format!(
                     "reflectance {}, roughness {}, {fresnel}",
-                    list(&reflectance),
-                    lobe.roughness()
+                    rounded_list(&reflectance),
+                    rounded(lobe.roughness().into())
                 )
             }
             Self::RoughDielectric(lobe) => {
                 let (reflectance, transmittance, ior) = lobe.parameters();
                 let factors = boundary(reflectance, transmittance, ior);
-                format!("{factors}, roughness {}", lobe.roughness())
+                format!("{factors}, roughness {}", rounded(lobe.roughness().into()))
             }
-            Self::Sheen(lobe) => format!("color {}", list(&lobe.color.to_array())),
-            Self::Mirror(lobe) => format!("reflectance {}, {}", list(&lobe.reflectance.to_array()), lobe.fresnel),
+            Self::Sheen(lobe) => format!("color {}", rounded_list(&lobe.color.to_array())),
+            Self::Mirror(lobe) => format!(
+                "reflectance {}, {}",
+                rounded_list(&lobe.reflectance.to_array()),
+                lobe.fresnel
+            ),
             Self::Dielectric(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
             Self::ThinDielectric(lobe) => {
                 boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
@@ -97,6 +111,11 @@ impl Lobe {
 }
 
 impl Lobe {
+    /// Whether a roughness is one of the numbers of the lobe.
+    pub fn has_roughness(&self) -> bool {
+        self.values().iter().any(|(name, _)| *name == "roughness")
+    }
+
     /// The numbers of the lobe by their names: one, or three for colours.
     pub fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
         let color = |name, value: [f32; 3]| (name, value.to_vec());
@@ -166,6 +185,7 @@ impl Fresnel {
 }
 
 fn boundary(reflectance: [f32; 3], transmittance: [f32; 3], ior: f32) -> String {
-    let (reflectance, transmittance) = (list(&reflectance), list(&transmittance));
+    let (reflectance, transmittance) = (rounded_list(&reflectance), rounded_list(&transmittance));
+    let ior = rounded(ior.into());
     format!("reflectance {reflectance}, transmittance {transmittance}, ior {ior}")
 }

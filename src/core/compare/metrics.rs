@@ -1,5 +1,6 @@
 //! Errors of an image against a reference: bias, MSE, relMSE and PSNR.
 
+use super::relative_change;
 use crate::color::{Spectrum, srgb};
 use crate::film::{DARK, RgbImage};
 use thiserror::Error;
@@ -61,9 +62,9 @@ impl Errors {
         [0, 1, 2].map(|c| self.mean[c] - self.reference_mean[c])
     }
 
-    /// The same as a share of the reference's mean; NaN where that is 0.
+    /// The same as a share of the reference's mean: 0 where both means are 0, and infinite where only the reference's is.
     pub fn relative_bias(&self) -> [f64; 3] {
-        [0, 1, 2].map(|c| self.mean[c] / self.reference_mean[c] - 1.0)
+        [0, 1, 2].map(|c| relative_change(self.reference_mean[c], self.mean[c]))
     }
 
     /// Peak signal-to-noise ratio in decibels, `−10 log10` of [`Errors::display_mse`]: the peak is 1, the display's white, since linear light has no

@@ -7,3 +7,27 @@ mod significance;
 pub use flip::{Exposures, Flip};
 pub use metrics::{Errors, SizeMismatch, relative_differences};
 pub use significance::{CommonErrors, Extreme, MIN_RARE, Noise, Scale, Significance, pixel_scores};
+
+/// Difference of `image` from `reference` as a share of `reference`: 0 where both are 0, and infinite where only the reference is.
+fn relative_change(reference: f64, image: f64) -> f64 {
+    if image == reference {
+        0.0
+    } else {
+        // A reference of −0 is 0, too.
+        (image - reference) / (reference + 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::relative_change;
+
+    #[test]
+    fn differences_of_nothing_are_no_nan() {
+        assert_eq!(relative_change(2.0, 2.5), 0.25);
+        assert_eq!(relative_change(2.0, 1.0), -0.5);
+        assert_eq!((relative_change(0.0, 0.0), relative_change(0.0, -0.0)), (0.0, 0.0));
+        assert_eq!(relative_change(-0.0, 1.0), f64::INFINITY);
+        assert_eq!(relative_change(0.0, -1.0), f64::NEG_INFINITY);
+    }
+}

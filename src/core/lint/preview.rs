@@ -25,7 +25,8 @@ const GRID: [usize; 2] = [256, 128];
 pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
-    /// Share of the flux that it scatters for a viewer along the normal, one at 60° to it, and under uniform light from all sides.
+    /// Share of the flux that it scatters for a viewer along the normal, one at 60° to it, and under uniform light from all sides. What the layers above
+    /// it take is missing, so that the lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
     /// Probability with which it is chosen for the first two.
     pub probability: [f32; 2],
@@ -35,16 +36,19 @@ pub struct LobeAlbedo {
 pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     let views = [Vec3::Z, Vec3::new(0.75f32.sqrt(), 0.0, 0.5)];
     let probabilities = views.map(|wo| bsdf.lobe_probabilities(wo));
-    let lobe = |(i, lobe): (usize, &Lobe)| LobeAlbedo {
-        lobe: *lobe,
-        albedo: [
-            integrate(|u| scattered(lobe, views[0], u)),
-            integrate(|u| scattered(lobe, views[1], u)),
-            integrate(|u| scattered(lobe, cosine_hemisphere(Vec2::new(u[3], u[4])), u)),
-        ],
-        probability: probabilities.each_ref().map(|p| p.get(i).copied().unwrap_or(0.0)),
+    let lobe = |(i, (place, lobe)): (usize, (usize, &Lobe))| {
+        let scattered = |wo, u| scattered(bsdf, (place, lobe), wo, u);
+        LobeAlbedo {
+            lobe: *lobe,
+            albedo: [
+                integrate(|u| scattered(views[0], u)),
+                integrate(|u| scattered(views[1], u)),
+                integrate(|u| scattered(cosine_hemisphere(Vec2::new(u[3], u[4])), u)),
+            ],
+            probability: probabilities.each_ref().map(|p| p.get(i).copied().unwrap_or(0.0)),
+        }
     };
-    bsdf.lobes().enumerate().map(lobe).collect()
+    bsdf.places().enumerate().map(lobe).collect()
 }
 
 /// Share of the flux from all directions that `bsdf` scatters to `wo`, layers included: its directional albedo.
@@ -56,16 +60,17 @@ pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
     })
 }
 
-/// An estimate of the flux's share that a lobe scatters to or from `wo`.
-fn scattered(lobe: &Lobe, wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
+/// An estimate of the flux's share that the lobe in `place` of `bsdf` scatters to or from `wo`, less what the layers above it take.
+fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
     // Importance is flux: radiance is compressed where light is refracted.
     let mode = TransportMode::Importance;
     if lobe.is_delta() {
         let directions = lobe.directions(wo, mode).into_iter().flatten();
+        let directions = directions.map(|sample| bsdf.below_layers(place, lobe, wo, sample));
         return directions.fold(Spectrum::ZERO, |sum, s| sum + s.weight * s.pdf);
     }
     let sample = lobe.sample(wo, u_lobe, Vec2::new(u, v), mode);
-    sample.map_or(Spectrum::ZERO, |s| s.weight)
+    sample.map_or(Spectrum::ZERO, |s| bsdf.below_layers(place, lobe, wo, s).weight)
 }
 
 /// The mean of `f` over the unit cube, by an additive recurrence of five dimensions (Roberts 2018, "The Unreasonable Effectiveness of

@@ -20,7 +20,7 @@ use crate::bsdf::{
     RoughDielectric, RoughMirror, Sheen, ThinDielectric,
 };
 use crate::color::Spectrum;
-use crate::math::{Vec2, encode_fields, encode_variants};
+use crate::math::{Vec2, encode_fields, encode_variants, rounded};
 use std::cell::OnceCell;
 use std::fmt;
 
@@ -135,10 +135,16 @@ pub enum Gloss {
 impl fmt::Display for Gloss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Phong(exponent) => write!(f, "Phong, exponent {exponent}"),
-            Self::Blinn(exponent, fresnel) => write!(f, "Blinn microfacets, exponent {exponent}, {fresnel}"),
+            Self::Phong(exponent) => write!(f, "Phong, exponent {}", rounded((*exponent).into())),
+            Self::Blinn(exponent, fresnel) => {
+                write!(
+                    f,
+                    "Blinn microfacets, exponent {}, {fresnel}",
+                    rounded((*exponent).into())
+                )
+            }
             Self::Ggx(fresnel) => write!(f, "GGX microfacets, {fresnel}"),
-            Self::Metallic(share) => write!(f, "metallic-roughness model, metallic {share}"),
+            Self::Metallic(share) => write!(f, "metallic-roughness model, metallic {}", rounded((*share).into())),
             Self::Mirror(fresnel) => write!(f, "mirror, {fresnel}"),
         }
     }
@@ -220,14 +226,9 @@ impl Material {
 
     /// The BSDF of a surface that is the same all over.
     pub fn bsdf(&self) -> Bsdf {
-        let present = |weight: Spectrum| (!weight.is_black()).then_some(weight);
-        let lobes = [
-            present(self.diffuse_reflectance()).map(|_| self.diffuse_lobe()),
-            present(self.specular).map(|_| self.specular_lobe()),
-            present(self.transmission).map(|_| self.transmission_lobe()),
-        ];
+        let lobes = self.base_lobes();
         if self.clearcoat > 0.0 || !self.sheen.is_black() {
-            let sheen = present(self.sheen).map(|color| Sheen { color });
+            let sheen = (!self.sheen.is_black()).then_some(Sheen { color: self.sheen });
             return Bsdf::Layered(Layered::new(lobes, sheen, self.coat_lobe()));
         }
         match lobes {
@@ -237,6 +238,21 @@ impl Material {
             }
             _ => Bsdf::Mix(Mix::new(lobes)),
         }
+    }
+
+    /// The lobes below sheen and coat: diffuse, glossy or mirror-like, transmitting.
+    fn base_lobes(&self) -> [Option<Lobe>; 3] {
+        let present = |weight: Spectrum| !weight.is_black();
+        [
+            present(self.diffuse_reflectance()).then(|| self.diffuse_lobe()),
+            present(self.specular).then(|| self.specular_lobe()),
+            present(self.transmission).then(|| self.transmission_lobe()),
+        ]
+    }
+
+    /// Whether a lobe has the material's `roughness`.
+    pub fn uses_roughness(&self) -> bool {
+        self.base_lobes().iter().flatten().any(Lobe::has_roughness)
     }
 
     /// What is no metal reflects diffusely.

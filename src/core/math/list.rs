@@ -3,3 +3,39 @@ pub fn list(values: &[f32]) -> String {
     let values: Vec<String> = values.iter().map(f32::to_string).collect();
     format!("[{}]", values.join(", "))
 }
+
+/// A number as people write it: six significant digits, without zeros at the end. The `f32` nearest to 0.04 is `0.04`, and 1 is `1`.
+pub fn rounded(value: f64) -> String {
+    /// Digits after the first one.
+    const DIGITS: usize = 5;
+    let decimal = format!("{value:.DIGITS$e}");
+    decimal.parse().unwrap_or(value).to_string()
+}
+
+/// [`list`] of numbers as [`rounded`] writes them.
+pub fn rounded_list(values: &[f32]) -> String {
+    let values: Vec<String> = values.iter().map(|value| rounded((*value).into())).collect();
+    format!("[{}]", values.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, expected) in [
+            (f64::from(0.04_f32 + 3e-9), "0.04"),
+            (f64::from(0.588_235_3_f32), "0.588235"),
+            (1.0, "1"),
+            (200.0, "200"),
+            (-2.5e-7, "-0.00000025"),
+            (0.0, "0"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(rounded(value), expected);
+        }
+        assert_eq!(rounded_list(&[0.1, 1.0]), "[0.1, 1]");
+    }
+}

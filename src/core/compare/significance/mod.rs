@@ -12,6 +12,7 @@
 
 mod noise;
 
+use super::relative_change;
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::UVec2;
 pub use noise::{CommonErrors, Noise};
@@ -49,9 +50,10 @@ pub struct Extreme {
     pub reference: f64,
     /// Mean of the image there.
     pub image: f64,
-    /// By what share the image is brighter than the reference; of regions and the whole the tiles' mean, weighted by how well each is known.
+    /// `image` minus `reference` as a share of `reference`: 0 where both are 0, and infinite where only the reference is.
     pub difference: f64,
-    /// Difference over its standard deviation: normal of tiles, else Student's t.
+    /// Difference over its standard deviation: normal of tiles, else Student's t. That of regions and the whole is of the mean of the tiles' relative
+    /// differences, weighted by how well each is known, which may have another sign than `difference`.
     pub score: f64,
     /// The chance that noise alone takes one of the tests of this scale so far off.
     pub p: f64,
@@ -184,7 +186,6 @@ struct Test {
     window: Rect,
     channel: usize,
     means: [f64; 2],
-    difference: f64,
     score: f64,
     p: f64,
 }
@@ -205,7 +206,7 @@ impl Test {
             channel: self.channel,
             reference: self.means[0],
             image: self.means[1],
-            difference: self.difference,
+            difference: relative_change(self.means[0], self.means[1]),
             score: self.score,
             p: of_family(self.p, tests),
         }
@@ -234,7 +235,6 @@ impl Pixels {
                         window: Rect { min: at, max },
                         channel,
                         means: pixel.values.map(|v| v[channel]),
-                        difference: pixel.values[1][channel] / pixel.values[0][channel] - 1.0,
                         score,
                         p,
                     };
@@ -256,7 +256,6 @@ impl Tile {
                 window: self.window,
                 channel,
                 means,
-                difference: means[1] / means[0] - 1.0,
                 score,
                 p: student_tails(score, self.freedom),
             })
@@ -306,12 +305,10 @@ fn sum_tests(tiles: &[&Tile]) -> Vec<Test> {
         } else {
             1.0
         };
-        let [reference, image] = whole_means(tiles, channel);
         Some(Test {
             window: around(tiles)?,
             channel,
-            means: [reference, image],
-            difference: image / reference - 1.0,
+            means: whole_means(tiles, channel),
             score: sum.signum() * ((n - 1.0) * (1.0 - share) / share).sqrt(),
             p: if n < 2.0 {
                 1.0
@@ -352,10 +349,7 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
     });
-    let (weights, whole) = weighted
-        .clone()
-        .fold((0.0, 0.0), |(a, b), (weight, term)| (a + weight, b + term));
-    let mean = whole / weights;
+    let weights: f64 = weighted.clone().map(|(weight, _)| weight).sum();
     let most = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
         // Few are independent, and a difference that is larger here than there must not look like noise: none counts more than half of them do.
@@ -382,8 +376,6 @@ fn spread_test(tiles: &[&Tile], common: CommonErrors, channel: usize) -> Option<
         window: around(tiles)?,
         channel,
         means: whole_means(tiles, channel),
-        // From a share of the mean of both to one of the reference
-        difference: (1.0 + 0.5 * mean) / (1.0 - 0.5 * mean) - 1.0,
         score: sum.signum() * ((independent - 1.0) * (1.0 - share) / share).sqrt(),
         p: student_tails_by_share(share, independent - 1.0),
     })

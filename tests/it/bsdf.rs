@@ -243,10 +243,10 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
                 |wi| bsdf.pdf(wo, wi) as f64,
                 edges,
             );
-            // The share is known to 0.0009 at worst.
+            // All samples tell the share to 0.0009 at worst.
             let error = (outcome.integral - outcome.share).abs();
             assert!(
-                error < 4e-3,
+                error < 4e-3 * crate::support::slack(),
                 "{name} {degrees}°: ∫pdf {} but {} of the samples",
                 outcome.integral,
                 outcome.share

@@ -1140,9 +1140,14 @@ impl Drop for KilledOnDrop {
 #[test]
 fn more_memory_than_allowed_is_refused() {
     let folder = lit_floor();
-    // 20,000 triangles in a text that is much smaller than they are
-    let mut text = String::from("v 0 0 0\nv 1 0 0\nv 1 1 0\n");
-    text += &"f 1 2 3\n".repeat(20_000);
+    // 20,000 triangles in a text that is much smaller than they are: a disk, many times
+    let corner = |i: u32| (f64::from(i) * std::f64::consts::TAU / 250.0).sin_cos();
+    let mut text: String = (0..250)
+        .map(corner)
+        .map(|(y, x)| format!("v {x:.3} {y:.3} 0\n"))
+        .collect();
+    let disk: String = (2..250).map(|i| format!("f 1 {i} {}\n", i + 1)).collect();
+    text += &disk.repeat(81);
     fs::write(folder.path().join("many.obj"), text).unwrap();
     for (limit, word) in [
         ("100k", "many.obj: reading"),

@@ -1,4 +1,7 @@
 //! Weights of multiple importance sampling (Veach 1997, §9.2). Where a strategy takes n samples, its density is n times that of one.
+//!
+//! These are weights of two strategies, for `integrator/path`. Strategies of a bidirectional path are weighted in
+//! `integrator/bidirectional/connection/weights.rs`. `Heuristic` of `integrator/path/strategy.rs` chooses the heuristic for both.
 
 /// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as in [`power_heuristic`].
 pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {

@@ -8,6 +8,7 @@
 //!
 //! The throughput that roulette sees is multiplied by the squared indices of refraction that the path has been divided by: radiance that shrinks on
 //! its way into glass grows again on its way out. `reuse` adds a minimum for shared paths.
+//! `integrator/visibility.rs`, which learns which parts of the sky are visible, has a roulette of its own.
 
 use crate::color::Spectrum;
 

@@ -401,12 +401,16 @@ fn furnace(material: &str) -> TempDir {
     ])
 }
 
+/// All values of `--integrator`.
+const INTEGRATORS: &str = "path naive one-sample area whitted distributed direct ao debug light bdpt pssmlt sppm photon-map vcm mlt irradiance-cache";
+
 /// A single sample may be seconds of work, and a path without roulette need not end: the time limit ends both.
 #[test]
 fn every_method_ends_by_its_time_limit() {
     let white = furnace("Kd 1 1 1");
     let endless = "--max-depth none --roulette-depth 4000000000";
-    let methods = [
+    let mut methods: Vec<String> = split(INTEGRATORS).into_iter().map(String::from).collect();
+    methods.extend([
         format!("path {endless}"),
         format!("naive {endless}"),
         format!("light {endless}"),
@@ -419,13 +423,38 @@ fn every_method_ends_by_its_time_limit() {
         "mlt --chains 1 --size 1024x1024".into(),
         "pssmlt --chains 1 --size 1024x1024".into(),
         "path --light-samples 1024 --light-selection all".into(),
-    ];
+    ]);
     for method in methods {
         let line = format!("render f.toml -q --spp 1000000 -o a.png --integrator {method}");
         let began = Instant::now();
         limited(white.path(), &split(&line), 0.3);
         let took = began.elapsed();
         assert!(took < Duration::from_secs(20), "{method}: {took:?}");
+    }
+}
+
+/// An interrupt ends every method, and what it has rendered is written.
+#[cfg(unix)]
+#[test]
+fn every_method_ends_by_an_interrupt() {
+    let white = furnace("Kd 0.8 0.8 0.8");
+    for method in split(INTEGRATORS) {
+        let line =
+            format!("render f.toml -q --spp 1000000 -o {method}.exr --checkpoint {method}.state --integrator {method}");
+        let child = command(white.path(), &split(&line)).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(600));
+        signal(&child, "INT");
+        let began = Instant::now();
+        let out = child.wait_with_output().unwrap();
+        let took = began.elapsed();
+        assert_eq!(code(&out), 130, "{method}: {}", words(&out));
+        assert!(took < Duration::from_secs(20), "{method}: {took:?}");
+        let is_written = white.path().join(format!("{method}.exr")).exists();
+        assert!(
+            is_written || words(&out).contains("before the first sample"),
+            "{method}: {}",
+            words(&out)
+        );
     }
 }
 

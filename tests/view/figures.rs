@@ -1,5 +1,5 @@
-//! Figures of `embrasure view` for docs/benchmarks.md: latencies, pictures and bytes a second, memory after many restarts. They want an idle machine and a release build:
-//! `cargo test --release --test view -- figures --ignored --nocapture`. EMBRASURE_SCENES names further scenes, with blanks between.
+//! Figures of `embrasure view` for docs/benchmarks.md: latencies, pictures and bytes a second, memory after many restarts. They want an idle machine and a release build in which this page, too, is optimised:
+//! `cargo test --release --config profile.release.package.embrasure.opt-level=1 --test view -- figures --ignored --nocapture`. EMBRASURE_SCENES names further scenes, with blanks between.
 
 use super::slow_link::{SLOW, slow_link};
 use super::{Page, Viewer};

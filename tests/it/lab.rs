@@ -275,6 +275,22 @@ fn methods_may_differ_in_any_setting() {
     assert!(differs("") != differs("--orbit 20,40 --fov 30"));
 }
 
+/// No estimator is shown without a sample in each pixel, and it is told if that takes longer than it may.
+#[test]
+fn too_little_time_is_told() {
+    let folder = lit_floor();
+    let line = "lab s.toml -q --size 640x400 --methods path --time 0.001s,30m -o t";
+    let child = command(folder.path(), &split(line)).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    signal(&child, "INT");
+    let said = words(&child.wait_with_output().unwrap());
+    assert!(
+        said.contains("path: one sample per pixel takes") && said.contains("more than --time 0.001s"),
+        "{said}"
+    );
+    assert!(!said.contains("1800"), "{said}");
+}
+
 /// An interrupt ends any method within a second, and the estimators that were complete are written, without errors.
 #[test]
 fn an_interrupt_writes_what_there_is() {

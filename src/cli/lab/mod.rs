@@ -117,6 +117,15 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         session: Some(session),
     };
     let runs = laboratory.runs(contenders, &budgets)?;
+    runs.iter()
+        .filter_map(|(contender, run)| Some((contender, run.overspent(&budgets)?)))
+        .for_each(|(contender, [seconds, budget])| {
+            words::warning(format_args!(
+                "{}: one sample per pixel takes {seconds:.1} s, more than --time {budget}s\n  \
+                 help: allow more time, or render fewer pixels with --size",
+                contender.name
+            ));
+        });
     if runs.iter().all(|(_, run)| run.snapshots.is_empty()) && is_interrupted() {
         let words = "interrupted before the first sample: nothing is written";
         return Err(CliError::Interrupted(words.into()));

@@ -48,6 +48,17 @@ pub(super) struct Run {
 }
 
 impl Run {
+    /// The seconds of a first sample that took more than a tenth too long for a budget, and the largest such budget. No estimator is shown without
+    /// a sample in each pixel.
+    pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
+        let first = self.snapshots.first()?;
+        let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {
+            Budget::Seconds(seconds) if first.seconds > 1.1 * seconds => Some(seconds),
+            _ => None,
+        });
+        Some([first.seconds, budgets.max_by(f64::total_cmp)?])
+    }
+
     /// The snapshot at which the budget `index` ends.
     pub fn at(&self, index: usize) -> Option<&Snapshot> {
         self.snapshots.iter().find(|snapshot| snapshot.budgets.contains(&index))

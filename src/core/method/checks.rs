@@ -190,7 +190,7 @@ impl Method {
                 "the scene moves while the shutter is open: the irradiance cache stays empty, and path tracing computes all light"
             }
             IntegratorKind::PhotonMap => {
-                "the scene moves while the shutter is open: photons of all times are used together, which blurs shadows and caustics more than their motion does"
+                "the scene moves while the shutter is open: photons of a slice of the shutter interval are used together, which blurs shadows and caustics further"
             }
             _ => return None,
         };

@@ -206,6 +206,15 @@ fn points_are_as_dense_as_photons() {
     );
     assert!(caustics.iter().all(|light| *light == 0.0));
 
+    // A ring throws its caustic on the floor about it: that light is in the map, and nothing of it lies at the far edge.
+    let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
+    let more = "--integrator photon-map --photons 20000 --spp 4 --size 64x48 --aov points -q -o r.exr";
+    done(at, &split(&format!("render {} {more}", ring.display())));
+    let caustics = read_channel(&at.join("r.exr"), "points.caustics");
+    let lit = caustics.iter().filter(|light| **light > 0.0).count();
+    assert!((100..1200).contains(&lit), "{lit} of 3072 pixels");
+    assert!(caustics[..64].iter().all(|light| *light == 0.0));
+
     let [dots, radii, counts, _] = render("--integrator irradiance-cache --spp 16");
     // Irradiance of a room changes everywhere, and across the room by about as much as there is.
     let gradient = read_channel(&path, "points.gradient");

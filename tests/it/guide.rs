@@ -11,7 +11,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::env::var_os;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 use tempfile::TempDir;
 
@@ -302,7 +302,10 @@ fn pictures_have_their_commands() {
             let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
             // Loops name their pictures by a variable: `depth-$d.png`.
             let in_a_loop = stem.rsplit_once('-').map(|(start, _)| format!("{start}-$"));
-            let is_made = text.contains(stem) || in_a_loop.is_some_and(|name| text.contains(&name));
+            // The lab names its curves after the comparison: `-o sets` makes `sets-curves.svg`.
+            let of_a_lab = stem.strip_suffix("-curves").map(|prefix| format!("-o {prefix}"));
+            let is_in_the_text = |name: Option<String>| name.is_some_and(|name| text.contains(&name));
+            let is_made = text.contains(stem) || is_in_the_text(in_a_loop) || is_in_the_text(of_a_lab);
             if !has_commands || !is_made {
                 wrong.push(format!("{}: no command on this page makes {file}", page.at(link.line)));
             }
@@ -385,11 +388,11 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// The page of all methods: the program understands each command, and each test is there.
+/// The page of all methods: the program understands each command, and each test is there. With `EMBRASURE_GUIDE=all` the commands run.
 #[test]
 fn methods_have_commands_and_tests() {
     let text = fs::read_to_string(root().join("docs/guide/reference/methods.md")).unwrap();
-    let (folder, mut wrong, mut count) = (tempfile::tempdir().unwrap(), Vec::new(), 0);
+    let (folder, mut wrong, mut count) = (folder_with_scenes(), Vec::new(), 0);
     for row in text.lines().filter(|line| line.contains("| `embrasure ")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
         let [_, idea, command, _, test, _] = cells[..] else {
@@ -405,6 +408,12 @@ fn methods_have_commands_and_tests() {
         if let Ok(refused) = fs::read_to_string(folder.path().join("refused")) {
             wrong.push(format!("{idea}: {refused}"));
             fs::remove_file(folder.path().join("refused")).unwrap();
+        } else if takes_slow() {
+            let (start, out) = (Instant::now(), shell_in(folder.path(), command));
+            println!("{idea}: {:.1} s", start.elapsed().as_secs_f64());
+            if !out.status.success() {
+                wrong.push(format!("{idea}: {command}\n{}", words(&out)));
+            }
         }
         // `module::test` or `module` of tests/it, or `src/file.rs: test`
         let (file, name) = match test.split_once(": ") {
@@ -425,6 +434,21 @@ fn methods_have_commands_and_tests() {
     assert!(count > 70, "{count} methods");
 }
 
+/// Whether commands run that take more than some seconds.
+fn takes_slow() -> bool {
+    var_os("EMBRASURE_GUIDE").is_some_and(|value| value == "all")
+}
+
+/// Runs the commands in `folder`, with the program of this build.
+fn shell_in(folder: &Path, commands: &str) -> Output {
+    let programs = Path::new(PROGRAM).parent().unwrap().to_path_buf();
+    let others = var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths(std::iter::once(programs).chain(std::env::split_paths(&others))).unwrap();
+    let mut shell = Command::new("sh");
+    shell.args(["-euc", commands]).env("PATH", &path).current_dir(folder);
+    shell.output().unwrap()
+}
+
 /// A folder in which the project's scenes are, as in the project's own.
 fn folder_with_scenes() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -440,15 +464,11 @@ fn folder_with_scenes() -> TempDir {
 /// The blocks of commands do what they say, page by page.
 #[test]
 fn commands_run() {
-    let takes_slow = var_os("EMBRASURE_GUIDE").is_some_and(|value| value == "all");
     let writes = var_os("EMBRASURE_WRITE_DOCS").is_some();
     let only = var_os("EMBRASURE_GUIDE_PAGE").map(|name| name.into_string().unwrap());
-    let programs = Path::new(PROGRAM).parent().unwrap().to_path_buf();
-    let others = var_os("PATH").unwrap_or_default();
-    let path = std::env::join_paths(std::iter::once(programs).chain(std::env::split_paths(&others))).unwrap();
     let mut wrong = Vec::new();
     for page in pages() {
-        let runs = |block: &Block| block.info == "console" || (takes_slow && block.info == "console slow");
+        let runs = |block: &Block| block.info == "console" || (takes_slow() && block.info == "console slow");
         let blocks: Vec<Block> = page.parts().1.into_iter().filter(runs).collect();
         if blocks.is_empty() || only.as_ref().is_some_and(|only| !page.name.contains(only)) {
             continue;
@@ -456,12 +476,7 @@ fn commands_run() {
         let folder = folder_with_scenes();
         for block in blocks {
             let start = Instant::now();
-            let out = Command::new("sh")
-                .args(["-euc", &block.text])
-                .env("PATH", &path)
-                .current_dir(folder.path())
-                .output();
-            let out = out.unwrap();
+            let out = shell_in(folder.path(), &block.text);
             println!("{}: {:.1} s", page.at(block.line), start.elapsed().as_secs_f64());
             if !out.status.success() {
                 wrong.push(format!("{}:\n{}{}", page.at(block.line), block.text, words(&out)));

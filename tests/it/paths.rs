@@ -97,6 +97,27 @@ fn contributions_are_the_light_of_the_pixel() {
     }
 }
 
+/// A density estimate of k photons has the radius of the k-th and counts those within; a larger one has about the same density.
+#[test]
+fn density_estimates_have_the_photons_that_were_asked_for() {
+    let folder = folder(&[("a.txt", "")]);
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
+    let density = |count: f64| {
+        let more = "--integrator photon-map --photons 300000 --size 96x72 --spp 1 --pixel 24,60 --json";
+        let line = format!("paths {} -q {more} --photon-count {count}", scene.display());
+        let facts = json(&run(folder.path(), &split(&line)));
+        let traces = facts["samples"][0]["traces"].as_array().unwrap();
+        let vertices = traces.iter().flat_map(|trace| trace["vertices"].as_array().unwrap());
+        let on_paper = vertices.filter(|vertex| vertex["material"] == "paper");
+        let photons: Vec<&Value> = on_paper.filter_map(|vertex| vertex["photons"].get(0)).collect();
+        assert!(!photons.is_empty(), "{facts}");
+        assert_eq!(photons[0]["count"].as_f64(), Some(count - 1.0));
+        (count - 1.0) / photons[0]["radius"].as_f64().unwrap().powi(2)
+    };
+    let ratio = density(80.0) / density(20.0);
+    assert!((0.4..2.5).contains(&ratio), "{ratio}");
+}
+
 /// Throughputs, densities and weights multiply to the contributions.
 #[test]
 fn numbers_of_vertices_multiply_to_the_light() {

@@ -66,3 +66,59 @@ fn area(scene: &Scene, hit: &Hit, time: f32) -> f64 {
     let [p0, p1, p2] = scene.corners(hit, time);
     triangle_area(p0, p1, p2)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Mesh;
+    use crate::material::Material;
+    use crate::math::Vec3;
+    use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
+    use crate::scene::SceneBuilder;
+
+    /// χ² over the four parts of each triangle that its edges' midpoints cut: all points have one density, that of the whole area.
+    #[test]
+    fn points_are_uniform_over_all_triangles() {
+        const N: u32 = 400_000;
+        /// 99.99 % of χ² with 11 degrees of freedom.
+        const BOUND: f64 = 37.4;
+        let widths = [1.0, 4.0, 0.05];
+        let mut builder = SceneBuilder::new();
+        for (z, width) in widths.into_iter().enumerate() {
+            let z = Vec3::Z * z as f32;
+            let mesh = Mesh {
+                positions: vec![z, z + Vec3::X * width, z + Vec3::Y],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            };
+            let material = builder.add_material(Material::default()).unwrap();
+            builder.add_mesh(mesh, material).unwrap();
+        }
+        let scene = builder.build().unwrap();
+        let areas = SurfaceAreas::new(&scene);
+        let whole = 0.5 * widths.iter().sum::<f32>();
+
+        let mut counts = [[0u32; 4]; 3];
+        for i in 0..N {
+            let mut sampler = Independent::new(1);
+            sampler.start(SampleKey::new(0, 0, i));
+            let choice = sampler.get_1d(Dimension::bounce(0, Bounce::LightPoint));
+            let u = sampler.get_2d(Dimension::bounce(0, Bounce::Direction));
+            let (hit, pdf) = areas.sample(&scene, choice, u, 0.0).unwrap();
+            assert!((pdf * whole - 1.0).abs() < 1e-5, "{pdf}");
+            let part = match (hit.b1, hit.b2) {
+                (b1, _) if b1 > 0.5 => 1,
+                (_, b2) if b2 > 0.5 => 2,
+                (b1, b2) if b1 + b2 < 0.5 => 0,
+                _ => 3,
+            };
+            counts[hit.geom.0 as usize][part] += 1;
+        }
+        let terms = counts.iter().zip(widths).flat_map(|(parts, width)| {
+            let expected = f64::from(N) * f64::from(0.5 * width / whole) / 4.0;
+            parts.map(|count| (f64::from(count) - expected).powi(2) / expected)
+        });
+        let chi_squared: f64 = terms.sum();
+        assert!(chi_squared < BOUND, "{chi_squared}: {counts:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Renders that are stopped, killed, cut into parts and joined: the bits are those of one render, and nothing that was written is lost.
 
 use crate::support::program::{
-    assert_same_bits, command, done, folder, joined, limited, read_json, refused, run, signal, split, words,
+    assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split, words,
 };
 use crate::support::read_channel;
 use std::fs;

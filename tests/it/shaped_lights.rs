@@ -45,7 +45,10 @@ fn directions_follow_their_densities() {
         let outcome = chi_square(SAMPLES, sample, pdf, true);
         println!("{what}: {outcome:?}");
         assert!(outcome.p_value > level, "{what}: {outcome:?}");
-        assert!((outcome.integral - 1.0).abs() < 2e-3, "{what}: {outcome:?}");
+        // Of the square about a disk that is near, some samples miss the disk.
+        assert!((outcome.integral - outcome.share).abs() < 2e-3, "{what}: {outcome:?}");
+        let is_near_disk = what.contains("disk") && outcome.share > 0.78;
+        assert!(outcome.share > 0.998 || is_near_disk, "{what}: {outcome:?}");
         cases += 1;
     };
     let center = Vec3::new(0.4, -0.7, 0.8);
@@ -57,7 +60,13 @@ fn directions_follow_their_densities() {
         let is_met = |w: Vec3| 0.5 * f64::from(w.distance_squared(center.normalize())) < depth;
         check(&format!("sphere {share}"), &light, &|w| is_met(w).then_some(w));
     }
-    for (normal, radius) in [(-center.normalize(), 0.5), (Vec3::Y, 0.6), (Vec3::Y, 30.0)] {
+    for (normal, radius) in [
+        (-center.normalize(), 0.5),
+        (-center.normalize(), 1.3),
+        (Vec3::Y, 0.6),
+        (Vec3::Y, 4.0),
+        (Vec3::Y, 30.0),
+    ] {
         let light = Light::Disk(DiskLight::new(center, normal, radius, Spectrum::ONE));
         let is_on = |q: &Vec3| q.distance(center) < radius;
         check(&format!("disk {radius}"), &light, &|w| {
@@ -78,7 +87,7 @@ fn directions_follow_their_densities() {
             on_plane(corner, normal, w).filter(is_on)
         });
     }
-    assert_eq!(cases, 8);
+    assert_eq!(cases, 10);
 }
 
 /// Closed forms against sums over samples, also where the horizon cuts the lamp.

@@ -1,8 +1,9 @@
 //! Disks that emit on one side.
 //!
-//! Points are uniform over the area. A disk as seen from a point is a spherical ellipse, whose uniform sampling takes elliptic integrals or their
-//! inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses"): as with triangles, that costs more time
-//! than its error saves unless the disk is near and large.
+//! From nearer than the radius, directions are uniform over the solid angle of the square about the disk (`sampling/spherical_rectangle.rs`), and those
+//! beside the disk carry nothing: a share of at most 1 − π/4, and hardly any from very near. From farther away points are uniform over the area, which
+//! has less variance there (docs/benchmarks.md, "Disks"). The disk itself is a spherical ellipse on the sphere of directions, whose uniform sampling takes
+//! elliptic integrals or their inversion in each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for Spherical Ellipses").
 //!
 //! In the world a disk is a square around it, which lets rays pass beside the disk (`scene/lamp_hulls.rs`).
 
@@ -10,8 +11,12 @@ use super::tree::LightBounds;
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};
+use crate::sampling::spherical_rectangle::SphericalRectangle;
 use crate::sampling::warp::{cosine_hemisphere_pdf, uniform_disk};
 use std::f64::consts::PI;
+
+/// Solid angles of the square, sr, between which it is sampled: of nearly the half sphere few digits are right.
+const SOLID_ANGLES: std::ops::Range<f32> = 0.01..6.2;
 
 /// A disk that emits the same radiance in every direction of its front side.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +69,37 @@ impl DiskLight {
         gamma(16) * (self.center.abs().max_element() + self.radius)
     }
 
-    /// Draws a point on the disk, seen from `p`.
+    /// The square about the disk on the sphere of directions at `p`, if that is what is sampled there.
+    fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
+        if p.distance_squared(self.center) > self.radius * self.radius {
+            return None;
+        }
+        let frame = Frame::from_z(self.normal);
+        let edges = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis));
+        let corner = self.center - self.radius * (edges[0] + edges[1]);
+        SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p)
+            .filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
+    }
+
+    /// Draws a point on the disk, seen from `p`; `None` from behind, and where the point lies beside the disk.
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let q = self.point(u);
-        let wi = (q - p).try_normalize()?;
-        let pdf = self.pdf(p, q, wi);
+        let (q, wi, pdf) = match self.seen(p) {
+            Some(seen) => {
+                let to = seen.sample(u);
+                let is_on = (p + to).distance_squared(self.center) < self.radius * self.radius;
+                let pdf = if is_on && to.dot(self.normal) < 0.0 {
+                    1.0 / seen.solid_angle()
+                } else {
+                    0.0
+                };
+                (p + to, to.normalize(), pdf)
+            }
+            None => {
+                let q = self.point(u);
+                let wi = (q - p).try_normalize()?;
+                (q, wi, self.pdf_by_area(p, q, wi))
+            }
+        };
         (pdf > 0.0).then(|| LightSample {
             wi,
             radiance: self.radiance,
@@ -78,8 +109,17 @@ impl DiskLight {
         })
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`, `r² / (A cos θ)`; 0 behind it.
+    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`; 0 behind it.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
+        match self.seen(p) {
+            Some(seen) if wi.dot(self.normal) < 0.0 => 1.0 / seen.solid_angle(),
+            Some(_) => 0.0,
+            None => self.pdf_by_area(p, q, wi),
+        }
+    }
+
+    /// `r² / (A cos θ)`.
+    fn pdf_by_area(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         let cos = -wi.dot(self.normal);
         let pdf = p.distance_squared(q) / (cos * self.area() as f32);
         // Edge-on, the density may be NaN: no sample.

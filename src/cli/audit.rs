@@ -6,6 +6,7 @@ use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{Heeding, Progress};
 use super::warnings::ShownWarnings;
+use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::film::Film;
@@ -304,7 +305,7 @@ impl Report {
     pub fn text(&self) -> String {
         let [a, b] = &self.backends;
         let mut text = format!(
-            "{}: {} {} and {} {} disagree on {} of {} rays ({:.1e})",
+            "{}: {} {} and {} {} disagree on {} of {} rays ({})",
             self.scene,
             a.name,
             a.version,
@@ -312,7 +313,7 @@ impl Report {
             b.version,
             self.disagreements,
             self.closest_rays + self.occlusion_rays,
-            self.rate
+            percent(self.rate)
         );
         let causes: Vec<String> = self
             .causes

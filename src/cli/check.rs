@@ -170,7 +170,7 @@ impl Report {
             (
                 sampling.samples.is_none() && quality.quality.is_none(),
                 if file.is_file() {
-                    "64 samples a pixel"
+                    "64 samples per pixel"
                 } else {
                     "quality good"
                 },

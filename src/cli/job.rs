@@ -2,6 +2,7 @@ use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
 use super::warnings::ShownWarnings;
+use super::words;
 use crate::color::{Curve, Exposure};
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::Rect;
@@ -149,7 +150,8 @@ fn settings(args: &RenderArgs, scene: &SceneFile, options: &SceneOptions) -> Res
     if let Some([first, end]) = args.samples.filter(too_few) {
         let spp = settings.spp;
         return Err(CliError::Usage(format!(
-            "--samples {first}..{end}\n  help: the whole picture has {spp} samples a pixel: end at {spp}, or raise --spp"
+            "--samples {first}..{end}\n  help: the whole picture has {} per pixel: end at {spp}, or raise --spp",
+            words::count(spp.into(), "sample")
         )));
     }
     let wanted = aovs(&args.aov, scene, &settings.method())?;

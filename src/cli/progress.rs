@@ -7,7 +7,7 @@
 //! Work that cannot be asked has a thread of its own, which the command leaves behind: denoising half a second after an interrupt, and a tev viewer
 //! that has not read a band of the last picture for a second. Such a command ends without exit handlers.
 
-use super::words::{escaped, in_colour};
+use super::words::{escaped, in_colour, percent};
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
@@ -239,7 +239,7 @@ impl Observer for Progress {
 
     fn expect(&self, samples: u64, error: f64) {
         self.bar.set_length(self.bar.position() + samples);
-        self.bar.set_message(format!("error {error:.2e}  "));
+        self.bar.set_message(format!("error {}  ", percent(error)));
     }
 
     fn prepared(&self, records: u64) {
@@ -249,7 +249,7 @@ impl Observer for Progress {
     fn passed(&self, film: &Film) {
         let error = (!self.bar.is_hidden()).then(|| film.relative_error());
         if let Some(error) = error.flatten() {
-            self.bar.set_message(format!("error {error:.2e}  "));
+            self.bar.set_message(format!("error {}  ", percent(error)));
         }
     }
 

@@ -246,7 +246,7 @@ impl Settings {
             return refused("crop", value, "X0 < X1 and Y0 < Y1, inside the image".into());
         }
         if self.noise.is_some() && (self.spp < 2 * BLOCK || self.spp % BLOCK != 0) {
-            let value = format!("{} samples a pixel with a noise level", self.spp);
+            let value = format!("{} samples per pixel with a noise level", self.spp);
             let help = format!(
                 "use a multiple of {BLOCK}, {} at least: errors are estimated from the differences of such blocks",
                 2 * BLOCK

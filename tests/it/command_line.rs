@@ -135,7 +135,7 @@ fn noise_ends_a_render() {
     assert_eq!(noise, again);
     let error = noise["error"].as_f64().unwrap();
     assert!((0.001..=0.002).contains(&error), "{noise}");
-    assert!(noise["least_spp"].as_u64().unwrap() >= 128, "{noise}");
+    assert!(noise["min_spp"].as_u64().unwrap() >= 128, "{noise}");
     let [one, two] = ["1.exr", "2.exr"].map(|name| folder.path().join(name));
     assert_eq!(read_rgb(&one), read_rgb(&two));
     // The map: what tiles have left, whose mean square is the picture's error
@@ -149,10 +149,10 @@ fn noise_ends_a_render() {
     // Too few samples are said to be so.
     let (words, noise) = render("few.exr", &["0.0001", "--spp", "192"]);
     assert!(
-        words.contains("was not reached with at most 192 samples a pixel"),
+        words.contains("was not reached with at most 192 samples per pixel"),
         "{words}"
     );
-    assert_eq!(noise["most_spp"], 192);
+    assert_eq!(noise["max_spp"], 192);
 }
 
 #[test]

@@ -536,7 +536,7 @@ fn usage_of_parts_is_checked() {
     for (args, word) in [
         (&["--samples", "10..64"][..], "multiples of 64"),
         (&["--samples", "0..100", "--spp", "200"], "multiples of 64"),
-        (&["--samples", "64..128", "--spp", "100"], "100 samples a pixel"),
+        (&["--samples", "64..128", "--spp", "100"], "100 samples per pixel"),
         (&["--samples", "64..64"], "64..128"),
         (&["--samples", "0..64", "--noise", "0.1"], "cannot be used with"),
         (&["--resume"], "--checkpoint"),

@@ -38,9 +38,9 @@ pub(in crate::cli) struct LabArgs {
 
     /// Integrators to compare in place of the ladder, such as path,path:sampler=halton
     ///
-    /// Settings of a method are parameters of integrators, sampling and pixel filter. A filter changes the picture: relMSE then includes the
+    /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators, sampling and pixel filter. A filter changes the picture: relMSE then includes the
     /// difference between the filters of the estimator and of the reference.
-    #[arg(long, value_name = "NAME[:KEY=VALUE]...,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', value_parser = MethodParser, hide_possible_values = true)]
     pub methods: Vec<MethodFlag>,
 
     /// Write a sheet of the light of each bounce from 0 to 5, in place of a comparison

@@ -16,7 +16,7 @@ use crate::options::{
 use clap::Parser;
 use std::path::PathBuf;
 
-/// What was typed after `render`: a flag beats the scene file, the scene file beats the default.
+/// Arguments of `render`: a flag beats the scene file, the scene file beats the default.
 #[derive(Clone, Debug, Default, Parser)]
 #[command(after_help = "\
 Examples:
@@ -66,7 +66,7 @@ pub(in crate::cli) struct RenderArgs {
     pub write_every: Option<f64>,
 
     /// Show the picture so far in the tev viewer, such as 127.0.0.1:14158
-    #[arg(long, value_name = "HOST:PORT", value_parser = parse_address, conflicts_with = "pixel")]
+    #[arg(long, value_name = "ADDRESS", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
     /// Further channels of EXR files, such as P, uv, id, cryptomatte, lights, direct or all

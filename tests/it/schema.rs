@@ -5,6 +5,7 @@
 use crate::support::program::{done, folder, printed};
 use embrasure::{SceneFile, Session, Settings};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -675,4 +676,63 @@ fn the_schema_and_the_program_agree() {
         differences.join("\n")
     );
     assert!(refused > 150 && taken > 40, "{refused} refused, {taken} taken");
+}
+
+/// Keys that first cells of the page's tables name: `camera.up`, and after `material.NAME.eta` also `.k`.
+fn keys_of_page(page: &str) -> BTreeSet<String> {
+    let mut keys = BTreeSet::new();
+    for row in page.lines().filter(|line| line.starts_with("| `")) {
+        let cell = row.trim_start_matches("| ").split(" | ").next().unwrap();
+        let mut section = "";
+        for name in cell.split('`').skip(1).step_by(2) {
+            match name.strip_prefix('.') {
+                Some(key) => drop(keys.insert(format!("{section}.{key}"))),
+                None => {
+                    section = name.rsplit_once('.').map_or("", |(section, _)| section);
+                    keys.insert(name.into());
+                }
+            }
+        }
+    }
+    keys
+}
+
+/// Every key of the schema has a row on the page of the reference, and each type of light a row with its keys.
+#[test]
+fn the_reference_has_every_key_of_the_schema() {
+    let schema = schema();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/reference/scene-file.md");
+    let page = fs::read_to_string(path).unwrap();
+    let rows = keys_of_page(&page);
+    let properties = &schema["properties"];
+    let mut count = 0;
+    for (section, table) in [
+        ("camera", &properties["camera"]),
+        ("image", &properties["image"]),
+        ("object", &properties["object"]["items"]),
+        ("material.NAME", &properties["material"]["additionalProperties"]),
+        ("ground", &properties["ground"]),
+        ("light_group", &properties["light_group"]["items"]),
+    ] {
+        for key in table["properties"].as_object().unwrap().keys() {
+            assert!(rows.contains(&format!("{section}.{key}")), "{section}.{key} has no row");
+            count += 1;
+        }
+    }
+    let lights = page.split("\n## Lights\n").nth(1).unwrap();
+    for condition in properties["light"]["items"]["allOf"].as_array().unwrap() {
+        let name = condition["if"]["properties"]["type"]["enum"][0].as_str().unwrap();
+        let row = lights.lines().find(|line| line.starts_with(&format!("| `{name}` | ")));
+        let row = row.unwrap_or_else(|| panic!("light {name} has no row"));
+        for key in condition["then"]["properties"].as_object().unwrap().keys() {
+            let is_common = ["type", "group"].contains(&key.as_str());
+            let has_row = match is_common {
+                true => rows.contains(&format!("light.{key}")),
+                false => row.contains(&format!("`{key}`")),
+            };
+            assert!(has_row, "{key} of light {name} is not on the page");
+            count += 1;
+        }
+    }
+    assert!(count > 100, "{count} keys");
 }

@@ -50,7 +50,7 @@ pub(super) struct Report {
     rate: f64,
     /// Disagreements by cause.
     causes: BTreeMap<&'static str, u64>,
-    /// How often each backend is wrong in `rays`.
+    /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,
     /// The first of them; unexplained ones come first, then leaks.
     rays: Vec<Entry>,
@@ -89,7 +89,7 @@ struct Entry {
     answers: BTreeMap<String, serde_json::Value>,
 }
 
-/// What is read back from a report.
+/// Part of a report that `--replay` reads.
 #[derive(Debug, Deserialize)]
 struct Replay {
     scene_hash: String,

@@ -29,7 +29,7 @@ pub(super) struct Job {
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,
-    /// What is odd about the flags.
+    /// Warnings about the flags.
     pub warnings: Vec<Warning>,
     /// Which warnings are printed.
     pub shown_warnings: ShownWarnings,
@@ -49,7 +49,7 @@ impl Job {
         Self::to_show_scene(args, read_scene(&args.scene, &args.load)?)
     }
 
-    /// The same for a scene file that was read.
+    /// [`Job::to_show`] for a scene file that was read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         if !scene.is_file() {
             guess_picture(args, &mut scene.options);

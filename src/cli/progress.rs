@@ -154,13 +154,13 @@ impl Progress {
 }
 
 /// A [`Progress`] that also stops the render at its end, and has it pause when something is due.
-pub(super) struct Until<'a> {
+pub(super) struct StopCondition<'a> {
     pub progress: &'a Progress,
     pub end: Option<Instant>,
     pub pause: Option<Instant>,
 }
 
-impl Observer for Until<'_> {
+impl Observer for StopCondition<'_> {
     fn progress(&self, samples: u64) {
         self.progress.progress(samples);
     }
@@ -226,7 +226,7 @@ impl LoadObserver for Loading {
     }
 }
 
-/// How much is done, in whole per cent that are done.
+/// Completed share in whole percent, rounded down.
 fn floored_percent(done: u64, of: Option<u64>) -> u64 {
     let of = of.unwrap_or(0).max(1);
     (done.min(of) as u128 * 100 / of as u128) as u64

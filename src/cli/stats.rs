@@ -179,10 +179,10 @@ pub(super) struct Denoised {
     pub seconds: f64,
 }
 
-/// How noisy a picture is.
+/// Noise of a picture.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Noise {
-    /// What was asked for.
+    /// Requested level.
     level: f64,
     /// Estimated relative error: the square root of relMSE.
     error: f64,

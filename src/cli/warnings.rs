@@ -34,7 +34,7 @@ impl ShownWarnings {
         }
     }
 
-    /// What is printed, in the order of the first warning of each kind.
+    /// Printed warnings, in the order of the first warning of each kind.
     fn texts(self, warnings: &[Warning], path: &Path) -> Vec<String> {
         match self {
             Self::All => warnings.iter().map(with_code).collect(),

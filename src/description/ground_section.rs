@@ -25,11 +25,11 @@ pub struct GroundSection {
     pub albedo: Option<Spanned<Albedo>>,
 }
 
-/// The same in all channels, or red, green and blue.
+/// One number for all channels, or red, green and blue.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "albedo must be a number or three numbers")]
 pub enum Albedo {
-    /// The same in all channels.
+    /// One number for all channels.
     Grey(f32),
     /// Linear red, green and blue.
     Rgb([f32; 3]),

@@ -83,7 +83,7 @@ pub enum Rotation {
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a colour is one number or three")]
 enum Channels {
-    /// The same in all of them.
+    /// One number for all channels.
     All(f32),
     /// Linear red, green and blue.
     Each([f32; 3]),

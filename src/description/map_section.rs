@@ -23,7 +23,7 @@ pub struct MapSection {
     pub is_none: bool,
     /// The file, relative to the scene file.
     pub file: PathBuf,
-    /// How often it repeats in a unit of u and v.
+    /// Repetitions in a unit of u and v.
     #[serde(default, deserialize_with = "numbers")]
     pub scale: Option<Spanned<[f32; 2]>>,
     /// Where in it the surface's (0, 0) lies.

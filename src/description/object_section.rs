@@ -18,7 +18,7 @@ pub struct ObjectSection {
     pub matrix: Option<Spanned<[[f32; 4]; 4]>>,
     /// Placement at time 1, if the object moves.
     pub transform_close: Option<Spanned<TransformSection>>,
-    /// The same as four rows of four.
+    /// Placement at time 1 as four rows of four.
     #[serde(default, deserialize_with = "matrix")]
     pub matrix_close: Option<Spanned<[[f32; 4]; 4]>>,
     /// OBJ file of its shape at time 1, if that changes.
@@ -58,7 +58,7 @@ pub struct TransformSection {
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {
-    /// The same along all axes.
+    /// One factor for all axes.
     Uniform(f32),
     /// Along x, y and z.
     Axes([f32; 3]),

@@ -64,7 +64,7 @@ fn plain(message: &str) -> String {
 const MAX_NEAREST: usize = 3;
 /// Names among which the nearest are looked for: files may have more than anybody waits for.
 const MAX_NAMES: usize = 4096;
-/// How much two names have in common, at least, if one may be meant by the other (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of two names of which one may be meant by the other (Jaro and Winkler, 0 to 1).
 const SIMILAR: f64 = 0.7;
 
 /// The names of `known` that `name` is most like, the nearest first. Case does not count, and a name that holds all of `name` is near.

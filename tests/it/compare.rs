@@ -208,7 +208,7 @@ fn phong(exponent: u32) -> TempDir {
     ])
 }
 
-/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise says nothing of it. That is no difference; one of the whole
+/// Uniform directions meet a sharp lobe once in ten thousand samples: most tiles have never seen it, and their noise does not include it. That is no difference; one of the whole
 /// that is larger than such noise is.
 #[test]
 fn rare_samples_are_no_difference() {
@@ -228,7 +228,7 @@ fn rare_samples_are_no_difference() {
             assert_eq!((code, found["outcome"].as_str()), (0, Some(outcome)), "{found:#}");
             let words = found["significance_test"]["left_out"].as_str().unwrap_or_default();
             assert!(words.contains("heavy tails"), "{found:#}");
-            // Two of the same kind are as often brighter as darker, and compared as ever.
+            // Two of the same kind are as often brighter as darker, and compared as usual.
             render(folder, "s.toml", &joined(&naive[..4], &["--seed", "9"]), "other.exr");
             let (code, found) = compare(folder, &["other.exr", "naive.exr"]);
             assert_eq!(

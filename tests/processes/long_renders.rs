@@ -339,7 +339,7 @@ fn kills_cost_nothing_that_was_kept() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// A termination signal is an interrupt: what is done is written, and gone on with.
+/// A termination signal is an interrupt: what is done is written, and resumed.
 #[cfg(unix)]
 #[test]
 fn signals_are_gone_on_from() {
@@ -524,7 +524,7 @@ fn outputs_that_vanish_are_told() {
         "{said}"
     );
     assert!(folder.path().join("kept.exr").exists());
-    // What was written before can be gone on with where it is now.
+    // Earlier checkpoints can be resumed at their new place.
     let args = split("render s.toml -q --spp 4096 --checkpoint moved/c.exr --resume -o later.exr");
     done(folder.path(), &args);
     assert_same(&folder, "later.exr", "kept.exr");

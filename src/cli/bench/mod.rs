@@ -63,7 +63,7 @@ struct BackendReport {
     pub runs: Vec<Run>,
 }
 
-/// What was measured with a number of threads.
+/// Measurements with a number of threads.
 #[derive(Debug, Serialize)]
 struct Run {
     pub threads: usize,
@@ -185,7 +185,7 @@ fn shrink(job: &mut Job) {
     *resolution = UVec2::new(side(resolution.x), side(resolution.y));
 }
 
-/// What is measured on one scene by one backend.
+/// Measurements on one scene by one backend.
 struct Measure<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,

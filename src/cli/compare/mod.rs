@@ -75,7 +75,7 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
-/// What is said of the pair as a whole.
+/// Result for the pair as a whole.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,
@@ -96,7 +96,7 @@ impl Outcome {
     }
 }
 
-/// What was found.
+/// Result of a comparison.
 struct Comparison<'a> {
     args: &'a CompareArgs,
     pair: &'a Pair,
@@ -172,7 +172,7 @@ fn heavy_tails(rare: f64) -> String {
     )
 }
 
-/// What is not tested, and why.
+/// Tests that are left out, and the reason.
 fn left_out(significance: &Significance) -> Option<String> {
     match significance.common {
         _ if significance.extremes.is_empty() => significance.rare.map(heavy_tails),

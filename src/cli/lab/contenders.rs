@@ -1,4 +1,4 @@
-//! What is compared: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
+//! The contenders: the ladder, each rung with one idea more than the one below, or the methods of `--methods`.
 
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;

@@ -73,7 +73,7 @@ pub(super) fn run(
     let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
     progress.finish();
     spent?;
-    // What was rendered until an interrupt stands for the budget that was not spent.
+    // Samples until an interrupt stand for the budget that was not spent.
     if run.is_interrupted {
         let spent = run.snapshots.iter().flat_map(|snapshot| &snapshot.budgets).max();
         let next = spent.map_or(0, |spent| spent + 1);

@@ -69,7 +69,7 @@ struct Guide {
     gradient: [f32; 2],
 }
 
-/// What is filtered.
+/// Filtered signal.
 #[derive(Clone, Copy)]
 struct Light {
     /// Radiance over albedo.

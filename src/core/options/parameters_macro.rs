@@ -103,7 +103,7 @@ pub struct InvalidOption {
     pub key: &'static str,
     /// Flag of the parameter, without its dashes.
     pub flag: String,
-    /// What was written.
+    /// Value as written.
     pub value: String,
     /// What to write instead.
     pub help: String,
@@ -150,7 +150,7 @@ pub trait OptionGroup: Default {
     /// Sets the parameter that is called `key`; `None`: there is no such parameter in this group.
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
 
-    /// What is set here, and for the rest what is set in `other`.
+    /// Values set here, and for the rest those set in `other`.
     fn or(self, other: Self) -> Self;
 
     /// Keys of what is set.

@@ -141,7 +141,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             return Joint::default();
         };
         let back = end.surface().map(|surface| surface.back);
-        // What is merged may have come by a delta lobe, and then came by no other.
+        // A merged vertex may follow a delta lobe, and then came by no other.
         let by_delta = is_merged && other.is_delta;
         Joint {
             end: match by_delta {
@@ -233,7 +233,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// The same where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
+    /// Expected merges where the vertex is an end of its subpath, which therefore has not gone on by a delta lobe.
     fn merges_at_joint(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
         match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {

@@ -146,7 +146,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 /// cosine of the light that comes from `after` (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
-        return at.through.pass as f64;
+        return at.transmittance.pass as f64;
     }
     let w = next.direction_to(at);
     let cos = |w: Vec3| match next.ng == Vec3::ZERO {
@@ -154,5 +154,5 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
         false => w.dot(next.ng).abs() as f64,
     };
     let into = after.map_or(1.0, |after| cos(next.direction_to(after)));
-    at.through.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
+    at.transmittance.pass as f64 * cos(w) / into / at.p.distance_squared(next.p) as f64
 }

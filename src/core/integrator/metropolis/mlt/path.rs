@@ -85,7 +85,7 @@ pub(super) struct Vertex<'a> {
     pub is_delta: bool,
     /// Share of light that passes between here and the vertex after it, which is the one that is nearer to the light: below 1 behind surfaces with alpha
     /// and thin glass.
-    pub through: Transmittance,
+    pub transmittance: Transmittance,
     pub factors: Factors,
 }
 
@@ -173,7 +173,7 @@ impl<'a> Vertex<'a> {
             p,
             ng,
             is_delta: false,
-            through: Transmittance::CLEAR,
+            transmittance: Transmittance::CLEAR,
             factors: Factors::default(),
         }
     }

@@ -212,7 +212,7 @@ impl Audit<'_> {
         Ok((checked, outcome))
     }
 
-    /// Renders so many samples a pixel, and checks a share of the rays.
+    /// Renders so many samples per pixel, and checks a share of the rays.
     fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);

@@ -35,7 +35,7 @@ pub struct Settings {
     pub guesses: Guesses,
     /// Where the picture is taken from.
     pub camera: CameraSettings,
-    /// Samples a pixel of the whole picture; with `noise` at most.
+    /// Samples per pixel of the whole picture; with `noise` at most.
     pub spp: u32,
     /// The samples to take, if they are a part of the picture's: their indices.
     pub part: Option<Range<u32>>,

@@ -18,7 +18,7 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Of the Cornell box with 8 samples a pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
+/// Of the Cornell box with 8 samples per pixel. A fifth is asked of Open Image Denoise, half of the wavelets, which do better the
 /// larger a picture is, and less of filters without guides.
 #[test]
 fn denoising_leaves_a_fraction_of_the_error() {

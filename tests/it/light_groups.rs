@@ -107,7 +107,7 @@ fn film(integrator: &impl Integrator, seed: u64, spp: u32, groups: usize) -> Fil
     film
 }
 
-/// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples a pixel and groups.
+/// Shows the integrators that gather light to `look`: each by name, as what renders with a seed, samples per pixel and groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
     let path = |reuse| MaybeReusing {
         path: PathIntegrator {

@@ -46,7 +46,7 @@ struct SceneReport {
     pub lights: usize,
     pub width: u32,
     pub height: u32,
-    /// Samples a pixel of the renders that are timed.
+    /// Samples per pixel of the renders that are timed.
     pub spp: usize,
     pub backends: Vec<BackendReport>,
 }

@@ -39,7 +39,7 @@ impl PointSet {
         (0..count).map(point).collect()
     }
 
-    /// The sampler of a render with `count` samples a pixel.
+    /// The sampler of a render with `count` samples per pixel.
     fn sampler(self, seed: u64, count: u32) -> RenderSampler {
         let (kind, directions) = match self {
             Self::Sampler(kind) => (kind, Directions::Bsdf),

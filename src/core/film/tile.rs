@@ -64,7 +64,7 @@ pub struct Tile {
     bounds: Rect,
     /// Index of the first sample that it takes.
     first: u32,
-    /// Samples a pixel that it was promised.
+    /// Samples per pixel that it was promised.
     target: u32,
     pixels: Vec<Accumulator>,
     /// One a pixel, or none.
@@ -237,12 +237,12 @@ impl Tile {
         self.first.saturating_add(self.samples())
     }
 
-    /// Samples a pixel that it gets before anything is decided anew.
+    /// Samples per pixel that it gets before anything is decided anew.
     pub fn target(&self) -> u32 {
         self.target
     }
 
-    /// Promises so many samples a pixel.
+    /// Promises so many samples per pixel.
     pub fn set_target(&mut self, samples: u32) {
         self.target = samples;
     }

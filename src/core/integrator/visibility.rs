@@ -2,7 +2,7 @@
 //!
 //! Some paths from the camera find surfaces as the picture's own paths do. Where enough of their rays leave the scene, the sky is drawn well enough by
 //! radiance, and nothing is learned. Else each cell of a grid that holds surfaces sends one ray through each bin of directions, from points that
-//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples a pixel.
+//! the paths have found. The number of rays is limited to a few percent of those of a picture of 16 samples per pixel.
 //!
 //! Random numbers are those of no sample and of no seed: all parts of a render learn the same, with any settings. Which pixels a
 //! render is to show does not matter either.

@@ -208,7 +208,7 @@ mod tests {
                 .iter()
                 .sum::<f64>();
         let uniform = 0.5 * (0.01 + 1.0) / 1.01 / (level * level);
-        assert!(uniform / all > 1.5, "{all} samples a pixel instead of {uniform}");
+        assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
     /// What the noisy half may not have, the quiet one gets, as long as that helps.

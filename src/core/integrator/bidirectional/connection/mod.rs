@@ -94,7 +94,7 @@ pub(crate) struct Contribution {
     /// The light that it comes from.
     pub light: LightId,
     /// Events at the last vertices of both subpaths, from the light's to the camera's, where they are connected and paths are distinguished.
-    pub joint: [Option<ScatteringEvent>; 2],
+    pub ends: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
@@ -107,7 +107,7 @@ impl Contribution {
         }
         let of_light = inner(&paths.light, s).iter().filter_map(|vertex| vertex.event);
         let of_camera = inner(&paths.camera, t).iter().rev().filter_map(|vertex| vertex.event);
-        of_light.chain(self.joint.into_iter().flatten()).chain(of_camera)
+        of_light.chain(self.ends.into_iter().flatten()).chain(of_camera)
     }
 
     /// Records that the light of the contribution is added next.
@@ -294,7 +294,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             weight: self.weight(camera, &[], Some(met), time),
             film: None,
             light: light.id,
-            joint: [None; 2],
+            ends: [None; 2],
         });
     }
 
@@ -320,7 +320,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, &[], Some(met), time),
                 film: None,
                 light: light.id,
-                joint: [None; 2],
+                ends: [None; 2],
             });
             camera.pop();
         }
@@ -368,7 +368,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: None,
                         light: sampled.id,
-                        joint: [None, self.event(surface, surface.back, wi)],
+                        ends: [None, self.event(surface, surface.back, wi)],
                     });
                 }
             },
@@ -410,7 +410,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                         weight: self.weight(camera, &[sampled.vertex()], None, time),
                         film: Some(film),
                         light: sampled.id,
-                        joint: [None; 2],
+                        ends: [None; 2],
                     });
                 }
             },
@@ -449,7 +449,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(std::slice::from_ref(&lens), light, None, time),
                 film: Some(film),
                 light: light[0].light_id(),
-                joint: [self.event(surface, w, surface.back), None],
+                ends: [self.event(surface, w, surface.back), None],
             });
         }
     }
@@ -492,7 +492,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 weight: self.weight(camera, light, None, time),
                 film: None,
                 light: light[0].light_id(),
-                joint: [self.event(at_b, -w, at_b.back), self.event(at_a, at_a.back, w)],
+                ends: [self.event(at_b, -w, at_b.back), self.event(at_a, at_a.back, w)],
             });
         }
     }

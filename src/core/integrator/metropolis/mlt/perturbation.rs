@@ -187,11 +187,11 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
 
     /// What `path` contributes per film, and per solid angle of each free direction of `chain`. A light that is met is one of several far ones by chance.
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
-        let joint = match path.source() {
+        let geometry_term = match path.source() {
             Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
-            _ => path.vertices[chain.last].factors.joint,
+            _ => path.vertices[chain.last].factors.geometry_term,
         };
-        path.target * joint
+        path.target * geometry_term
     }
 
     /// Moves the light that leaves the vertex `start` of `x` and goes through a specular chain to what the camera sees.
@@ -253,7 +253,7 @@ impl<'a, A: Accel> Perturbation<'_, '_, 'a, A> {
         let contribution = |path: &Path| {
             let chain = path.vertices[2..=start].iter();
             let towards_camera: f64 = chain.map(|vertex| vertex.factors.towards_camera).product();
-            path.target * towards_camera * path.vertices[0].factors.joint
+            path.target * towards_camera * path.vertices[0].factors.geometry_term
         };
         let ratio = contribution(&y) / contribution(x) * (chosen(&y) / chosen(x));
         Some(Proposal::of(y, ratio))

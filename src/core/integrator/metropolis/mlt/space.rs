@@ -318,11 +318,11 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         sample: CameraSample,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
-        let joint = camera.len();
+        let second = camera.len();
         camera.extend(light.rev());
-        if joint < camera.len() {
-            camera[joint - 1].transmittance = Transmittance::CLEAR;
-            for end in [joint - 1, joint] {
+        if second < camera.len() {
+            camera[second - 1].transmittance = Transmittance::CLEAR;
+            for end in [second - 1, second] {
                 camera[end].is_delta = false;
                 if !camera[end].is_smooth_somewhere() {
                     return None;
@@ -331,21 +331,21 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
         // What costs no ray is asked first.
         let mut path = self.path(camera, fresh, sample)?;
-        if joint < path.len() {
+        if second < path.len() {
             // From one point of a plane to another nothing passes, though a bent normal may have it that something is scattered.
-            if path.vertices[joint - 1].factors.joint <= 0.0 {
+            if path.vertices[second - 1].factors.geometry_term <= 0.0 {
                 return None;
             }
-            let before = joint.checked_sub(2).map(|i| &path.vertices[i]);
-            let (a, b) = (&path.vertices[joint - 1], &path.vertices[joint]);
+            let before = second.checked_sub(2).map(|i| &path.vertices[i]);
+            let (a, b) = (&path.vertices[second - 1], &path.vertices[second]);
             let transmittance = self.visibility((before, a), b, sample.time, out);
             path.color *= transmittance.tint;
             path.target = self.target(path.color, path.film);
             if transmittance.is_blocked() || path.target <= 0.0 {
                 return None;
             }
-            path.vertices[joint - 1].transmittance = transmittance;
-            path.vertices[joint - 1].factors.joint *= transmittance.pass as f64;
+            path.vertices[second - 1].transmittance = transmittance;
+            path.vertices[second - 1].factors.geometry_term *= transmittance.pass as f64;
         }
         Some(path)
     }
